@@ -34,17 +34,17 @@ double seconds(const builtin_interfaces_msg_dds__Time_& time) {
 
 class Connection {
  public:
-  explicit Connection(int domain) {
+  Connection(int domain, const std::string& prefix) : prefix_("rt/" + prefix) {
     const auto id = static_cast<dds_domainid_t>(domain);
     sound(dds_create_domain(id, kLoopback));
     participant_ = sound(dds_create_participant(id, nullptr, nullptr));
     waitset_ = sound(dds_create_waitset(participant_));
-    gnss_ = reader("rt/gnss/odom", &nav_msgs_msg_dds__Odometry__desc);
-    imu_ = reader("rt/imu/data", &sensor_msgs_msg_dds__Imu__desc);
-    wheels_ = reader("rt/wheels/twist", &geometry_msgs_msg_dds__TwistWithCovarianceStamped__desc);
-    step_ = reader("rt/crgsim/step", &kerbstone_msgs_msg_dds__Step__desc);
+    gnss_ = reader("gnss/odom", &nav_msgs_msg_dds__Odometry__desc);
+    imu_ = reader("imu/data", &sensor_msgs_msg_dds__Imu__desc);
+    wheels_ = reader("wheels/twist", &geometry_msgs_msg_dds__TwistWithCovarianceStamped__desc);
+    step_ = reader("crgsim/step", &kerbstone_msgs_msg_dds__Step__desc);
     command_ = sound(dds_create_writer(
-        participant_, topic("rt/crgsim/command", &kerbstone_msgs_msg_dds__CarCommand__desc),
+        participant_, topic("crgsim/command", &kerbstone_msgs_msg_dds__CarCommand__desc),
         qos().get(), nullptr));
   }
   Connection(const Connection&) = delete;
@@ -86,7 +86,7 @@ class Connection {
     return out;
   }
   dds_entity_t topic(const char* name, const dds_topic_descriptor_t* type) const {
-    return sound(dds_create_topic(participant_, type, name, nullptr, nullptr));
+    return sound(dds_create_topic(participant_, type, (prefix_ + name).c_str(), nullptr, nullptr));
   }
   dds_entity_t reader(const char* name, const dds_topic_descriptor_t* type) const {
     const dds_entity_t out =
@@ -134,6 +134,7 @@ class Connection {
     return answered_ == sequence_ && came_ == sent_;
   }
 
+  std::string prefix_;
   dds_entity_t participant_ = 0, waitset_ = 0, gnss_ = 0, imu_ = 0, wheels_ = 0, step_ = 0,
                command_ = 0;
   std::uint32_t sequence_ = 0, answered_ = 0;
@@ -144,8 +145,8 @@ class Connection {
 
 }  // namespace
 
-Exchange exchange_by_dds(int domain) {
-  const auto connection = std::make_shared<Connection>(domain);
+Exchange exchange_by_dds(int domain, const std::string& prefix) {
+  const auto connection = std::make_shared<Connection>(domain, prefix);
   return [connection](const Command& command, const Plan& plan, bool ends) {
     return connection->exchange(command, plan, ends);
   };

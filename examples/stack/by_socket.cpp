@@ -10,6 +10,7 @@
 #include <cstring>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -57,7 +58,9 @@ class Connection {
         if (answer.starts_with("KSS1") || answer.starts_with("KSE1") ||
             answer.starts_with("{\"scan\"") || answer.starts_with("{\"edges\""))
           continue;
-        return binary_ ? from_binary(answer) : from_json(answer);
+        // What answers a command that was said again may come twice.
+        if (const auto measured = binary_ ? from_binary(answer) : from_json(answer))
+          return *measured;
       }
     }
     throw std::runtime_error("no measurement comes");
@@ -91,19 +94,24 @@ class Connection {
     bytes.append(reinterpret_cast<const char*>(plan.data()), count * sizeof plan[0]);
     return bytes;
   }
-  static Measured from_json(const std::string& bytes) {
+  /// Nothing: the answer to another command.
+  std::optional<Measured> from_json(const std::string& bytes) const {
     const nlohmann::json message = nlohmann::json::parse(bytes);
+    if (message.at("sequence") != sequence_) return std::nullopt;
     const auto value = [&](std::size_t i) {
       return message.at("values").at(kMeasured[i]).get<double>();
     };
-    return {message.at("time_s"), value(0), value(1), value(2), value(3), value(4)};
+    return Measured{message.at("time_s"), value(0), value(1), value(2), value(3), value(4)};
   }
-  static Measured from_binary(const std::string& bytes) {
+  std::optional<Measured> from_binary(const std::string& bytes) const {
     std::array<double, 1 + kMeasured.size()> values{};
     if (bytes.size() != 16 + sizeof values || !bytes.starts_with("KSM1"))
       throw std::runtime_error("no measurement of this run");
+    std::uint32_t sequence = 0;
+    std::memcpy(&sequence, bytes.data() + 4, sizeof sequence);
+    if (sequence != sequence_) return std::nullopt;
     std::memcpy(values.data(), bytes.data() + 16, sizeof values);
-    return {values[0], values[1], values[2], values[3], values[4], values[5]};
+    return Measured{values[0], values[1], values[2], values[3], values[4], values[5]};
   }
 
   bool binary_;

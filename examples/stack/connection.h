@@ -23,6 +23,7 @@ using Plan = std::vector<std::array<double, 3>>;
 using Exchange = std::function<Measured(const Command& command, const Plan& plan, bool ends)>;
 
 Exchange exchange_by_socket(const std::string& path, bool binary);
-Exchange exchange_by_dds(int domain);
+/// `prefix`: before the names of all topics, "red/" of a car in a race.
+Exchange exchange_by_dds(int domain, const std::string& prefix);
 
 }  // namespace stack

@@ -5,6 +5,8 @@
 
 namespace stack {
 
-Exchange exchange_by_dds(int) { throw std::runtime_error("built without Cyclone DDS"); }
+Exchange exchange_by_dds(int, const std::string&) {
+  throw std::runtime_error("built without Cyclone DDS");
+}
 
 }  // namespace stack

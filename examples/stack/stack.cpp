@@ -2,7 +2,7 @@
 // line on the map, nothing else of Kerbstone. Where it is it makes out of a receiver, the turning
 // rate and the wheels' speed, as sensors tell them (devices.yaml). It drives one lap.
 //   stack SOCKET LINE.csv [json|binary]
-//   stack DOMAIN LINE.csv dds
+//   stack DOMAIN LINE.csv dds [PREFIX of the topics]
 // LINE.csv: x_m,y_m and what else `crgbuild export --tum` writes; or x_m,y_m,speed_mps, with the
 // speed that is wanted. Prints the lap's time and the largest distance from the line; exit code 0
 // when the lap was driven within 5 m of it.
@@ -172,10 +172,11 @@ stack::Plan plan_of(const Line& line, std::size_t at, const Pose& car) {
   return plan;
 }
 
-int drive(const std::string& where, const std::string& line_path, const std::string& form) {
+int drive(const std::string& where, const std::string& line_path, const std::string& form,
+          const std::string& prefix) {
   const Line line = read_line(line_path);
   const stack::Exchange exchange = form == "dds"
-                                       ? stack::exchange_by_dds(std::stoi(where))
+                                       ? stack::exchange_by_dds(std::stoi(where), prefix)
                                        : stack::exchange_by_socket(where, form == "binary");
   Driving driving;
   double largest_off_m = 0.0;
@@ -223,13 +224,14 @@ int drive(const std::string& where, const std::string& line_path, const std::str
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 3 || argc > 4) {
-    std::fputs("usage: stack SOCKET LINE.csv [json|binary], or stack DOMAIN LINE.csv dds\n",
-               stderr);
+  if (argc < 3 || argc > 5) {
+    std::fputs(
+        "usage: stack SOCKET LINE.csv [json|binary], or stack DOMAIN LINE.csv dds [PREFIX]\n",
+        stderr);
     return 2;
   }
   try {
-    return drive(argv[1], argv[2], argc == 4 ? argv[3] : "json");
+    return drive(argv[1], argv[2], argc >= 4 ? argv[3] : "json", argc == 5 ? argv[4] : "");
   } catch (const std::exception& error) {
     std::fprintf(stderr, "stack: %s\n", error.what());
     return 1;

@@ -242,6 +242,9 @@ class Called : public ::testing::Test {
     cli::write(f / "survey.csv", survey);
     const std::string racer = places::source() + "/vehicles/open_wheel/vehicle.yaml";
     ASSERT_EQ(run_tool(places::crgdrive(), {"fmu", racer, "-o", f / "unit.fmu"}).code, 0);
+    cli::write(f / "race.yaml",
+               "each: {unit: unit.fmu, command: [input.throttle], measure: [car.vx]}\n"
+               "cars: {red: {set: {start.u: 10}}, blue: {}}\n");
     // A lap that shows an engine: the trial's road may be too short of straights for that.
     ASSERT_EQ(run_tool(places::crgdrive(),
                        {"lap", "--vehicle", racer, "--track", truth, "-o", f / "ring_lap.csv"})
@@ -316,7 +319,9 @@ class Called : public ::testing::Test {
          {{"info", f / "unit.fmu"},
           {"run", f / "unit.fmu", "--stop-s", "0.1", "-o", f / "run.csv"},
           {"serve", f / "unit.fmu", "--socket", f / "car.sock", "--command", "input.throttle",
-           "--measure", "car.vx", "--stop-s", "0.1", "-o", f / "served.csv"}}},
+           "--measure", "car.vx", "--stop-s", "0.1", "-o", f / "served.csv"},
+          {"race", f / "race.yaml", "--socket", f / "race.sock", "--stop-s", "0.1", "-o",
+           f / "raced"}}},
         {"lidar2mesh",
          {{"info", cloud},
           {"ground", cloud, "-o", f / "ground.ply"},

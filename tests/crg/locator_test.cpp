@@ -53,7 +53,7 @@ void expect_true_places(const ReferenceLine& line, double v_right, double v_left
     if (!std::isfinite(truth.u_m)) continue;
     const UV followed = surface.uv_of_xy(p.x_m, p.y_m, follows);
     for (int history = 0; history < 3; ++history) {
-      Cursor cursor{any_segment(random), 0.5};
+      Cursor cursor{static_cast<double>(any_segment(random)) + 0.5, 0.0};
       const UV uv = surface.uv_of_xy(p.x_m, p.y_m, cursor);
       ASSERT_EQ(uv.u_m, followed.u_m) << "history changes the answer at " << p.x_m << ", " << p.y_m;
       ASSERT_EQ(uv.v_m, followed.v_m);

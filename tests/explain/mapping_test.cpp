@@ -135,6 +135,99 @@ TEST(Mapping, KnowsChannelsOfTopicsByTheirLastParts) {
   }
 }
 
+/// The column that gives a channel; empty: none does.
+std::string column_of(const Mapping& m, const std::string& channel) {
+  for (const ColumnMapping& c : m.columns)
+    if (c.channel == channel) return c.column;
+  return "";
+}
+
+TEST(Mapping, KnowsWhatIsMeasuredAtWheelsInSeveralLanguages) {
+  const std::vector<std::pair<const char*, const char*>> expected{
+      {"Brake Temp FL [C]", "brake_disc_fl_k"},
+      {"Temp Frein AVD [\xb0"
+       "C]",
+       "brake_disc_fr_k"},
+      {"Bremsscheibentemperatur_HL (K)", "brake_disc_rl_k"},
+      {"Temperatura freno TD [°F]", "brake_disc_rr_k"},
+      {"LFshockDefl [m]", "suspension_fl_m"},
+      {"Federweg VR (mm)", "suspension_fr_m"},
+      {"Corsa ammortizzatore PS [mm]", "suspension_rl_m"},
+      {"Recorrido suspension trasera derecha [mm]", "suspension_rr_m"},
+      {"Brake Temp Front [C]", ""},  // of which wheel?
+      {"LFshockVel [m/s]", ""},
+      {"LFcoldPressure [kPa]", ""},
+      {"Tyre Temp FL Centre [C]", ""},
+      {"Bremsdruck VA [bar]", "brake_fl_pa"},
+      {"Pression frein AR [bar]", "brake_rl_pa"},
+      {"Brake Bias Setting [%]", ""}};
+  vehicle::Table log = foreign();
+  for (const auto& [name, channel] : expected) {
+    std::vector<double> values(log.rows());
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::sin(0.01 * i) + 20.0;
+    log.add(name, values);
+  }
+  const Mapping m = propose_mapping(log, "log");
+  for (const auto& [name, channel] : expected) {
+    std::string found;
+    for (const ColumnMapping& map : m.columns)
+      if (map.column == name && found.empty()) found = map.channel;
+    EXPECT_EQ(found, channel) << name;
+  }
+  EXPECT_NEAR(of(m, "brake_disc_fl_k").offset, 273.15, 1e-9);
+  EXPECT_NEAR(of(m, "brake_disc_fr_k").offset, 273.15, 1e-9);
+  EXPECT_EQ(of(m, "brake_disc_rl_k").offset, 0.0);
+  // 212 F is 373.15 K.
+  EXPECT_NEAR(212.0 * of(m, "brake_disc_rr_k").scale + of(m, "brake_disc_rr_k").offset, 373.15,
+              1e-9);
+  EXPECT_NEAR(of(m, "suspension_fr_m").scale, 1e-3, 1e-12);
+  // The sensor of an axle gives both of its wheels, and is read back so.
+  EXPECT_EQ(column_of(m, "brake_fr_pa"), "Bremsdruck VA [bar]");
+  const support::TemporaryFolder folder;
+  const vehicle::Mapping again =
+      vehicle::read_mapping(folder.file("mapping.yaml", format_mapping(m)));
+  ASSERT_EQ(again.columns.size(), m.columns.size());
+  for (std::size_t k = 0; k < m.columns.size(); ++k) {
+    EXPECT_EQ(again.columns[k].channel, m.columns[k].channel);
+    EXPECT_EQ(again.columns[k].column, m.columns[k].column);
+    EXPECT_NEAR(again.columns[k].scale, m.columns[k].scale, 1e-9 * std::abs(m.columns[k].scale));
+  }
+}
+
+TEST(Mapping, OnePressureAloneStandsForAllWheels) {
+  vehicle::Table log = foreign();
+  log.add("Brake_Pressure_Front [bar]", std::vector<double>(log.rows(), 3.0));
+  const Mapping m = propose_mapping(log, "log");
+  EXPECT_EQ(column_of(m, "brake_pa"), "Brake_Pressure_Front [bar]");
+  EXPECT_EQ(column_of(m, "brake_fl_pa"), "");
+  log.add("Brake_Pressure_Rear [bar]", std::vector<double>(log.rows(), 2.0));
+  log.add("Brake Pressure [bar]", std::vector<double>(log.rows(), 3.0));
+  const Mapping both = propose_mapping(log, "log");
+  EXPECT_EQ(column_of(both, "brake_fr_pa"), "Brake_Pressure_Front [bar]");
+  EXPECT_EQ(column_of(both, "brake_rr_pa"), "Brake_Pressure_Rear [bar]");
+  EXPECT_EQ(column_of(both, "brake_pa"), "");
+}
+
+TEST(Mapping, TravelsBumpInFrontWhereTheCarBrakes) {
+  vehicle::Table log = foreign();
+  std::vector<double> front, rear, still;
+  for (std::size_t i = 0; i < log.rows(); ++i) {
+    const double s = 0.02 * static_cast<double>(i), v = 20 + 5 * std::sin(s), a = 5 * std::cos(s);
+    front.push_back(0.01 * v * v - a);  // mm, with what downforce presses
+    rear.push_back(-0.01 * v * v - a);  // droop positive
+    still.push_back(std::sin(17.0 * s));
+  }
+  log.add("Damper FL [mm]", front);
+  log.add("Damper RR [mm]", rear);
+  log.add("Damper RL [mm]", still);
+  const Mapping m = propose_mapping(log, "log");
+  EXPECT_NEAR(of(m, "suspension_fl_m").scale, 1e-3, 1e-12);
+  EXPECT_NEAR(of(m, "suspension_rr_m").scale, -1e-3, 1e-12);
+  EXPECT_THAT(m.notes, ::testing::Contains(
+                           ::testing::AllOf(::testing::HasSubstr("suspension_rl_m"),
+                                            ::testing::HasSubstr("the sign is not confirmed"))));
+}
+
 TEST(Mapping, ProposesForRealLogsWhatTheyHold) {
   const std::string folder = places::data() + "/recordings/";
   if (!std::filesystem::exists(folder + "road_america_run1.vbo"))
@@ -158,6 +251,11 @@ TEST(Mapping, ProposesForRealLogsWhatTheyHold) {
   EXPECT_THROW(of(ibt, "brake_pa"), std::runtime_error);  // a share, no pressure
   const Mapping ld = proposed("Sample1.ld");
   EXPECT_NEAR(of(ld, "wheel_fr_mps").scale, 1 / 3.6, 1e-12);
+  EXPECT_NEAR(of(ld, "brake_disc_rl_k").offset, 273.15, 1e-9);
+  EXPECT_EQ(of(ld, "suspension_rr_m").column, "Susp Pos RR [mm]");
+  EXPECT_EQ(of(ld, "brake_fl_pa").column, of(ld, "brake_fr_pa").column);
+  EXPECT_EQ(of(ld, "brake_rr_pa").column, "Brake Pres Rear [kPa]");
+  EXPECT_EQ(of(vbo, "brake_pa").column, "Brake_Pressure_Front [bar]");
 }
 
 }  // namespace

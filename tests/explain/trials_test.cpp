@@ -106,9 +106,11 @@ std::string with_yaw_rate_times(double factor, const std::string& csv) {
     std::istringstream cells(line);
     for (std::size_t k = 0; std::getline(cells, cell, ','); ++k) {
       if (header && cell == "yaw_rate_radps") column = k;
-      out += (k > 0 ? "," : "") +
-             (!header && k == column ? fmt::format("{}", factor * std::stod(cell)) : cell);
+      out += (k > 0 ? "," : "") + (!header && k == column && !cell.empty()
+                                       ? fmt::format("{}", factor * std::stod(cell))
+                                       : cell);
     }
+    if (line.ends_with(',')) out += ",";  // an empty last cell
     out += "\n";
   }
   return out;

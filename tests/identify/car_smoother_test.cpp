@@ -18,7 +18,7 @@ struct Racer {
   Vehicle vehicle = read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
   Car<double> car = make_car(vehicle.files, vehicle.parameters, vehicle.terms);
   Road road{0.02, -0.03};
-  CarMotion motion{car, road, 0.001};
+  CarMotion motion{car, road, identify::kFineStep_s};
 };
 
 /// In a bend on the throttle, springs settled.
@@ -53,10 +53,12 @@ TEST(CarMotion, MovesTheCarOfTheLibrary) {
   controls.gear_command = 3;
   Detail<double> detail{};
   PlaceMatrix by;
+  StepOptions options;
+  options.step_s = identify::kFineStep_s;
   for (int k = 0; k < 100; ++k) {
     ASSERT_TRUE(racer.motion.move(p, 0.005, 3, 3, PlaceVector::Zero(), cursors, by));
-    for (int n = 0; n < 5; ++n)
-      ASSERT_TRUE(step(racer.car, sim, controls, racer.road, StepOptions{}, detail).ok());
+    for (int n = 0; n < 20; ++n)
+      ASSERT_TRUE(step(racer.car, sim, controls, racer.road, options, detail).ok());
   }
   EXPECT_GT(std::abs(sim.state[kVy]), 0.1);
   for (std::size_t i = 0; i < kStateSize; ++i)
@@ -97,6 +99,24 @@ TEST(CarMotion, DerivativesAreThoseOfDifferences) {
           << "seen " << i << " by " << place;
     }
   }
+}
+
+TEST(CarMotion, LongStepsAreThoseOfDerivativesOnly) {
+  const Racer racer;
+  const CarMotion coarse(racer.car, racer.road, 0.002);
+  RoadCursors cursors;
+  const CarPoint at = cornering(racer, cursors);
+  CarPoint fine = at, same = at;
+  PlaceMatrix by, near;
+  ASSERT_TRUE(racer.motion.move(fine, 0.01, 3, 3, PlaceVector::Zero(), cursors, by));
+  ASSERT_TRUE(coarse.move(same, 0.01, 3, 3, PlaceVector::Zero(), cursors, near));
+  for (std::size_t i = 0; i < kStateSize; ++i)
+    EXPECT_EQ(fine.state[i], same.state[i]) << state_name(i);
+  EXPECT_NE(by(identify::place_of(kVy), identify::kPlaceSteer),
+            near(identify::place_of(kVy), identify::kPlaceSteer));
+  EXPECT_NEAR(by(identify::place_of(kVy), identify::kPlaceSteer),
+              near(identify::place_of(kVy), identify::kPlaceSteer),
+              0.1 * std::abs(by(identify::place_of(kVy), identify::kPlaceSteer)));
 }
 
 /// Rows every 10 ms that measure these of the truth's places exactly.
@@ -143,6 +163,50 @@ TEST(CarSmoother, FindsTheTruthFromExactMeasurements) {
     EXPECT_NEAR(s.row[k].point.at(vy), points[k].at(vy), 0.004) << k;
     EXPECT_LT(s.row[k].point_sd[vy], 0.01) << k;
   }
+}
+
+TEST(CarSmoother, FindsByHowMuchWheelsTurnFasterThanStatedRadiiSay) {
+  const Racer racer;
+  RoadCursors cursors;
+  const CarPoint truth = cornering(racer, cursors);
+  const std::size_t front = identify::kPlaceRolling;
+  std::vector<identify::Sensor> sensors{
+      {"vx_mps", false, identify::place_of(kVx), identify::kPlaces, 1e-3, 1e-3},
+      {"yaw_rate_radps", false, identify::place_of(kYawRate), identify::kPlaces, 1e-4, 1e-4},
+      {"steer_rad", false, identify::kPlaceSteer, identify::kPlaces, 1e-5, 1e-5}};
+  for (std::size_t i = 0; i < 2; ++i)
+    sensors.push_back(
+        {"wheel", false, identify::place_of(kSpin + i), identify::kPlaces, 1e-2, 1e-2, front});
+  std::vector<CarPoint> points;
+  std::vector<identify::SmootherRow> rows = exact_rows(racer, truth, sensors, 60, points);
+  for (identify::SmootherRow& row : rows)
+    for (std::size_t m = 3; m < 5; ++m) row.measured[m].value *= 1.03;
+  identify::SmootherBegin begin{truth, PlaceVector::Constant(1e-8), PlaceVector::Zero()};
+  begin.sd[static_cast<Eigen::Index>(front)] = 0.02;
+  const identify::Smoothed s = identify::smooth(racer.motion, sensors, rows, begin, RoadCursors{});
+  ASSERT_EQ(s.row.size(), rows.size());
+  EXPECT_NEAR(s.row[30].point.at(front), 0.03, 1e-3);
+  EXPECT_NEAR(s.row[30].point.at(identify::place_of(kSpin)),
+              points[30].at(identify::place_of(kSpin)), 0.1);
+  EXPECT_LT(s.row[30].point_sd[front], 1e-3);
+  EXPECT_EQ(s.sums.stretches, 1u);
+}
+
+TEST(CarSmoother, IsLostWhereTooMuchIsFarFromWhatWasExpected) {
+  const Racer racer;
+  RoadCursors cursors;
+  const CarPoint truth = cornering(racer, cursors);
+  const std::vector<identify::Sensor> sensors{
+      {"vx_mps", false, identify::place_of(kVx), identify::kPlaces, 1e-3, 1e-3},
+      {"yaw_rate_radps", false, identify::place_of(kYawRate), identify::kPlaces, 1e-4, 1e-4},
+      {"steer_rad", false, identify::kPlaceSteer, identify::kPlaces, 1e-5, 1e-5}};
+  std::vector<CarPoint> points;
+  std::vector<identify::SmootherRow> rows = exact_rows(racer, truth, sensors, 60, points);
+  for (std::size_t k = 30; k < 60; ++k) rows[k].measured[1].value += k % 2 == 0 ? 1.0 : -1.0;
+  identify::SmootherBegin begin{truth, PlaceVector::Constant(1e-8), PlaceVector::Zero()};
+  EXPECT_EQ(identify::smooth(racer.motion, sensors, rows, begin, RoadCursors{}).row.size(), 60u);
+  begin.most_wild = 0.25;
+  EXPECT_TRUE(identify::smooth(racer.motion, sensors, rows, begin, RoadCursors{}).row.empty());
 }
 
 TEST(CarSmoother, OneMeasurementCountsAsItsPrecisionSays) {

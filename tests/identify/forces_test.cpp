@@ -36,6 +36,9 @@ struct Racer {
   vehicle::Road road{surface};
 };
 
+/// Of the driven car: finer than those of the estimate, and no part of them.
+constexpr double kTrueStep_s = 0.0002;
+
 constexpr std::array<const char*, 6> kQuantities{"fx", "fy", "fz", "kappa", "alpha", "camber"};
 
 /// Shares of the peak for forces; alpha in degrees.
@@ -93,7 +96,7 @@ double judge(const Forces& f, const Drive& drive, const Bounds& bounds) {
 
 TEST(Forces, AreThoseOfTheDrivenCar) {
   const Racer racer;
-  const Drive drive = test_drive::drive_car(racer.car, racer.road, 20, 1, 9.0);
+  const Drive drive = test_drive::drive_car(racer.car, racer.road, 100, 1, 9.0, kTrueStep_s);
   const auto recording = vehicle::make_recording(test_drive::logged(drive, true, 3), "log");
   ForcesOptions options;
   options.noise_rounds = 3;
@@ -212,9 +215,17 @@ TEST(Forces, OfSixLapsHoldTheirIntervals) {
   const crg::Surface surface(crg::read(folder / "demo/kerbstone-ring_truth.crg"));
   const vehicle::Road road(surface);
   for (const bool optical : {true, false}) {
-    const Drive drive = test_drive::drive_car(racer.car, road, optical ? 10 : 20, 6, 1000.0);
+    const Drive drive =
+        test_drive::drive_car(racer.car, road, optical ? 50 : 100, 6, 1000.0, kTrueStep_s);
     const auto recording = vehicle::make_recording(test_drive::logged(drive, optical, 6), "log");
+    const std::clock_t begin = std::clock();
     const Forces f = identify::estimate_forces(racer.car, road, recording);
+    const double took_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    fmt::print("{:.0f} s of one processor\n", took_s);
+    // Ten laps within three minutes of two cores: rows cost alike, noises are learnt once.
+    EXPECT_LT(took_s * 10.0 / 6.0, 360.0);
+    // The car leaves the ground on kerbs, where it may be lost: 4.4 % of the rows at 100 Hz.
+    EXPECT_LT(f.lost, f.time_s.size() / 16);
     fmt::print("{} Hz, {} optical sensor: {} rows of {:.0f} s, {} lost, {} of {} wild\n",
                optical ? 100 : 50, optical ? "with" : "without", f.rows, f.time_s.back(), f.lost,
                f.wild, f.measurements);
@@ -258,9 +269,9 @@ std::array<double, 3> inside_of(const Forces& f, const Drive& drive,
   return inside;
 }
 
-// What the steps of the car inside cost on kerbs, and what shorter ones take: the table of
-// docs/accuracy.md.
-TEST(Forces, ShorterStepsHoldMoreOfKerbs) {
+// Kerbs want steps of a quarter of a millisecond of the car inside; its derivatives do with 2 ms:
+// the table of docs/accuracy.md.
+TEST(Forces, HoldTheirIntervalsOnKerbs) {
   if (std::getenv("KERBSTONE_HEAVY") == nullptr)
     GTEST_SKIP() << "minutes; KERBSTONE_HEAVY=1 runs it";
   const Racer racer;
@@ -275,18 +286,16 @@ TEST(Forces, ShorterStepsHoldMoreOfKerbs) {
   ForcesOptions options;
   options.threads = 1;
   options.noise_rounds = 4;
-  std::array<double, 3> before{};
-  for (const double step_s : {0.002, 0.001, 0.0005}) {
-    options.step_s = step_s;
-    const std::clock_t begin = std::clock();
-    const Forces f = identify::estimate_forces(racer.car, road, recording, options);
-    const std::array<double, 3> inside = inside_of(f, drive, kerb);
-    fmt::print("| {:g} | {:.1f} % | {:.1f} % | {:.1f} % | {:.1f} s |\n", 1e3 * step_s,
-               100.0 * inside[2], 100.0 * inside[0], 100.0 * inside[1],
-               static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-    for (std::size_t at = 0; at < 3; ++at) EXPECT_GT(inside[at], before[at]);
-    before = inside;
-  }
+  const std::clock_t begin = std::clock();
+  const Forces f = identify::estimate_forces(racer.car, road, recording, options);
+  const std::array<double, 3> inside = inside_of(f, drive, kerb);
+  fmt::print("inside: all {:.1f} %, off kerbs {:.1f} %, on kerbs {:.1f} %; {:.1f} s\n",
+             100.0 * inside[2], 100.0 * inside[0], 100.0 * inside[1],
+             static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+  // 92, 93 and 86 % on 2026-11-26; 86, 89 and 66 % where the car inside ran in steps of 2 ms.
+  EXPECT_GT(inside[2], 0.85);
+  EXPECT_LT(inside[2], 0.95);
+  EXPECT_GT(inside[1], 0.80);
 }
 
 }  // namespace

@@ -74,6 +74,11 @@ Row row_of(const TruthCar& car, double time_s, const State& x, const Output& o,
   }
   row[kFzF] = o.fz_front, row[kFzR] = o.fz_rear;
   row[kS] = o.s, row[kV] = o.v;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Tyre& t = o.tyre[i];
+    std::size_t at = kTyre + i * kTyreNumbers;
+    for (const double number : {t.fx, t.fy, t.fz, t.kappa, t.tan_alpha}) row[at++] = number;
+  }
   return row;
 }
 

@@ -10,6 +10,8 @@
 
 namespace trials {
 
+inline constexpr int kTyreNumbers = 5;
+
 /// Channels before sensors; from kRollRate on those that ride.h fills. kFzF and kFzR are the loads
 /// of axles.
 enum {
@@ -44,7 +46,8 @@ enum {
   kSteerReached = kDisc + 4,  ///< behind the third car's actuators
   kThrottleReached,
   kBrakeReached,
-  kChannels
+  kTyre,  ///< what no logger writes: of each tyre kTyreNumbers, as Tyre has them
+  kChannels = kTyre + 4 * kTyreNumbers
 };
 inline constexpr std::array<double, kChannels> kNoise{
     0,    0.02, 0.02, 0.002, 0.04, 0.03, 0.004, 0.15, 0.15, 0.3,    0.0004, 0.002, 1.5e4, 0,

@@ -94,7 +94,7 @@ void rates(const TruthCar& car, const Track& track, const State& x, const Comman
                combined = factor(car, "vehicle.tyre_combined_slip");
   const double thrust = amount(car, "vehicle.tyre_camber") * car.camber;
   const auto axle = [&](double load, double transfer, double nominal, double mu0, double cn,
-                        double kl, double kr, double slip, double& fxl, double& fxr) {
+                        double kl, double kr, double slip, Tyre* tyre) {
     double fy = 0;
     for (const bool left : {true, false}) {
       const double fz = std::max(100.0, load / 2 - (left ? transfer : -transfer)), n = fz / nominal;
@@ -112,7 +112,7 @@ void rates(const TruthCar& car, const Track& track, const State& x, const Comman
         side = combined * side + (1 - combined) * side_alone;
       }
       side += (left ? -1 : 1) * thrust * fz;
-      (left ? fxl : fxr) = fx;
+      tyre[left ? 0 : 1] = {fx, side, fz, left ? kl : kr, slip};
       fy += side;
     }
     return fy;
@@ -120,13 +120,14 @@ void rates(const TruthCar& car, const Track& track, const State& x, const Comman
   const auto kappa = [&](double omega, double radius, double v) {
     return std::clamp((omega * radius - v) / std::max(5.0, v), -0.9, 0.9);
   };
-  double ffl = 0, ffr = 0, frl = 0, frr = 0;
+  std::array<Tyre, 4> tyre{};
   const double kf = kappa(x[6], car.radius_f, vx * cd + (vy + car.a * r) * sd);
   const double vl = vx - r * car.track_r / 2, vr = vx + r * car.track_r / 2;
-  const double fyf = axle(front, tf, car.load_f, car.mu_f, car.c_f, kf, kf, x[14], ffl, ffr);
+  const double fyf = axle(front, tf, car.load_f, car.mu_f, car.c_f, kf, kf, x[14], &tyre[0]);
   const double fyr = axle(rear, tr, car.load_r, car.mu_r, car.c_r, kappa(x[7], car.radius_r, vl),
-                          kappa(x[8], car.radius_r, vr), x[15], frl, frr);
-  const double fxf = ffl + ffr;
+                          kappa(x[8], car.radius_r, vr), x[15], &tyre[2]);
+  const double frl = tyre[2].fx, frr = tyre[3].fx;
+  const double fxf = tyre[0].fx + tyre[1].fx;
   double lock = 0;
   for (const Effect& e : car.effects)
     if (e.mechanism == "vehicle.differential") lock = e.amount;
@@ -157,7 +158,7 @@ void rates(const TruthCar& car, const Track& track, const State& x, const Comman
   d[12] = (mass * sfx * car.h / wheelbase - x[12]) / 0.06;
   d[13] = (mass * sfy * car.h - x[13]) / 0.06;
   d[16] = 1;
-  if (out != nullptr) *out = {sfx, sfy, plus, front, rear, s, 0};
+  if (out != nullptr) *out = {sfx, sfy, plus, front, rear, s, 0, tyre};
 }
 
 }  // namespace

@@ -81,8 +81,13 @@ struct Commands {
   double steer = 0, throttle = 0, brake_pa = 0;
   int gear = 3;
 };
+/// What a tyre does, along and across its wheel, and the slips that it feels.
+struct Tyre {
+  double fx = 0, fy = 0, fz = 0, kappa = 0, tan_alpha = 0;
+};
 struct Output {
   double ax = 0, ay = 0, az = 0, fz_front = 0, fz_rear = 0, s = 0, v = 0;
+  std::array<Tyre, 4> tyre{};  ///< front left, front right, rear left, rear right
 };
 
 /// Banking of the true road: the track's and what effects add.

@@ -86,6 +86,7 @@ double warmth(const TruthCar& car, const State& x, double turning, State& d) {
 /// A wheel on the road: its force in the car's directions, and along itself.
 struct Grip {
   double x, y, along;
+  Tyre tyre;
 };
 Grip grip_of(const TruthCar& car, const State& x, std::size_t i, double load, double grip,
              double warm, double vx, State& d) {
@@ -114,7 +115,7 @@ Grip grip_of(const TruthCar& car, const State& x, std::size_t i, double load, do
     f = {combined * f.x + (1 - combined) * alone_x, combined * f.y + (1 - combined) * alone_y};
   }
   f.y += (left ? -1 : 1) * amount(car, "vehicle.tyre_camber") * car.camber * load;
-  return {f.x * c - f.y * s, f.x * s + f.y * c, f.x};
+  return {f.x * c - f.y * s, f.x * s + f.y * c, f.x, {f.x, f.y, load, kappa, x[kSlip + i]}};
 }
 
 /// Wheels, motor and brakes; returns the torque that drives both rear wheels.
@@ -232,7 +233,8 @@ void electric_rates(const TruthCar& car, const Track& track, const State& x, con
           load[0] + load[1],
           load[2] + load[3],
           s,
-          0};
+          0,
+          {grip[0].tyre, grip[1].tyre, grip[2].tyre, grip[3].tyre}};
 }
 
 }  // namespace trials

@@ -259,4 +259,32 @@ TEST_F(Replay, PutnamParkIsDrivenCloserThanTheTrivialPredictors) {
   EXPECT_LT(error_of(r, "yaw_rate_radps").rmse, 0.6 * error_of(r, "yaw_rate_radps").trend_rmse);
 }
 
+// One recorded speed that cannot be: the car that is put on it runs away, and its tyres burn. The
+// windows behind it begin with the tyres of before.
+TEST_F(Replay, GoesOnFromBeforeACarThatRanAway) {
+  const ReplayResult sound = replay(*car_, Road(*surface_), make_recording(*lap_, "lap"));
+  const std::vector<double>& windows = *sound.telemetry.find("window");
+  const auto third = std::find(windows.begin(), windows.end(), 3.0);
+  const double begin_s =
+      (*sound.telemetry.find("time_s"))[static_cast<std::size_t>(third - windows.begin())];
+  Table lap = without({"tyre_fl_k", "tyre_fr_k", "tyre_rl_k", "tyre_rr_k"});
+  const std::vector<double>& time = *lap_->find("time_s");
+  for (std::size_t c = 0; c < lap.names.size(); ++c)
+    if (lap.names[c] == "vx_mps")
+      for (std::size_t k = 0; k < time.size(); ++k)
+        if (std::abs(time[k] - begin_s) < 1e-6) lap.columns[c][k] = 900.0;
+  const ReplayResult r = replay(*car_, Road(*surface_), make_recording(lap, "lap"));
+  ASSERT_EQ(r.problems.size(), 1u);
+  EXPECT_THAT(r.problems[0], ::testing::HasSubstr("window 3"));
+  const std::vector<double>& tyre = *sound.telemetry.find("tyre_rl_k");
+  const double warmest = *std::max_element(tyre.begin(), tyre.end());
+  std::size_t behind = 0;
+  for (std::size_t k = 0; k < r.telemetry.rows(); ++k) {
+    if (!((*r.telemetry.find("window"))[k] > 3.0)) continue;
+    EXPECT_LT((*r.telemetry.find("tyre_rl_k"))[k], warmest + 1.0) << k;
+    ++behind;
+  }
+  EXPECT_GT(behind, 100u);
+}
+
 }  // namespace

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "base/json_text.h"
 #include "base/write_file.h"
@@ -31,7 +34,8 @@ std::vector<Listed> channels_of(const std::string& path, const explain::Mapping&
     const std::string column =
         channel.unit.empty() ? channel.name : fmt::format("{} [{}]", channel.name, channel.unit);
     for (const explain::ColumnMapping& m : mapping.columns)
-      if (m.column == column) listed.canonical = m.channel;
+      if (m.column == column)
+        listed.canonical += (listed.canonical.empty() ? "" : ", ") + m.channel;
     for (const double value : channel.values) {
       if (!std::isfinite(value)) continue;
       listed.least = listed.samples == 0 ? value : std::min(listed.least, value);
@@ -66,7 +70,11 @@ int map(const MapCommand& command, Terminal& terminal) {
                                          : std::vector<Listed>{};
   if (terminal.json) {
     nlohmann::ordered_json columns = nlohmann::ordered_json::object();
-    for (const explain::ColumnMapping& m : mapping.columns) columns[m.column] = m.channel;
+    for (const explain::ColumnMapping& m : mapping.columns)
+      if (columns.contains(m.column))  // the pressure of an axle
+        columns[m.column] = {columns[m.column], m.channel};
+      else
+        columns[m.column] = m.channel;
     nlohmann::ordered_json channels = nlohmann::ordered_json::array();
     for (const Listed& c : listed)
       channels.push_back({{"name", c.name},
@@ -84,8 +92,10 @@ int map(const MapCommand& command, Terminal& terminal) {
                                                           {"mapping", command.out_path}}));
     return kOk;
   }
-  terminal.print(fmt::format("{} rows, {} of {} columns used\n", table.rows(),
-                             mapping.columns.size(), table.names.size()));
+  std::set<std::string> used;
+  for (const explain::ColumnMapping& m : mapping.columns) used.insert(m.column);
+  terminal.print(fmt::format("{} rows, {} of {} columns used\n", table.rows(), used.size(),
+                             table.names.size()));
   if (command.list) {
     terminal.print(fmt::format("{:<32} {:<10} {:>9} {:>9} {:>12} {:>12}  {}\n", "channel", "unit",
                                "rate, Hz", "samples", "least", "greatest", "becomes"));

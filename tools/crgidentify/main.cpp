@@ -149,7 +149,7 @@ void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen&
       ->check(CLI::Range(200.0, 600.0));
   forces_app->add_option("--disc-k", forces.disc_k, "Disc temperature there")
       ->check(CLI::Range(200.0, 1500.0));
-  forces_app->add_option("--step-ms", forces.step_ms, "Of the simulated car, at most")
+  forces_app->add_option("--step-ms", forces.step_ms, "Of the derivatives, at most")
       ->check(CLI::Range(0.1, 4.0));
   forces_app
       ->add_option("--noise-rounds", forces.noise_rounds,

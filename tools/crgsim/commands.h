@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,8 +35,37 @@ struct ServeCommand {
   double safe_after_s = 0.2, stop_s = 60.0, step_s = 0.001, speed_up = 1.0, patience_s = 30.0;
   unsigned every = 10, domain = 0;
   bool lockstep = false, dds = false;
+  std::string topic_prefix;           ///< of a car in a race, as the next one
+  std::optional<std::uint64_t> seed;  ///< instead of that of the devices' file
 };
 int serve(const ServeCommand& command, Terminal& terminal);
+
+struct RaceCommand {
+  std::string race_path, out_path, socket_path;
+  std::uint16_t udp_port = 0;
+  double stop_s = 60.0, step_s = 0.001, speed_up = 1.0;
+  unsigned domain = 0;
+  bool lockstep = false, dds = false, sights = false;
+};
+int race(const RaceCommand& command, Terminal& terminal);
+
+struct RaceCar {
+  std::string name;
+  ServeCommand serve;
+};
+
+/// The cars of a race's file, each as options of serve would have said it, with its own connection
+/// and what all share. Throws Error with path:line, and UsageError on connections.
+std::vector<RaceCar> read_race(const RaceCommand& command);
+
+/// Throws UsageError unless one connection is named.
+template <class Command>
+void want_one_connection(const Command& command) {
+  if ((command.socket_path.empty() ? 0 : 1) + (command.udp_port == 0 ? 0 : 1) +
+          (command.dds ? 1 : 0) !=
+      1)
+    throw command::UsageError("one of --socket PATH, --udp PORT and --dds is wanted");
+}
 
 /// NAME=VALUE taken apart. Throws UsageError where it is none.
 std::pair<std::string, std::string> assignment(const std::string& option, const std::string& text);

@@ -140,6 +140,38 @@ void add_serve(const CommandLine& line, crgsim::ServeCommand& serve) {
       [&, line] { line.run = [&, line] { return crgsim::serve(serve, line.terminal); }; });
 }
 
+void add_race(const CommandLine& line, crgsim::RaceCommand& race) {
+  CLI::App* const race_app = line.app.add_subcommand(
+      "race", "Steps several units on one road, each for a program of its own that drives it");
+  command::add_input(*race_app, "race", race.race_path,
+                     "The cars, .yaml: each has a name and, by their names, options of serve")
+      ->required();
+  command::add_output_folder(*race_app, race.out_path,
+                             "Folder for the record of each car, NAME.csv");
+  race_app->add_option("--socket", race.socket_path,
+                       "Path of Unix datagram sockets to make: PATH.NAME for each car");
+  race_app
+      ->add_option("--udp", race.udp_port,
+                   "UDP port of this machine alone, instead; the next ones for the next cars")
+      ->check(CLI::Range(1, 65535));
+  race_app->add_flag("--dds", race.dds,
+                     "Topics of ROS 2 instead, below NAME/ for each car; " + about_dds());
+  race_app->add_option("--domain", race.domain, "Of DDS, as ROS_DOMAIN_ID")
+      ->check(CLI::Range(0, 232));
+  race_app->add_flag("--sights", race.sights,
+                     "Lines of JSON in the folder, NAME.jsonl: what scans and edges saw and what "
+                     "was planned");
+  race_app->add_flag("--lockstep", race.lockstep,
+                     "A step is taken when all cars have their commands; else real time");
+  const auto above_0 = CLI::PositiveNumber;
+  race_app->add_option("--speed-up", race.speed_up, "Of real time")->check(above_0);
+  race_app->add_option("--step-s", race.step_s, "Communication step")->check(above_0);
+  race_app->add_option("--stop-s", race.stop_s, "Where the run ends")->check(above_0);
+  race_app->footer("Example:\n  crgsim race race.yaml --socket s --lockstep -o race");
+  race_app->callback(
+      [&, line] { line.run = [&, line] { return crgsim::race(race, line.terminal); }; });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -157,6 +189,8 @@ int main(int argc, char** argv) {
   add_run(line, run);
   crgsim::ServeCommand serve;
   add_serve(line, serve);
+  crgsim::RaceCommand race;
+  add_race(line, race);
 
   return command::run(app, terminal, argc, argv, [&] { return work(); }, {"", "", about_dds()});
 }

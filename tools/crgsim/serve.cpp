@@ -1,120 +1,19 @@
-#include <fmt/format.h>
-
-#include <array>
-#include <charconv>
-#include <functional>
-#include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
+#include <string_view>
 
-#include "base/error.h"
 #include "base/json_text.h"
 #include "base/write_file.h"
 #include "commands.h"
-#include "crg/file.h"
-#include "crg/surface.h"
-#include "road/projection.h"
-#include "sim/dds.h"
+#include "served_run.h"
 #include "sim/serve_unit.h"
 
 namespace crgsim {
-namespace {
-
-/// Between which durations how many steps took.
-nlohmann::ordered_json histogram(const sim::ServeCounts& counts) {
-  nlohmann::ordered_json bins = nlohmann::ordered_json::array();
-  for (std::size_t k = 0; k < counts.bins.size(); ++k)
-    bins.push_back(
-        {{"up_to_s", k < sim::kStepBins_s.size() ? nlohmann::ordered_json(sim::kStepBins_s[k])
-                                                 : nlohmann::ordered_json()},
-         {"steps", counts.bins[k]}});
-  return bins;
-}
-
-nlohmann::ordered_json json_of(const sim::ServeRun& run, const char* ended) {
-  const sim::ServeCounts& c = run.counts;
-  const double steps = static_cast<double>(std::max<std::uint64_t>(c.steps, 1));
-  return {{"ended", ended},
-          {"steps", c.steps},
-          {"measurements", run.rows()},
-          {"commands", c.commands},
-          {"broken_commands", c.broken},
-          {"old_commands", c.old},
-          {"flooded_steps", c.flooded},
-          {"safe_steps", c.safe_steps},
-          {"resets", c.resets},
-          {"late_sights", c.late_sights},
-          {"left_out_sights", c.left_out_sights},
-          {"late_steps", c.late},
-          {"latest_s", c.latest_s},
-          {"mean_step_s", c.step_sum_s / steps},
-          {"longest_step_s", c.longest_step_s},
-          {"step_histogram", histogram(c)},
-          {"real_time_scheduling", c.real_time_scheduled}};
-}
-
-/// Where on the Earth the places of a road's map lie, by its header.
-std::function<std::array<double, 2>(double, double)> map_of(const crg::Crg& road,
-                                                            const std::string& road_path,
-                                                            bool has_to_say) {
-  const road::Projection projection = road::read_projection(road);
-  if (projection.kind == road::Projection::Kind::none && !has_to_say) return {};
-  if (projection.kind == road::Projection::Kind::none)
-    throw base::Error(road_path +
-                      ": its header does not say where on the Earth it lies; give it control "
-                      "points: crgbuild align ROAD --control-points FILE -o NEW");
-  return [projection](double x_m, double y_m) {
-    const Eigen::Vector2d at = road::unproject(projection, {x_m, y_m});
-    return std::array{at.x(), at.y()};
-  };
-}
-
-void print_summary(const sim::ServeRun& run, const char* ended, double step_s, Terminal& terminal) {
-  const sim::ServeCounts& c = run.counts;
-  if (terminal.json) {
-    terminal.print(base::json_text(json_of(run, ended)));
-  } else {
-    terminal.print(fmt::format(
-        "ended {} after {:g} s: {} steps, {} measurements, {} commands taken, {} old, {} broken\n",
-        ended, static_cast<double>(c.steps) * step_s, c.steps, run.rows(), c.commands, c.old,
-        c.broken));
-    terminal.print(fmt::format(
-        "a step takes {:.1f} us, the longest {:.1f} us; {} began more than 2 ms late, the latest "
-        "{:.2f} ms; the safe input acted in {} steps\n",
-        1e6 * c.step_sum_s / static_cast<double>(std::max<std::uint64_t>(c.steps, 1)),
-        1e6 * c.longest_step_s, c.late, 1e3 * c.latest_s, c.safe_steps));
-  }
-}
-
-}  // namespace
 
 int serve(const ServeCommand& command, Terminal& terminal) {
-  if ((command.socket_path.empty() ? 0 : 1) + (command.udp_port == 0 ? 0 : 1) +
-          (command.dds ? 1 : 0) !=
-      1)
-    throw command::UsageError("one of --socket PATH, --udp PORT and --dds is wanted");
+  want_one_connection(command);
   if (!command.dds && (command.commands.empty() || command.measurements.empty()))
     throw command::UsageError("--command NAME and --measure NAME are wanted, but with --dds");
-  sim::ServeOptions options;
-  if (command.dds) {
-    sim::require_dds("--dds");
-    options.dds_domain = command.domain;
-  }
-  options.socket_path = command.socket_path;
-  options.udp_port = command.udp_port;
-  options.commands = command.commands;
-  options.measurements = command.measurements;
-  options.recorded = command.recorded;
-  options.inputs = read_inputs(command.inputs_path);
-  if (!command.devices_path.empty())
-    options.devices = vehicle::read_signal_sensors(command.devices_path);
-  if (!command.road_path.empty()) {
-    crg::Crg road = crg::read(command.road_path);
-    options.to_latitude_longitude_deg =
-        map_of(road, command.road_path, options.devices.road.empty());
-    if (!options.devices.road.empty())
-      options.road = std::make_shared<const crg::Surface>(std::move(road));
-  }
+  sim::ServeOptions options = options_of(command);
   std::optional<base::FileWriter> sights;
   if (!command.sights_path.empty()) {
     sights.emplace(command.sights_path);
@@ -123,46 +22,15 @@ int serve(const ServeCommand& command, Terminal& terminal) {
       sights->append("\n");
     };
   }
-  for (const std::string& start : command.starts)
-    options.starts.push_back(assignment("--set", start));
-  for (const std::string& text : command.safe) {
-    const auto [name, value] = assignment("--safe", text);
-    double number = 0.0;
-    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
-    if (error != std::errc() || end != value.data() + value.size())
-      throw command::UsageError("--safe " + text + ": NAME=NUMBER wanted");
-    options.safe.emplace_back(name, number);
-  }
-  for (const std::string& opponent : command.opponents)
-    options.opponents.push_back(sim::read_opponent(opponent));
-  options.safe_after_s = command.safe_after_s;
-  options.stop_s = command.stop_s;
-  options.step_s = command.step_s;
-  options.every = command.every;
-  options.lockstep = command.lockstep;
-  options.speed_up = command.speed_up;
-  options.patience_s = command.patience_s;
   terminal.start("waiting for commands");
   const sim::ServeRun run = sim::serve_unit(command.unit_path, options, terminal.progress());
   terminal.progress_done();
-  const sim::ServeCounts& c = run.counts;
-  if (c.broken > 0)
-    terminal.remark(fmt::format("{} commands were refused, the first because of {}", c.broken,
-                                run.first_broken));
-  if (c.late_sights + c.left_out_sights > 0)
-    terminal.remark(fmt::format(
-        "what sensors saw of the road came {} times after its time, and {} looks were left out; "
-        "fewer beams, a lower rate_hz or a longer delay_s",
-        c.late_sights, c.left_out_sights));
+  for (const std::string& remark : remarks_of(run)) terminal.remark(remark);
   if (sights) sights->commit();
   if (!command.out_path.empty())
     base::write_file(command.out_path, csv_of(run.columns, run.values));
-  const char* const ended = c.ended_by_unit  ? "by the unit"
-                            : c.asked_to_end ? "by a command"
-                            : c.silent       ? "because no command came"
-                                             : "at its stop";
-  print_summary(run, ended, command.step_s, terminal);
-  return c.silent ? command::kNotValid : kOk;
+  terminal.print(terminal.json ? base::json_text(json_of(run)) : summary_of(run, command.step_s));
+  return run.counts.silent ? command::kNotValid : kOk;
 }
 
 }  // namespace crgsim

@@ -20,19 +20,19 @@ inline void fetch_ahead(const Locator& locator, const HeightField& heights,
     const CoarseIndex::Guess guess = locator.guess(points[k].x_m, points[k].y_m);
     cursors[k] = {};
     if (guess.segment == CoarseIndex::kNone) continue;
-    cursors[k] = {guess.segment, 0.5, 0.0};
+    cursors[k] = middle_of(guess.segment);
     __builtin_prefetch(locator.records() + guess.segment);
   }
   for (std::size_t k = 0; k < points.size(); ++k) {
-    if (cursors[k].fraction == 0.0) continue;
-    const Local local(locator.records()[cursors[k].segment].frame, points[k].x_m, points[k].y_m);
-    const SegmentFrame& frame = locator.records()[cursors[k].segment].frame;
+    if (cursors[k].position == 0.0) continue;
+    const SegmentFrame& frame =
+        locator.records()[static_cast<std::size_t>(cursors[k].position)].frame;
+    const Local local(frame, points[k].x_m, points[k].y_m);
     const double steps = std::floor(local.past_begin_m / frame.width(local.v_m));
-    const double moved = static_cast<double>(cursors[k].segment) + steps;
-    const double last = static_cast<double>(locator.segments() - 1);
-    if (std::abs(steps) < 64.0 && moved >= 0.0 && moved <= last)
-      cursors[k].segment = static_cast<std::size_t>(moved);
-    const std::size_t segment = cursors[k].segment;
+    const double moved = cursors[k].position + steps;
+    if (std::abs(steps) < 64.0 && moved >= 0.0 && moved < static_cast<double>(locator.segments()))
+      cursors[k].position = moved;
+    const auto segment = static_cast<std::size_t>(cursors[k].position);
     const float* node = heights.node(segment, 0) + heights.column_near(local.v_m);
     __builtin_prefetch(locator.records() + segment);
     __builtin_prefetch(node);

@@ -14,12 +14,19 @@ struct crg_surface {
 namespace {
 
 crg::Cursor from_c(const crg_cursor* cursor) {
-  return cursor != nullptr ? crg::Cursor{cursor->segment, cursor->fraction, cursor->advance}
-                           : crg::Cursor{};
+  if (cursor == nullptr) return {};
+  return {static_cast<double>(cursor->segment) + cursor->fraction, cursor->advance};
 }
 
 void to_c(const crg::Cursor& from, crg_cursor* cursor) {
-  if (cursor != nullptr) *cursor = {from.segment, from.fraction, from.advance};
+  if (cursor == nullptr) return;
+  // What a caller's damaged cursor became.
+  if (!(from.position >= 0.0 && from.position < 9e15)) {
+    *cursor = {};
+    return;
+  }
+  const auto segment = static_cast<std::size_t>(from.position);
+  *cursor = {segment, from.position - static_cast<double>(segment), from.advance};
 }
 
 int to_c(const crg::Sample& from, crg_sample* sample) {

@@ -49,10 +49,10 @@ Station make_station(std::span<const SegmentRecord> segments, std::size_t begin,
     } else if (joined) {
       station.turn_rad += turn_between(frame, segments[0].frame);
     }
-    const double lean = std::max(std::abs(frame.begin_lean), std::abs(frame.end_lean));
+    const double lean = std::max(std::abs(frame.begin_lean), std::abs(frame.end_lean()));
     station.stretch = std::max(station.stretch, std::sqrt(1.0 + lean * lean));
     // width(v) = length + v (end_lean - begin_lean) reaches zero at the fold.
-    const double rate = frame.end_lean - frame.begin_lean;
+    const double rate = frame.lean_change;
     if (!(frame.length_m > kDegenerateLength * reach_m) || lean > kDegenerateLean) {
       station.fold_left_m = station.fold_right_m = 0.0;
     } else if (rate < 0.0) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -12,6 +13,7 @@
 #include "crg/file.h"
 #include "crg/options.h"
 #include "crg/surface.h"
+#include "two.h"
 
 namespace crg {
 
@@ -93,9 +95,11 @@ class HeightField {
   }
   std::size_t columns() const { return columns_; }
   std::size_t rows() const { return rows_; }
-  std::ptrdiff_t ahead_bytes() const {
-    return ahead_bytes_;
-  }  ///< how far ahead to prefetch: 12 rows
+  /// How far ahead to prefetch: 12 rows.
+  std::ptrdiff_t ahead_bytes() const { return ahead_bytes_[0]; }
+  std::ptrdiff_t ahead_bytes(double advance) const {
+    return ahead_bytes_[std::bit_cast<std::uint64_t>(advance) >> 63U];
+  }
   double u_end_m() const { return u_end_m_; }
   double v_right_m() const { return v_right_m_; }
   double v_left_m() const { return v_left_m_; }
@@ -120,9 +124,9 @@ class HeightField {
   Options options_;
   Interpolation interpolation_;
   std::size_t rows_, columns_;
-  std::ptrdiff_t last_column_;  ///< of the cells
-  std::ptrdiff_t last_row_;     ///< of the cells
-  std::ptrdiff_t ahead_bytes_;
+  std::ptrdiff_t last_column_;     ///< of the cells
+  std::ptrdiff_t last_row_;        ///< of the cells
+  std::ptrdiff_t ahead_bytes_[2];  ///< forwards and backwards
   double u_begin_m_, u_end_m_, u_step_m_, per_u_step_;
   double v_right_m_, v_left_m_;
   double v_step_m_ = 0.0, per_v_step_ = 0.0;
@@ -136,18 +140,18 @@ class HeightField {
 };
 
 inline double HeightField::grid_z(const GridPlace& p) const noexcept {
-  const float* low = node(p.row, p.column);
-  const float* high = low + columns_;
-  const double z0 = low[0] + p.fv * (static_cast<double>(low[1]) - low[0]);
-  const double z1 = high[0] + p.fv * (static_cast<double>(high[1]) - high[0]);
-  return z0 + p.fu * (z1 - z0);
+  const float* nodes = node(p.row, p.column);
+  const Two low = two_at(nodes), high = two_at(nodes + columns_);
+  const Two right = firsts(low, high), left = seconds(low, high);
+  const Two z = right + both(p.fv) * (left - right);
+  return z[0] + p.fu * (z[1] - z[0]);
 }
 
 inline double HeightField::z_simple(const GridPlace& p, double v_m) const noexcept {
   const double z = grid_z(p);
-  const LineNode low = line_[p.row], high = line_[p.row + 1];
-  return z + (low.z_m + p.fu * (high.z_m - low.z_m)) +
-         (low.banking + p.fu * (high.banking - low.banking)) * v_m;
+  const double* low = &line_[p.row].z_m;
+  const Two here = two_at(low), line = here + both(p.fu) * (two_at(low + 2) - here);
+  return z + line[0] + line[1] * v_m;
 }
 
 inline double HeightField::z_at_simple(double u_m, double v_m) const noexcept {
@@ -158,23 +162,24 @@ inline double HeightField::z_at_simple(double u_m, double v_m) const noexcept {
   const auto row = std::min(static_cast<std::ptrdiff_t>(rows), last_row_);
   const GridPlace p =
       place_simple(static_cast<std::size_t>(row), rows - static_cast<double>(row), v_m);
-  prefetch_row(node(p.row, p.column), ahead_bytes_);
+  prefetch_row(node(p.row, p.column), ahead_bytes_[0]);
   return z_simple(p, v_m);
 }
 
 inline Height HeightField::at_simple(const GridPlace& p, double v_m) const noexcept {
-  const float* low = node(p.row, p.column);
-  const float* high = low + columns_;
-  const double step0 = static_cast<double>(low[1]) - low[0];
-  const double step1 = static_cast<double>(high[1]) - high[0];
-  const double z0 = low[0] + p.fv * step0;
-  const double z1 = high[0] + p.fv * step1;
-  const LineNode here = line_[p.row], next = line_[p.row + 1];
-  const double rise = next.z_m - here.z_m, change = next.banking - here.banking;
-  const double banking = here.banking + p.fu * change;
-  return {z0 + p.fu * (z1 - z0) + (here.z_m + p.fu * rise) + banking * v_m,
-          ((z1 - z0) + rise + change * v_m) * per_u_step_,
-          (step0 + p.fu * (step1 - step0)) * per_v_step_ + banking};
+  const float* nodes = node(p.row, p.column);
+  const Two low = two_at(nodes), high = two_at(nodes + columns_);
+  const Two right = firsts(low, high), step = seconds(low, high) - right;
+  const Two z = right + both(p.fv) * step;  // at either row
+  // Of the grid: height and step across. Of the line: height and banking.
+  const Two begin = firsts(z, step), change = seconds(z, step) - begin;
+  const Two grid = begin + both(p.fu) * change;
+  const double* node = &line_[p.row].z_m;
+  const Two here = two_at(node), line_change = two_at(node + 2) - here;
+  const Two line = here + both(p.fu) * line_change;
+  return {grid[0] + line[0] + line[1] * v_m,
+          (change[0] + line_change[0] + line_change[1] * v_m) * per_u_step_,
+          grid[1] * per_v_step_ + line[1]};
 }
 
 }  // namespace crg

@@ -4,24 +4,27 @@
 #include <cstddef>
 
 #include "crg/reference_line.h"
+#include "two.h"
 
 namespace crg {
 
 /// One segment with the mitre lines at its ends. s runs along it from its first node, v is the
 /// perpendicular offset to the left. The mitre line at the beginning runs through
-/// (s, v) = (v * begin_lean, v), the one at the end through (length_m + v * end_lean, v).
+/// (s, v) = (v * begin_lean, v), the one at the end through (length_m + v * end_lean(), v).
 struct SegmentFrame {
   double x_m = 0.0, y_m = 0.0;
   double cos = 1.0, sin = 0.0;
   double length_m = 0.0;
-  double begin_lean = 0.0, end_lean = 0.0;
+  double begin_lean = 0.0;
+  double lean_change = 0.0;  ///< from the beginning to the end
 
   /// s of the point a fraction of the way from one mitre line to the other.
   double along(double fraction, double v_m) const {
     return v_m * begin_lean + fraction * width(v_m);
   }
   /// Distance between the mitre lines at v; not positive beyond the centre of curvature.
-  double width(double v_m) const { return length_m + v_m * (end_lean - begin_lean); }
+  double width(double v_m) const { return length_m + v_m * lean_change; }
+  double end_lean() const { return begin_lean + lean_change; }
   Point2 point(double s_m, double v_m) const {
     return {x_m + s_m * cos - v_m * sin, y_m + s_m * sin + v_m * cos};
   }
@@ -45,6 +48,8 @@ struct alignas(64) SegmentRecord {
     return v_m <= static_cast<double>(certain_left_m) &&
            v_m >= static_cast<double>(certain_right_m);
   }
+  /// The same with one test for both, but not for certain_left_m itself.
+  bool surely_certain(double v_m) const { return signs(both(v_m) - two_at(&certain_right_m)) == 2; }
 };
 
 /// Unit vector that the mitre line at `row` is perpendicular to.

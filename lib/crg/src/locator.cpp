@@ -15,7 +15,7 @@ constexpr int kMaxDepth = 48;
 
 // Whether the end of one segment and the beginning of the next are cut by the same line.
 bool share_mitre(const SegmentFrame& a, const SegmentFrame& b) {
-  const Point2 end{a.end_lean * a.cos - a.sin, a.end_lean * a.sin + a.cos};
+  const Point2 end{a.end_lean() * a.cos - a.sin, a.end_lean() * a.sin + a.cos};
   const Point2 begin{b.begin_lean * b.cos - b.sin, b.begin_lean * b.sin + b.cos};
   const double cross = end.x_m * begin.y_m - end.y_m * begin.x_m;
   const double dot = end.x_m * begin.x_m + end.y_m * begin.y_m;
@@ -50,6 +50,7 @@ Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
   joined_ = ends_joined(line);
   if (line.closed) closing_ = find_closing(line).value_or(Closing{});
   segments_ = segments;
+  segments_in_all_ = static_cast<double>(segments);
   reserve_huge(records_, segments + 1);
   records_.resize(segments + 1);
   Point2 mitre = mitre_direction(line, 0);
@@ -59,10 +60,9 @@ Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
     mitre = next;
   }
   SegmentFrame& last = records_.back().frame;
-  last = records_[segments - 1].frame;
+  last = segment_frame(line, segments - 1, mitre, mitre);
   last.x_m = line.x_m.back();
   last.y_m = line.y_m.back();
-  last.begin_lean = last.end_lean;
   const std::span<SegmentRecord> of_segments(records_.data(), segments);
   measure_clearance(of_segments, v_right_m, v_left_m, line.u_step_m, joined_, closing_);
   coarse_ = CoarseIndex(of_segments, reach_m_);
@@ -82,7 +82,7 @@ Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
       box.y_max_m = std::max(box.y_max_m, line.y_m[node]);
     }
     const double lean =
-        std::max(std::abs(records_[i].frame.begin_lean), std::abs(records_[i].frame.end_lean));
+        std::max(std::abs(records_[i].frame.begin_lean), std::abs(records_[i].frame.end_lean()));
     // At a reversal the two segments have different mitre lines, see search_leaf().
     const double slack =
         i + 1 < segments && !share_mitre(records_[i].frame, records_[i + 1].frame) ? 1.5 : 1.0;

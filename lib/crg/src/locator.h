@@ -74,6 +74,7 @@ class Locator {
 
   std::vector<SegmentRecord> records_;  ///< one per segment, and one for the last node
   std::size_t segments_ = 0;
+  double segments_in_all_ = 0.0;  ///< the same number
   CoarseIndex coarse_;
   std::vector<Box> boxes_;  ///< binary tree, children of k at 2k + 1 and 2k + 2
   std::size_t first_leaf_ = 0;
@@ -98,35 +99,28 @@ struct Local {
 inline constexpr double kNearMitre =
     1e-6;  // fraction of a cell: nearer than that both sides are asked
 
-inline constexpr double kLarge = 6755399441055744.0;  // 1.5 * 2^52
-inline constexpr double kHalf = 0.499999999;  // less, so that whole numbers are not rounded down
-
-inline std::size_t predicted_segment(const Cursor& cursor, double& steps) noexcept {
-  // Floor by adding a number so large that its last bit is 1: std::floor is a library call without
-  // SSE4.1, and conversion to an integer is undefined for the numbers in a damaged cursor.
-  const double sum = ((cursor.fraction - kHalf) + cursor.advance) + kLarge;
-  steps = sum - kLarge;
-  return cursor.segment +
-         (std::bit_cast<std::uint64_t>(sum) - std::bit_cast<std::uint64_t>(kLarge));
+inline Cursor middle_of(std::size_t segment) noexcept {
+  return {static_cast<double>(segment) + 0.5, 0.0};
 }
 
 inline bool Locator::locate_ahead(double x_m, double y_m, Cursor& cursor,
                                   Place& place) const noexcept {
-  double steps;
-  const std::size_t i = predicted_segment(cursor, steps);
-  if (i >= segments_) [[unlikely]]
+  const std::int64_t i = whole(cursor.position + cursor.advance);
+  if (static_cast<std::uint64_t>(i) >= segments_) [[unlikely]]
     return false;
-  const SegmentRecord& record = records_[i];
+  const SegmentRecord& record = records_[static_cast<std::size_t>(i)];
   const SegmentFrame& frame = record.frame;
   const Local local(frame, x_m, y_m);
   const double fraction = local.past_begin_m / frame.width(local.v_m);
   // What is certain lies where the cell is not folded, so the width is positive. NaN fails too.
-  if (!(fraction >= 0.0 && fraction < 1.0 - kNearMitre && record.certain(local.v_m))) [[unlikely]]
+  // As whole numbers the bits of doubles that are not negative keep their order.
+  if (std::bit_cast<std::uint64_t>(fraction) >= std::bit_cast<std::uint64_t>(1.0 - kNearMitre) ||
+      !record.surely_certain(local.v_m)) [[unlikely]]
     return false;
-  cursor.advance = (steps - cursor.fraction) + fraction;  // in the order that is known soonest
-  cursor.segment = i;
-  cursor.fraction = fraction;
-  place.segment = i;
+  const double position = static_cast<double>(i) + fraction;
+  cursor.advance = position - cursor.position;
+  cursor.position = position;
+  place.segment = static_cast<std::size_t>(i);
   place.fraction = fraction;
   place.v_m = local.v_m;
   place.beyond_m = 0.0;
@@ -143,26 +137,26 @@ Place Locator::locate_from(double x_m, double y_m, Cursor& cursor,
   if (!(std::abs(x_m) <= kMax && std::abs(y_m) <= kMax)) return {0, 0.0, kNaN, kNaN};
   Place place;
   bool found = false;
-  if (cursor.fraction != 0.0 || cursor.advance != 0.0) {  // not new
-    double steps;
-    const std::size_t segment = predicted_segment(cursor, steps);
-    found = locate_near(x_m, y_m, segment, kWalk, place);
+  if (cursor.position != 0.0 || cursor.advance != 0.0) {  // not new
+    const double expected = cursor.position + cursor.advance;
+    // What is not a number begins at 0.
+    const double row = expected >= 0.0 ? std::min(expected, segments_in_all_) : 0.0;
+    found = locate_near(x_m, y_m, static_cast<std::size_t>(row), kWalk, place);
   }
   if (!found) {
     const CoarseIndex::Guess guess = coarse_.guess(x_m, y_m);
     if (guess.segment != CoarseIndex::kNone) {
       on_guess(guess.segment, guess.v_m);
-      Cursor there{guess.segment, 0.5, 0.0};
+      Cursor there = middle_of(guess.segment);
       found = locate_ahead(x_m, y_m, there, place) ||
               locate_near(x_m, y_m, guess.segment, 4096.0, place);
     }
   }
   if (!found) place = search(x_m, y_m);
-  const double moved = static_cast<double>(place.segment) - static_cast<double>(cursor.segment) +
-                       place.fraction - cursor.fraction;
+  const double position = static_cast<double>(place.segment) + place.fraction;
+  const double moved = position - cursor.position;
   cursor.advance = std::abs(moved) < 64.0 ? moved : 0.0;
-  cursor.segment = place.segment;
-  cursor.fraction = place.fraction;
+  cursor.position = position;
   return place;
 }
 

@@ -59,7 +59,7 @@ SegmentFrame segment_frame(const ReferenceLine& line, std::size_t row, const Poi
                            const Point2& end_mitre) {
   SegmentFrame frame = frame_without_mitres(line, row);
   frame.begin_lean = lean(begin_mitre, frame);
-  frame.end_lean = lean(end_mitre, frame);
+  frame.lean_change = lean(end_mitre, frame) - frame.begin_lean;
   return frame;
 }
 

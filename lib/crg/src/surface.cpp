@@ -1,7 +1,9 @@
 #include "crg/surface.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <new>
 #include <vector>
@@ -11,6 +13,7 @@
 #include "directions.h"
 #include "height.h"
 #include "locator.h"
+#include "same_shape.h"
 #include "strip_filler.h"
 #include "wheels_kernel.h"
 
@@ -39,19 +42,6 @@ Crg with_modifiers(Crg crg, ModifierUse use) {
   return apply_modifiers(std::move(crg));
 }
 
-void want_same_shape(const Grid& road, const Grid& map) {
-  bool same = map.rows() == road.rows() && map.columns() == road.columns() &&
-              std::abs(map.u_step_m - road.u_step_m) <= 1e-9 * road.u_step_m &&
-              std::abs(map.u_begin_m - road.u_begin_m) <= 1e-6;
-  for (std::size_t j = 0; same && j < road.columns(); ++j)
-    same = std::abs(map.v_m[j] - road.v_m[j]) <= 1e-6;
-  if (!same) {
-    throw Error("friction map of " + std::to_string(map.rows()) + " x " +
-                std::to_string(map.columns()) + " for a road of " + std::to_string(road.rows()) +
-                " x " + std::to_string(road.columns()) + ": want the same rows, columns, u and v");
-  }
-}
-
 }  // namespace
 
 struct Surface::Data {
@@ -64,7 +54,10 @@ struct Surface::Data {
         locator(line, heights.v_right_m(), heights.v_left_m()),
         directions(directions_of(line)),
         curvature_of_reference_line(options.curvature_of_reference_line),
-        quick(heights.simple() && friction.empty()) {}
+        least_width_m(1e-9 * line.u_step_m),
+        quick(heights.simple() && friction.empty()),
+        fours(heights.simple() && four_wheels_available() &&
+              file.grid.z_m.size() <= std::numeric_limits<std::int32_t>::max()) {}
 
   static std::vector<float> take_friction(const Grid& road, SurfaceOptions& options) {
     if (!options.friction_map) return {};
@@ -83,7 +76,7 @@ struct Surface::Data {
                       const Cursor& cursor) const noexcept;
   Sample sample_far(double x_m, double y_m, Cursor& cursor) const noexcept;
   Sample answer(const Place& place, const Height& height, bool inside, double x_m, double y_m,
-                double friction_there) const noexcept;
+                double u_per_metre, double friction_there) const noexcept;
   double z_of(const Place& place) const noexcept;
   double z_far(double x_m, double y_m, Cursor& cursor) const noexcept;
   Place locate_far(double x_m, double y_m, Cursor& cursor) const noexcept;
@@ -92,8 +85,9 @@ struct Surface::Data {
   Place place_of(double u_m, double v_m) const noexcept;
   double u_of(const Place& place) const noexcept {
     const auto segment = static_cast<std::ptrdiff_t>(place.segment);  // signed: one instruction
-    return line.u_begin_m + (static_cast<double>(segment) + place.fraction) * line.u_step_m +
-           place.beyond_m;
+    const double u =
+        line.u_begin_m + (static_cast<double>(segment) + place.fraction) * line.u_step_m;
+    return place.beyond_m == 0.0 ? u : u + place.beyond_m;
   }
 
   double friction_constant;
@@ -104,13 +98,15 @@ struct Surface::Data {
   Locator locator;
   std::vector<Direction> directions;  ///< one per segment
   bool curvature_of_reference_line;
-  bool quick;  ///< sample_ahead() may be asked
+  double least_width_m;  ///< of a cell whose gradient along the line is known
+  bool quick;            ///< sample_ahead() may be asked
+  bool fours;            ///< z_of_four_wheels() may be asked
 };
 
 // The row that later queries will need, if the cursor goes on as it went.
 [[gnu::always_inline]] inline void Surface::Data::prefetch(const Cursor& cursor,
                                                            const float* node) const noexcept {
-  prefetch_row(node, cursor.advance < 0.0 ? -heights.ahead_bytes() : heights.ahead_bytes());
+  prefetch_row(node, heights.ahead_bytes(cursor.advance));
 }
 
 inline double Surface::Data::z_of(const Place& place) const noexcept {
@@ -206,7 +202,13 @@ inline Heading Surface::Data::direction(const Place& place) const noexcept {
               .curvature_1pm = curvature_1pm};
     }
   }
-  return answer(place, height, inside, x_m, y_m,
+  // Along the segment, u advances by a step over the width of the cell at v. Where lateral cuts
+  // meet there is no gradient along the line.
+  const double width = locator.records()[place.segment].frame.width(place.v_m);
+  const double u_per_metre = place.beyond_m != 0.0             ? 1.0
+                             : std::abs(width) < least_width_m ? 0.0
+                                                               : line.u_step_m / width;
+  return answer(place, height, inside, x_m, y_m, u_per_metre,
                 friction.empty() ? friction_constant : friction_of(place));
 }
 
@@ -216,35 +218,34 @@ inline Heading Surface::Data::direction(const Place& place) const noexcept {
   const GridPlace cell = heights.place_simple(place.segment, place.fraction, place.v_m);
   prefetch(cursor, heights.node(cell.row, cell.column));
   const Height height = heights.at_simple(cell, place.v_m);
-  if (std::isnan(height.z_m)) [[unlikely]] {
+  const double width = locator.records()[place.segment].frame.width(place.v_m);
+  // Positive, so that the bits have the order of the numbers.
+  if (std::isnan(height.z_m) || std::bit_cast<std::int64_t>(width) <
+                                    std::bit_cast<std::int64_t>(least_width_m)) [[unlikely]] {
     const Place copy = place;  // its address leads out, so that of `place` need not
     return sample(copy, x_m, y_m);
   }
   return answer({place.segment, place.fraction, place.v_m, 0.0}, height, true, x_m, y_m,
-                friction_constant);
+                line.u_step_m / width, friction_constant);
 }
 
 // What is known of a place whose height is.
 [[gnu::always_inline]] inline Sample Surface::Data::answer(const Place& place, const Height& height,
                                                            bool inside, double x_m, double y_m,
+                                                           double u_per_metre,
                                                            double friction_there) const noexcept {
   const SegmentFrame& frame = locator.records()[place.segment].frame;
   const auto [heading_rad, curvature_1pm] = direction(place);
-  // Along the segment, u advances by a step over the width of the cell at v; along the mitre line
-  // both v and the place along the segment change.
-  const double lean = frame.begin_lean + place.fraction * (frame.end_lean - frame.begin_lean);
-  const double width = frame.width(place.v_m);
-  double u_per_metre = line.u_step_m / width;
-  if (place.beyond_m != 0.0) [[unlikely]]
-    u_per_metre = 1.0;
-  // Where lateral cuts meet there is no gradient along the line.
-  else if (std::abs(width) < 1e-9 * line.u_step_m) [[unlikely]]
-    u_per_metre = 0.0;
+  // Along the mitre line both v and the place along the segment change.
+  const double lean = frame.begin_lean + place.fraction * frame.lean_change;
   const double along = height.dzdu * u_per_metre;
   const double across = height.dzdv - lean * along;
-  const double dzdx = along * frame.cos - across * frame.sin;
-  const double dzdy = along * frame.sin + across * frame.cos;
-  const double normal_z = 1.0 / std::sqrt(1.0 + dzdx * dzdx + dzdy * dzdy);
+  const Two direction = two_at(&frame.cos);
+  const Two gradient = both(along) * direction +
+                       Two{-across, across} * __builtin_shufflevector(direction, direction, 1, 0);
+  const Two squares = gradient * gradient;
+  const double normal_z = 1.0 / std::sqrt(1.0 + squares[0] + squares[1]);
+  const Two normal = gradient * both(-normal_z);
   return {.valid = true,
           .inside = inside,
           .u_m = u_of(place),
@@ -252,12 +253,12 @@ inline Heading Surface::Data::direction(const Place& place) const noexcept {
           .x_m = x_m,
           .y_m = y_m,
           .z_m = height.z_m,
-          .dzdx = dzdx,
-          .dzdy = dzdy,
+          .dzdx = gradient[0],
+          .dzdy = gradient[1],
           .heading_rad = heading_rad,
           .curvature_1pm = curvature_1pm,
-          .normal_x = -dzdx * normal_z,
-          .normal_y = -dzdy * normal_z,
+          .normal_x = normal[0],
+          .normal_y = normal[1],
           .normal_z = normal_z,
           .friction = friction_there};
 }
@@ -349,10 +350,9 @@ void Surface::z_at_xy(std::span<const Point2> points, std::span<double> z_m,
 void Surface::z_at_xy(std::span<const Point2> points, std::span<Cursor> cursors,
                       std::span<double> z_m) const noexcept {
   const std::size_t count = std::min({points.size(), cursors.size(), z_m.size()});
-  const bool fours = data_->heights.simple() && four_wheels_available();
   std::size_t k = 0;
   while (k < count) {
-    if (fours && k + 4 <= count &&
+    if (data_->fours && k + 4 <= count &&
         z_of_four_wheels(data_->locator, data_->heights, &points[k], &cursors[k], &z_m[k])) {
       k += 4;
       continue;

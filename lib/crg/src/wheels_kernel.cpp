@@ -1,5 +1,6 @@
 #include "wheels_kernel.h"
 
+#include <cstdint>
 #include <cstring>
 
 #if defined(__x86_64__)
@@ -16,69 +17,64 @@ namespace crg {
 
 namespace {
 
-// Four structs of four numbers <-> four numbers of each kind.
-struct Four {
-  __m256d a, b, c, d;
+// Lanes belong to the wheels 0, 2, 1, 3: so two numbers of each of four wheels part with one
+// instruction for each kind, and none crosses the middle of a register.
+struct Two {
+  __m256d first, second;
 };
 
-KERBSTONE_AVX2 inline Four transposed(const Four& m) {
-  const __m256d ab_even = _mm256_unpacklo_pd(m.a, m.b), ab_odd = _mm256_unpackhi_pd(m.a, m.b);
-  const __m256d cd_even = _mm256_unpacklo_pd(m.c, m.d), cd_odd = _mm256_unpackhi_pd(m.c, m.d);
-  return {
-      _mm256_permute2f128_pd(ab_even, cd_even, 0x20), _mm256_permute2f128_pd(ab_odd, cd_odd, 0x20),
-      _mm256_permute2f128_pd(ab_even, cd_even, 0x31), _mm256_permute2f128_pd(ab_odd, cd_odd, 0x31)};
+KERBSTONE_AVX2_INLINE Two parted(__m256d of_0_1, __m256d of_2_3) {
+  return {_mm256_unpacklo_pd(of_0_1, of_2_3), _mm256_unpackhi_pd(of_0_1, of_2_3)};
 }
 
-KERBSTONE_AVX2 inline Four loaded(const double* a, const double* b, const double* c,
-                                  const double* d) {
-  return transposed(
-      {_mm256_loadu_pd(a), _mm256_loadu_pd(b), _mm256_loadu_pd(c), _mm256_loadu_pd(d)});
+KERBSTONE_AVX2_INLINE __m256d both(const double* low, const double* high) {
+  return _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadu_pd(low)), _mm_loadu_pd(high), 1);
+}
+
+// From four pointers, in the order of the lanes.
+template <typename T>
+struct At {
+  const T* of_0;
+  const T* of_2;
+  const T* of_1;
+  const T* of_3;
+};
+
+KERBSTONE_AVX2_INLINE Two parted(const At<double>& at, std::size_t offset) {
+  return parted(both(at.of_0 + offset, at.of_1 + offset), both(at.of_2 + offset, at.of_3 + offset));
 }
 
 // a + t (b - a)
-KERBSTONE_AVX2 inline __m256d between(__m256d a, __m256d b, __m256d t) {
+KERBSTONE_AVX2_INLINE __m256d between(__m256d a, __m256d b, __m256d t) {
   return _mm256_add_pd(a, _mm256_mul_pd(t, _mm256_sub_pd(b, a)));
 }
 
-// Two neighbouring nodes under each of four wheels, as the right ones and the left ones.
+// Two neighbouring nodes under each wheel, as the right ones and the left ones.
 struct Pairs {
   __m256d right, left;
 };
 
-KERBSTONE_AVX2 inline Pairs pairs(const float* const node[4], std::size_t offset) {
-  const auto two = [&](int first, int second) KERBSTONE_AVX2 {
-    double low, high;  // two floats each, not aligned as a double is
-    std::memcpy(&low, node[first] + offset, sizeof low);
-    std::memcpy(&high, node[second] + offset, sizeof high);
-    return _mm_castpd_ps(_mm_set_pd(high, low));
-  };
-  const __m128 first = two(0, 1), last = two(2, 3);
+KERBSTONE_AVX2_INLINE __m128 two_floats_each(const float* low, const float* high) {
+  double a, b;  // not aligned as a double is
+  std::memcpy(&a, low, sizeof a);
+  std::memcpy(&b, high, sizeof b);
+  return _mm_castpd_ps(_mm_set_pd(b, a));
+}
+
+KERBSTONE_AVX2_INLINE Pairs pairs(const At<float>& node, std::size_t offset) {
+  const __m128 first = two_floats_each(node.of_0 + offset, node.of_2 + offset),
+               last = two_floats_each(node.of_1 + offset, node.of_3 + offset);
   return {_mm256_cvtps_pd(_mm_shuffle_ps(first, last, 0x88)),
           _mm256_cvtps_pd(_mm_shuffle_ps(first, last, 0xDD))};
 }
 
-// The segment that each wheel is expected on.
-struct Rows {
-  __m256d steps;  // from the last one
-  __m256i segment;
-  alignas(32) std::size_t of[4];
-};
-
-// False: one of them is outside the line.
-KERBSTONE_AVX2_INLINE bool expected_rows(const Four& cursor, std::size_t segments, Rows& rows) {
-  const __m256d large = _mm256_set1_pd(kLarge);
-  const __m256d sum =
-      _mm256_add_pd(_mm256_add_pd(_mm256_sub_pd(cursor.b, _mm256_set1_pd(kHalf)), cursor.c), large);
-  rows.steps = _mm256_sub_pd(sum, large);
-  rows.segment =
-      _mm256_add_epi64(_mm256_castpd_si256(cursor.a),
-                       _mm256_sub_epi64(_mm256_castpd_si256(sum), _mm256_castpd_si256(large)));
-  const __m256i in_range = _mm256_and_si256(
-      _mm256_cmpgt_epi64(_mm256_set1_epi64x(static_cast<long long>(segments)), rows.segment),
-      _mm256_cmpgt_epi64(rows.segment, _mm256_set1_epi64x(-1)));
-  if (_mm256_movemask_pd(_mm256_castsi256_pd(in_range)) != 15) return false;
-  _mm256_store_si256(reinterpret_cast<__m256i*>(rows.of), rows.segment);
-  return true;
+// base + stride * number, for the four numbers in a register.
+template <typename T>
+KERBSTONE_AVX2_INLINE At<T> at(const T* base, std::size_t stride, __m128i numbers) {
+  const auto low = static_cast<std::uint64_t>(_mm_cvtsi128_si64(numbers)),
+             high = static_cast<std::uint64_t>(_mm_extract_epi64(numbers, 1));
+  return {base + stride * static_cast<std::uint32_t>(low), base + stride * (low >> 32U),
+          base + stride * static_cast<std::uint32_t>(high), base + stride * (high >> 32U)};
 }
 
 // Where each wheel is on its segment.
@@ -87,26 +83,25 @@ struct Places {
 };
 
 // False: one of them is not certain to be on the expected segment.
-KERBSTONE_AVX2_INLINE bool places_on(const SegmentRecord* records, const Rows& rows,
+KERBSTONE_AVX2_INLINE bool places_on(const SegmentRecord* records, __m128i segment,
                                      const Point2* points, Places& places) {
-  const auto record = [&](int k) { return reinterpret_cast<const double*>(records + rows.of[k]); };
-  const Four front = loaded(record(0), record(1), record(2), record(3));
-  const Four back = loaded(record(0) + 4, record(1) + 4, record(2) + 4, record(3) + 4);
+  const At<double> record =
+      at(reinterpret_cast<const double*>(records), sizeof(SegmentRecord) / sizeof(double), segment);
   const double* xy = reinterpret_cast<const double*>(points);
-  const __m256d p01 = _mm256_loadu_pd(xy), p23 = _mm256_loadu_pd(xy + 4);
-  const __m256d p02 = _mm256_permute2f128_pd(p01, p23, 0x20),
-                p13 = _mm256_permute2f128_pd(p01, p23, 0x31);
-  const __m256d dx = _mm256_sub_pd(_mm256_unpacklo_pd(p02, p13), front.a),
-                dy = _mm256_sub_pd(_mm256_unpackhi_pd(p02, p13), front.b);
-  const __m256d s = _mm256_add_pd(_mm256_mul_pd(dx, front.c), _mm256_mul_pd(dy, front.d));
-  const __m256d v = _mm256_sub_pd(_mm256_mul_pd(dy, front.c), _mm256_mul_pd(dx, front.d));
-  const __m256d past_begin = _mm256_sub_pd(s, _mm256_mul_pd(v, back.b));
-  const __m256d width = _mm256_add_pd(back.a, _mm256_mul_pd(v, _mm256_sub_pd(back.c, back.b)));
+  const Two d = parted(_mm256_sub_pd(_mm256_loadu_pd(xy), both(record.of_0, record.of_1)),
+                       _mm256_sub_pd(_mm256_loadu_pd(xy + 4), both(record.of_2, record.of_3)));
+  const auto [cos, sin] = parted(record, 2);
+  const auto [length, begin_lean] = parted(record, 4);
+  const auto [lean_change, certain] = parted(record, 6);
+  const __m256d s = _mm256_add_pd(_mm256_mul_pd(d.first, cos), _mm256_mul_pd(d.second, sin));
+  const __m256d v = _mm256_sub_pd(_mm256_mul_pd(d.second, cos), _mm256_mul_pd(d.first, sin));
+  const __m256d past_begin = _mm256_sub_pd(s, _mm256_mul_pd(v, begin_lean));
+  const __m256d width = _mm256_add_pd(length, _mm256_mul_pd(v, lean_change));
   const __m256d fraction = _mm256_div_pd(past_begin, width);
-  // The two floats in each lane of back.d: right bounds to the lower half, left bounds to the
+  // The two floats in each lane of `certain`: right bounds to the lower half, left bounds to the
   // upper.
-  const __m256 bounds =
-      _mm256_permutevar8x32_ps(_mm256_castpd_ps(back.d), _mm256_setr_epi32(0, 2, 4, 6, 1, 3, 5, 7));
+  const __m256 bounds = _mm256_permutevar8x32_ps(_mm256_castpd_ps(certain),
+                                                 _mm256_setr_epi32(0, 2, 4, 6, 1, 3, 5, 7));
   const __m256d right = _mm256_cvtps_pd(_mm256_castps256_ps128(bounds)),
                 left = _mm256_cvtps_pd(_mm256_extractf128_ps(bounds, 1));
   const __m256d along =
@@ -118,34 +113,32 @@ KERBSTONE_AVX2_INLINE bool places_on(const SegmentRecord* records, const Rows& r
   return _mm256_movemask_pd(_mm256_and_pd(along, across)) == 15;
 }
 
-// Heights of the road there; NaN where it has none. `advance`: in rows, since the last query.
-KERBSTONE_AVX2_INLINE __m256d heights_at(const HeightField& heights, const Rows& rows,
-                                         const Places& places, __m256d advance) {
+// Heights of the road there; NaN where it has none.
+KERBSTONE_AVX2_INLINE __m256d heights_at(const HeightField& heights, __m128i row,
+                                         const Places& places, bool backwards) {
   const __m256d columns =
       _mm256_mul_pd(_mm256_sub_pd(places.v_m, _mm256_set1_pd(heights.v_right_m())),
                     _mm256_set1_pd(heights.per_v_step()));
-  const __m128i column = _mm_min_epi32(_mm256_cvttpd_epi32(columns),
-                                       _mm_set1_epi32(static_cast<int>(heights.columns()) - 2));
+  const auto in_row = static_cast<int>(heights.columns());
+  const __m128i column = _mm_min_epi32(_mm256_cvttpd_epi32(columns), _mm_set1_epi32(in_row - 2));
   const __m256d fv = _mm256_sub_pd(columns, _mm256_cvtepi32_pd(column));
-  alignas(16) int column_of[4];
-  _mm_store_si128(reinterpret_cast<__m128i*>(column_of), column);
-  const float* node[4];
-  for (int k = 0; k < 4; ++k)
-    node[k] = heights.node(rows.of[k], static_cast<std::size_t>(column_of[k]));
-  const int backwards = _mm256_movemask_pd(advance);
-  for (int k = 0; k < 4; ++k)
-    prefetch_row(node[k],
-                 (backwards & (1 << k)) != 0 ? -heights.ahead_bytes() : heights.ahead_bytes());
+  const At<float> node = at(heights.node(0, 0), 1,
+                            _mm_add_epi32(_mm_mullo_epi32(row, _mm_set1_epi32(in_row)), column));
+  const std::ptrdiff_t ahead = backwards ? -heights.ahead_bytes() : heights.ahead_bytes();
+  prefetch_row(node.of_0, ahead);
+  prefetch_row(node.of_2, ahead);
+  prefetch_row(node.of_1, ahead);
+  prefetch_row(node.of_3, ahead);
 
   const Pairs low = pairs(node, 0), high = pairs(node, heights.columns());
   const __m256d grid = between(between(low.right, low.left, fv), between(high.right, high.left, fv),
                                places.fraction);
-  const auto line_at = [&](int k) {
-    return reinterpret_cast<const double*>(heights.line() + rows.of[k]);
-  };
-  const Four line = loaded(line_at(0), line_at(1), line_at(2), line_at(3));
-  return _mm256_add_pd(_mm256_add_pd(grid, between(line.a, line.c, places.fraction)),
-                       _mm256_mul_pd(between(line.b, line.d, places.fraction), places.v_m));
+  const At<double> line =
+      at(reinterpret_cast<const double*>(heights.line()), sizeof(LineNode) / sizeof(double), row);
+  const Two here = parted(line, 0), next = parted(line, 2);
+  return _mm256_add_pd(
+      _mm256_add_pd(grid, between(here.first, next.first, places.fraction)),
+      _mm256_mul_pd(between(here.second, next.second, places.fraction), places.v_m));
 }
 
 }  // namespace
@@ -154,25 +147,26 @@ bool four_wheels_available() noexcept { return __builtin_cpu_supports("avx2"); }
 
 KERBSTONE_AVX2 bool z_of_four_wheels(const Locator& locator, const HeightField& heights,
                                      const Point2* points, Cursor* cursors, double* z_m) noexcept {
-  static_assert(sizeof(Cursor) == 32 && sizeof(Point2) == 16 && sizeof(SegmentRecord) == 64 &&
+  static_assert(sizeof(Cursor) == 16 && sizeof(Point2) == 16 && sizeof(SegmentRecord) == 64 &&
                 sizeof(LineNode) == 16);
-  const auto cursor_at = [&](int k) { return reinterpret_cast<double*>(cursors + k); };
-  const Four cursor = loaded(cursor_at(0), cursor_at(1), cursor_at(2), cursor_at(3));
-  Rows rows;
+  double* cursor = reinterpret_cast<double*>(cursors);
+  const auto [before, advance] = parted(_mm256_loadu_pd(cursor), _mm256_loadu_pd(cursor + 4));
+  const __m256d expected = _mm256_add_pd(before, advance);
+  // What lies beyond the line or is not a number fails; the conversion rounds all else downwards.
+  const __m256d on_line = _mm256_and_pd(
+      _mm256_cmp_pd(expected, _mm256_setzero_pd(), _CMP_GE_OQ),
+      _mm256_cmp_pd(expected, _mm256_set1_pd(static_cast<double>(locator.segments())), _CMP_LT_OQ));
+  if (_mm256_movemask_pd(on_line) != 15) return false;
+  const __m128i segment = _mm256_cvttpd_epi32(expected);
   Places places;
-  if (!expected_rows(cursor, locator.segments(), rows) ||
-      !places_on(locator.records(), rows, points, places))
-    return false;
-  const __m256d advance = _mm256_add_pd(_mm256_sub_pd(rows.steps, cursor.b), places.fraction);
-  const __m256d z = heights_at(heights, rows, places, advance);
+  if (!places_on(locator.records(), segment, points, places)) return false;
+  const __m256d position = _mm256_add_pd(_mm256_cvtepi32_pd(segment), places.fraction);
+  const __m256d moved = _mm256_sub_pd(position, before);
+  const __m256d z = heights_at(heights, segment, places, _mm256_movemask_pd(moved) == 15);
   if (_mm256_movemask_pd(_mm256_cmp_pd(z, z, _CMP_UNORD_Q)) != 0) return false;
-  _mm256_storeu_pd(z_m, z);
-  const Four moved =
-      transposed({_mm256_castsi256_pd(rows.segment), places.fraction, advance, advance});
-  _mm256_storeu_pd(cursor_at(0), moved.a);
-  _mm256_storeu_pd(cursor_at(1), moved.b);
-  _mm256_storeu_pd(cursor_at(2), moved.c);
-  _mm256_storeu_pd(cursor_at(3), moved.d);
+  _mm256_storeu_pd(z_m, _mm256_permute4x64_pd(z, 0xD8));
+  _mm256_storeu_pd(cursor, _mm256_unpacklo_pd(position, moved));
+  _mm256_storeu_pd(cursor + 4, _mm256_unpackhi_pd(position, moved));
   return true;
 }
 

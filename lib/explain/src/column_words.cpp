@@ -12,9 +12,10 @@ struct Unit {
   const char* quantity;
   const char* name;
   double scale;
+  double zero = 0.0;
 };
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr std::array<Unit, 46> kUnits{{{"time", "s", 1},
+constexpr std::array<Unit, 56> kUnits{{{"time", "s", 1},
                                        {"time", "unixtime", 1},
                                        {"time", "ms", 1e-3},
                                        {"time", "us", 1e-6},
@@ -59,7 +60,20 @@ constexpr std::array<Unit, 46> kUnits{{{"time", "s", 1},
                                        {"turn", "rad/s", 1},
                                        {"turn", "radps", 1},
                                        {"turn", "rpm", std::numbers::pi / 30},
-                                       {"turn", "1/min", std::numbers::pi / 30}}};
+                                       {"turn", "1/min", std::numbers::pi / 30},
+                                       {"temperature", "k", 1},
+                                       {"temperature", "kelvin", 1},
+                                       {"temperature", "c", 1, 273.15},
+                                       {"temperature", "degc", 1, 273.15},
+                                       {"temperature", "celsius", 1, 273.15},
+                                       {"temperature", "°c", 1, 273.15},
+                                       {"temperature",
+                                        "\xb0"
+                                        "c",
+                                        1, 273.15},
+                                       {"temperature", "f", 5.0 / 9, 273.15 - 32 * 5.0 / 9},
+                                       {"temperature", "degf", 5.0 / 9, 273.15 - 32 * 5.0 / 9},
+                                       {"temperature", "°f", 5.0 / 9, 273.15 - 32 * 5.0 / 9}}};
 
 }  // namespace
 
@@ -153,6 +167,12 @@ std::optional<double> unit_scale(const std::string& quantity, const std::string&
   for (const Unit& u : kUnits)
     if (quantity == u.quantity && unit == u.name) return u.scale;
   return std::nullopt;
+}
+
+double unit_zero(const std::string& quantity, const std::string& unit) {
+  for (const Unit& u : kUnits)
+    if (quantity == u.quantity && unit == u.name) return u.zero;
+  return 0.0;
 }
 
 bool is_unit(const std::string& unit) {

@@ -31,6 +31,9 @@ std::vector<std::string> words_of(const std::string& stem);
 /// What one of the unit is in the quantity's own; none: no unit of it.
 std::optional<double> unit_scale(const std::string& quantity, const std::string& unit);
 
+/// What 0 of the unit is in the quantity's own: 273.15 K of 0 C.
+double unit_zero(const std::string& quantity, const std::string& unit);
+
 /// Whether it is a unit of any quantity.
 bool is_unit(const std::string& unit);
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -196,6 +197,29 @@ void confirm_steering(const Table& table, const char* channel, const std::vector
                                       fit.correlation < -0.5 ? "; sign turned" : ""));
 }
 
+/// How a travel goes with the acceleration, beside what goes with downforce (speed squared): the
+/// slope, and the correlation of what the other two leave of both.
+Fit by_acceleration(const std::vector<double>& travel, const std::vector<double>& speed,
+                    const std::vector<double>& acceleration) {
+  std::vector<Eigen::Index> rows;
+  for (std::size_t i = 0; i < travel.size(); ++i)
+    if (std::isfinite(travel[i]) && std::isfinite(acceleration[i]) && speed[i] > 5.0)
+      rows.push_back(static_cast<Eigen::Index>(i));
+  const auto count = static_cast<Eigen::Index>(rows.size());
+  if (count < 200) return {};
+  Eigen::MatrixXd known(count, 2), both(count, 2);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const auto i = static_cast<std::size_t>(rows[static_cast<std::size_t>(k)]);
+    known.row(k) << 1.0, speed[i] * speed[i];
+    both.row(k) << acceleration[i], travel[i];
+  }
+  const Eigen::MatrixXd left = both - known * known.colPivHouseholderQr().solve(both);
+  const double xx = left.col(0).squaredNorm(), yy = left.col(1).squaredNorm(),
+               xy = left.col(0).dot(left.col(1));
+  if (!(xx > 0.0) || !(yy > 0.0)) return {};
+  return {xy / xx, xy / std::sqrt(xx * yy)};
+}
+
 }  // namespace
 
 ColumnMapping* find_channel(Mapping& mapping, const std::string& channel) {
@@ -212,6 +236,44 @@ std::vector<double> mapped_values(Mapping& mapping, const Table& table,
   out = *table.find(m->column);
   for (double& x : out) x = x * m->scale + m->offset;
   return out;
+}
+
+void confirm_travels(const Table& table, const std::vector<double>& t, Mapping& mapping) {
+  bool any = false;
+  std::vector<double> speed, acceleration;
+  if (find_channel(mapping, "vx_mps") != nullptr) {
+    speed = vehicle::fill_gaps(t, mapped_values(mapping, table, "vx_mps"));
+    acceleration.assign(t.size(), std::numeric_limits<double>::quiet_NaN());
+    std::size_t from = 0, to = 0;
+    for (std::size_t i = 0; i < t.size(); ++i) {
+      while (t[from] < t[i] - 0.15) ++from;
+      while (to + 1 < t.size() && t[to] < t[i] + 0.15) ++to;
+      if (t[to] - t[from] > 0.1 && t[to] - t[from] < 1.0)
+        acceleration[i] = (speed[to] - speed[from]) / (t[to] - t[from]);
+    }
+  }
+  for (const char* const wheel : {"fl", "fr", "rl", "rr"}) {
+    const std::string channel = fmt::format("suspension_{}_m", wheel);
+    ColumnMapping* const m = find_channel(mapping, channel);
+    if (m == nullptr) continue;
+    any = true;
+    const Fit fit = speed.empty() ? Fit{}
+                                  : by_acceleration(mapped_values(mapping, table, channel), speed,
+                                                    acceleration);
+    const bool turned = wheel[0] == 'f' ? fit.slope > 0.0 : fit.slope < 0.0;
+    const bool sure = std::abs(fit.correlation) > 0.3;
+    if (sure && turned) m->scale = -m->scale;
+    mapping.notes.push_back(
+        fmt::format("{}: correlation {:.2f} with the acceleration by vx_mps: {}", channel,
+                    std::abs(fit.correlation),
+                    !sure    ? "the sign is not confirmed (bump is positive)"
+                    : turned ? "sign turned, bump is positive"
+                             : "the sign is right, bump is positive"));
+  }
+  if (any)
+    mapping.notes.emplace_back(
+        "suspension travels: where zero is and the ratio of a sensor at the damper to the wheel's "
+        "travel are not in a log: set offset and scale, travel is 0 where the car stands");
 }
 
 void confirm_mapping(const Table& table, const std::vector<double>& t, const std::vector<double>& x,

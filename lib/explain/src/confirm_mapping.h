@@ -22,4 +22,8 @@ void confirm_mapping(const vehicle::Table& table, const std::vector<double>& t_s
                      const std::vector<double>& x_m, const std::vector<double>& y_m,
                      bool by_satellites, Mapping& mapping);
 
+/// Turns the signs of suspension travels so that braking bumps the front and driving the rear, by
+/// vx_mps at the clock t_s, and notes what it did and what a log cannot tell of travels.
+void confirm_travels(const vehicle::Table& table, const std::vector<double>& t_s, Mapping& mapping);
+
 }  // namespace explain

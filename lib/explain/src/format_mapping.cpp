@@ -47,11 +47,16 @@ std::string format_mapping(const Mapping& mapping) {
   if (mapping.place_y_m != 0) add_number("place_y_m", mapping.place_y_m), out += '\n';
   out += "columns:";
   if (mapping.columns.empty()) out += "\n  {}";
-  for (const ColumnMapping& m : mapping.columns) {
+  for (std::size_t k = 0; k < mapping.columns.size(); ++k) {
+    const ColumnMapping& m = mapping.columns[k];
+    std::string channels = m.channel;
+    for (; k + 1 < mapping.columns.size() && mapping.columns[k + 1].column == m.column; ++k)
+      channels += ", " + mapping.columns[k + 1].channel;
+    if (channels != m.channel) channels = "[" + channels + "]";
     // Longer keys need a question mark.
     const std::string name = quoted(m.column);
     out += fmt::format("\n  {}{}: {{channel: {}", name.size() > 1000 ? "? " : "",
-                       name.size() > 1000 ? name + "\n  " : name, m.channel);
+                       name.size() > 1000 ? name + "\n  " : name, channels);
     const auto add = [&](const char* key, double value, double usual) {
       if (value != usual) out += ", ", add_number(key, value);
     };

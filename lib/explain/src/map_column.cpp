@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "column_words.h"
+#include "wheel_words.h"
 
 namespace explain {
 namespace {
@@ -31,6 +34,13 @@ double largest(const std::vector<double>& values) {
   return most;
 }
 
+double least(const std::vector<double>& values) {
+  double out = std::numeric_limits<double>::infinity();
+  for (const double x : values)
+    if (std::isfinite(x)) out = std::min(out, x);
+  return out;
+}
+
 bool has_word(const Table& table, std::initializer_list<const char*> words) {
   return std::any_of(table.names.begin(), table.names.end(), [&](const std::string& name) {
     const std::string own = plain(split_unit(name).first);
@@ -46,6 +56,7 @@ bool north_yaw(const Table& table) { return has_word(table, {"yawnorth"}); }
 struct Guess {
   std::string channel, quantity;  ///< empty: nothing known
   std::string word;               ///< of the name, by which it is known
+  std::string second;             ///< the right wheel's channel, where it is of an axle
 };
 
 bool has_quantity(const Guess& guess) {
@@ -76,6 +87,11 @@ Guess guess_channel(const std::string& column, const std::string& stem, const st
         guess.channel = fmt::format("wheel_{}_{}", w, turning ? "radps" : "mps");
         guess.quantity = turning ? "turn" : "speed";
       }
+    if (const auto wheel = wheel_word(word)) {
+      guess.channel = wheel->channels.front();
+      if (wheel->channels.size() > 1) guess.second = wheel->channels.back();
+      guess.quantity = wheel->quantity;
+    }
   }
   return guess;
 }
@@ -87,6 +103,7 @@ void put_scale(const std::vector<double>& values, const std::string& quantity,
   const std::string& column = m.column;
   if (const auto scale = unit_scale(quantity, unit)) {
     m.scale = *scale;
+    m.offset = unit_zero(quantity, unit);
     if (quantity == "share" && m.scale == 0.01 && largest(values) <= 1.2)
       m.scale = 1.0;  // says per cent, writes shares
     mapping.notes.push_back(fmt::format("{} from '{}': unit {} in the name, factor {:g}", m.channel,
@@ -99,9 +116,13 @@ void put_scale(const std::vector<double>& values, const std::string& quantity,
     if ((quantity == "angle" || quantity == "rate") && most > 7.0) m.scale = kDegree;
     if (quantity == "pressure" && most < 500.0) m.scale = 1e5;
     if (quantity == "turn" && most > 2500.0) m.scale = std::numbers::pi / 30;
+    if (m.channel.starts_with("suspension_") && most > 1.0) m.scale = 1e-3;
+    // No brake is colder than 200 K, and hardly one never cooler than 200 C.
+    if (quantity == "temperature" && least(values) < 200.0) m.offset = 273.15;
     mapping.notes.push_back(fmt::format(
-        "{} from '{}': no unit known ('{}'); largest value {:g}, factor {:g} guessed: check",
-        m.channel, column, unit, most, m.scale));
+        "{} from '{}': no unit known ('{}'); largest value {:g}, factor {:g}{} guessed: check",
+        m.channel, column, unit, most, m.scale,
+        m.offset != 0.0 ? fmt::format(" and zero {:g}", m.offset) : ""));
   }
 }
 
@@ -187,6 +208,41 @@ void map_column(const Table& table, std::size_t c, std::set<std::string>& taken,
   if (has_quantity(guess)) put_scale(table.columns[c], guess.quantity, unit, m, mapping);
   put_held(table.columns[c], m, mapping);
   mapping.columns.push_back(m);
+  if (guess.second.empty() || !taken.insert(guess.second).second) return;
+  m.channel = guess.second;
+  mapping.columns.push_back(m);
+}
+
+void settle_pressures(Mapping& mapping) {
+  const auto has = [&](const std::string& channel) {
+    return std::any_of(mapping.columns.begin(), mapping.columns.end(),
+                       [&](const ColumnMapping& m) { return m.channel == channel; });
+  };
+  const bool front = has("brake_fl_pa") && has("brake_fr_pa"),
+             rear = has("brake_rl_pa") && has("brake_rr_pa"), all = has("brake_pa");
+  if (front && rear && all) {
+    mapping.notes.emplace_back("brake_pa is not used: every wheel has a pressure of its own");
+    std::erase_if(mapping.columns, [](const ColumnMapping& m) { return m.channel == "brake_pa"; });
+  }
+  if (front == rear || all) return;
+  const std::array<std::string, 2> wheels =
+      front ? std::array<std::string, 2>{"brake_fl_pa", "brake_fr_pa"}
+            : std::array<std::string, 2>{"brake_rl_pa", "brake_rr_pa"};
+  const auto column = [&](const std::string& channel) {
+    return std::find_if(mapping.columns.begin(), mapping.columns.end(),
+                        [&](const ColumnMapping& m) { return m.channel == channel; })
+        ->column;
+  };
+  if (column(wheels[0]) != column(wheels[1])) return;  // a sensor at every wheel of one axle
+  std::erase_if(mapping.columns, [&](const ColumnMapping& m) { return m.channel == wheels[1]; });
+  for (ColumnMapping& m : mapping.columns)
+    if (m.channel == wheels[0]) {
+      m.channel = "brake_pa";
+      mapping.notes.push_back(
+          fmt::format("brake_pa from '{}': pressures of the other axle are not in this log; this "
+                      "one stands for all wheels",
+                      m.column));
+    }
 }
 
 }  // namespace explain

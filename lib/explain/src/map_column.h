@@ -14,8 +14,11 @@ namespace explain {
 const std::vector<std::string>& analysed_channels();
 
 /// Takes column `c` of the table into the mapping, or leaves it out; a note says why. `taken` has
-/// the channels that other columns gave.
+/// the channels that other columns gave. The pressure of an axle gives the channels of both wheels.
 void map_column(const vehicle::Table& table, std::size_t c, std::set<std::string>& taken,
                 Mapping& mapping);
+
+/// Pressures of all wheels make a common one superfluous; that of one axle alone stands for all.
+void settle_pressures(Mapping& mapping);
 
 }  // namespace explain

@@ -99,6 +99,7 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
   Mapping mapping;
   std::set<std::string> taken;
   for (std::size_t c = 0; c < table.names.size(); ++c) map_column(table, c, taken, mapping);
+  settle_pressures(mapping);
   const auto find = [&](const char* channel) { return find_channel(mapping, channel); };
   const bool by_satellites = find("latitude_rad") != nullptr && find("longitude_rad") != nullptr &&
                              find("x_m") == nullptr && find("y_m") == nullptr;
@@ -107,6 +108,7 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
   std::vector<double> t = mapped_values(mapping, table, "time_s");
   if (t.size() < 50)
     throw Error(fmt::format("{}: {} rows; a log of at least 50 is wanted", name, t.size()));
+  confirm_travels(table, t, mapping);
   if (!by_satellites)
     std::erase_if(mapping.columns, [](const ColumnMapping& m) {
       return m.channel == "latitude_rad" || m.channel == "longitude_rad";

@@ -11,6 +11,7 @@
 #include "gears.h"
 #include "led_car.h"
 #include "vehicle/magic_formula.h"
+#include "where_known.h"
 
 namespace explain {
 namespace {
@@ -19,29 +20,6 @@ using P = vehicle::Parameter;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kStep = Signals::kStep_s;
 constexpr double kBraking_pa = 3e4;  ///< less is the logger's noise
-
-/// Where a driven wheel slips so much that its speed says nothing about a force any more: by the
-/// log alone, with the radius that most of the log has.
-std::vector<bool> spinning(const Signals& s, double track_m) {
-  constexpr double kMost = 0.06;
-  std::vector<bool> out(s.n, false);
-  if (!s.present[kWheelRear]) return out;
-  std::vector<double> radius_m;
-  for (std::size_t i = 0; i < s.n; ++i)
-    if (s.x[kVx][i] > 6.0 && std::isfinite(s.x[kWheelRear][i]))
-      radius_m.push_back(s.x[kVx][i] / s.x[kWheelRear][i]);
-  const double radius = base::median_or(1.0, std::move(radius_m));
-  for (std::size_t i = 0; i < s.n; ++i) {
-    const double v = s.x[kVx][i], r = s.present[kYawRate] ? s.x[kYawRate][i] : s.dx[kYaw][i];
-    const double apart = s.present[kWheelRearDifference] ? s.x[kWheelRearDifference][i] : 0.0;
-    for (const double left : {-1.0, 1.0}) {  // 1: the left wheel
-      const double wheel = s.x[kWheelRear][i] + 0.5 * left * apart;
-      const double over_ground = v - 0.5 * left * track_m * (std::isfinite(r) ? r : 0.0);
-      out[i] = out[i] || wheel * radius > (1 + kMost) * over_ground;
-    }
-  }
-  return out;
-}
 
 /// A profile at u; see RoadProfiles.
 double profile_at(const std::vector<double>& profile, const Signals& s, double u_m) {
@@ -56,8 +34,9 @@ double profile_at(const std::vector<double>& profile, const Signals& s, double u
 /// The road under the car at one step, with what it may be wrong by.
 struct Slope {
   double grade = 0.0, bank = 0.0, vertical = 0.0;
-  double leaning_more = 0.0;  ///< than the file says
-  double course_rad = 0.0;    ///< of the path
+  double leaning_more = 0.0;       ///< than the file says
+  double course_rad = 0.0;         ///< of the path
+  double pitching_up_radps = 0.0;  ///< of a car that lies flat on it
 };
 
 /// The motion at one step, sensors corrected.
@@ -86,7 +65,9 @@ class Relations {
               car.files.tyre[i], set.p[P::chassis_mass_kg] * g * (i == 0 ? b : a) / (2 * wheelbase),
               set.p.axle(i, P::front_tyre_pressure_pa));
     gears_ = gears_of(s, car, radius_[1]);
-    find_driven();
+    driven_ = where_driven(s);
+    pushed_as_led_ = where_pushed_as_led(s, driven_);
+    slip_known_ = where_slip_known(s);
   }
 
   void compare_commands();
@@ -99,10 +80,10 @@ class Relations {
 
  private:
   bool has(Channel c) const { return s_.present[c]; }
-  void find_driven();
   void begin_lead();
   Motion motion(std::size_t i) const;
   Slope slope(std::size_t i, const Motion& m) const;
+  double lateral_mps(std::size_t i, const Motion& m, const Slope& road) const;
   void compare_kinematics(std::size_t i, const Motion& m, const Slope& road);
   void record(std::size_t i, const Motion& m, const Slope& road);
 
@@ -113,20 +94,14 @@ class Relations {
   Residuals out_;
   Lead by_;
   Gears gears_;
-  std::array<double, 2> radius_{};  ///< in which standing wheels roll
-  std::vector<bool> driven_;        ///< what drives is known
+  std::array<double, 2> radius_{};   ///< in which standing wheels roll
+  std::vector<bool> driven_;         ///< what drives is known
+  std::vector<bool> pushed_as_led_;  ///< what drives and brakes is known, or little
+  std::vector<bool> slip_known_;
   std::vector<double> recorded_x_, recorded_y_, recorded_turn_;
   std::vector<double> at_x_, at_y_, upright_, pressed_on_;  ///< of an accelerometer that stands
                                                             ///< upright on the road
 };
-
-void Relations::find_driven() {
-  // Without a brake in the log only what is driven says what drives.
-  driven_.assign(s_.n, has(kThrottle));
-  for (std::size_t i = 0; i < s_.n && !has(kBrakeFront); ++i)
-    for (std::size_t k = i > 4 ? i - 4 : 0; k < std::min(s_.n, i + 5); ++k)
-      driven_[i] = driven_[i] && s_.x[kThrottle][k] > 0.15;
-}
 
 void Relations::compare_commands() {
   using vehicle::Term;
@@ -221,32 +196,44 @@ Slope Relations::slope(std::size_t i, const Motion& m) const {
 /// The cosine of the angle whose tangent it is.
 double cosine_of(double slope) { return 1 / std::sqrt(1 + slope * slope); }
 
+/// Without a logged side slip, that of the path over the heading; else none.
+double Relations::lateral_mps(std::size_t i, const Motion& m, const Slope& road) const {
+  if (has(kVy) || !has(kYaw)) return m.vy;
+  const double slip_rad = std::remainder(road.course_rad - c_.x[kYaw][i], 2 * std::numbers::pi);
+  return m.vx * std::tan(std::clamp(slip_rad, -0.3, 0.3));
+}
+
 void Relations::compare_kinematics(std::size_t i, const Motion& m, const Slope& road) {
   const auto &x = c_.x, &dx = c_.dx;
   const double cos_bank = cosine_of(road.bank), cos_grade = cosine_of(road.grade);
-  if (has(kYawRate)) {
+  // The path alone turns as the car and the angle between them do.
+  if (has(kYawRate) && (has(kYaw) || has(kVy))) {
+    double turning = kNaN;  // on the map
     if (has(kYaw)) {
-      out_.r[Relation::kGyro][i] = m.yaw - dx[kYaw][i] * cos_bank * cos_grade;
+      turning = dx[kYaw][i];
     } else if (i > 1 && i + 2 < s_.n) {
       const double before = std::atan2(dx[kY][i - 2], dx[kX][i - 2]),
                    after = std::atan2(dx[kY][i + 2], dx[kX][i + 2]);
-      const double slip = has(kVy) ? (m.vx * m.dvy - m.vy * m.dvx) / (m.vx * m.vx) : 0.0;
-      out_.r[Relation::kGyro][i] =
-          m.yaw - std::remainder(after - before, 2 * std::numbers::pi) / (4 * kStep) + slip;
+      const double slip = (m.vx * m.dvy - m.vy * m.dvx) / (m.vx * m.vx);
+      turning = std::remainder(after - before, 2 * std::numbers::pi) / (4 * kStep) - slip;
     }
+    // The rate about the axis of a body that leans with the road, from its angles on the map.
+    out_.r[Relation::kGyro][i] =
+        m.yaw - turning * cos_bank * cos_grade - road.pitching_up_radps * road.bank * cos_bank;
   }
   if (has(kYaw) && has(kVy))
     out_.r[Relation::kCourse][i] =
         std::remainder(road.course_rad - x[kYaw][i] - std::atan2(m.vy * cos_bank, m.vx * cos_grade),
                        2 * std::numbers::pi);
   out_.r[Relation::kSpeed][i] = std::hypot(m.px, m.py) / cos_grade - std::hypot(m.vx, m.vy);
-  const double brake_log = has(kBrakeFront) ? s_.x[kBrakeFront][i] : 0.0;
-  if (!has(kWheelFront) || brake_log > kBraking_pa) return;
+  const bool rolls = has(kBrakeFront) ? !(s_.x[kBrakeFront][i] > kBraking_pa) : pushed_as_led_[i];
+  if (!has(kWheelFront) || !rolls || !slip_known_[i]) return;
   const double delta =
       has(kSteer) ? by_.steer[i] / (s_.commanded[kSteer] ? set_.p[P::steering_ratio] : 1.0) : 0.0;
   const double factor = s_.wheels_in_mps ? set_.wheel_radius[0] : radius_[0];
   const double a = set_.p[P::chassis_cog_behind_front_m];
-  const double at_wheel = m.vx * std::cos(delta) + (m.vy + a * m.yaw) * std::sin(delta);
+  const double left_mps = lateral_mps(i, m, road) + a * m.yaw;
+  const double at_wheel = m.vx * std::cos(delta) + left_mps * std::sin(delta);
   out_.r[Relation::kFrontWheels][i] = x[kWheelFront][i] * factor - at_wheel;
 }
 
@@ -255,14 +242,8 @@ void Relations::record(std::size_t i, const Motion& m, const Slope& road) {
   const double g = set_.p[P::environment_gravity_mps2];
   const double cos_bank = cosine_of(road.bank), sin_bank = road.bank * cos_bank;
   const double cos_grade = cosine_of(road.grade), sin_grade = road.grade * cos_grade;
-  // Specific force of the body: what an accelerometer in the centre of mass would say. Without a
-  // logged side slip, that of the path over the heading.
-  const double across =
-      has(kVy) || !has(kYaw)
-          ? m.vy
-          : m.vx *
-                std::tan(std::clamp(
-                    std::remainder(road.course_rad - x[kYaw][i], 2 * std::numbers::pi), -0.3, 0.3));
+  // Specific force of the body: what an accelerometer in the centre of mass would say.
+  const double across = lateral_mps(i, m, road);
   const double sfx = m.dvx - m.yaw * across + g * sin_grade;
   const double sfy = m.dvy + m.yaw * m.vx + g * sin_bank;
   // What presses on the road is its own curvature along the car, whatever the path's: the file's
@@ -290,13 +271,21 @@ void Relations::record(std::size_t i, const Motion& m, const Slope& road) {
 
 void Relations::compare_motion() {
   begin_lead();
+  // Where relations hold: decided by the log alone.
+  const auto holds = [&](std::size_t i) {
+    return i < s_.n && std::isfinite(s_.u_m[i]) && s_.x[kVx][i] > 6.0;
+  };
+  std::vector<Slope> road(s_.n);
+  for (std::size_t i = 0; i < s_.n; ++i)
+    if (holds(i)) road[i] = slope(i, motion(i));
   for (std::size_t i = 0; i < s_.n; ++i) {
-    // Where relations hold: decided by the log alone.
-    if (!std::isfinite(s_.u_m[i]) || !(s_.x[kVx][i] > 6.0)) continue;
+    if (!holds(i)) continue;
+    if (i > 0 && holds(i - 1) && holds(i + 1))
+      road[i].pitching_up_radps =
+          (std::atan(road[i + 1].grade) - std::atan(road[i - 1].grade)) / (2 * kStep);
     const Motion m = motion(i);
-    const Slope road = slope(i, m);
-    compare_kinematics(i, m, road);
-    record(i, m, road);
+    compare_kinematics(i, m, road[i]);
+    record(i, m, road[i]);
   }
 }
 
@@ -315,7 +304,7 @@ void Relations::compare_accelerometer(const Led& led) {
     const double felt_x = cy * (at_x_[i] - diving) + sy * (at_y_[i] + leaning);
     const double felt_y = cy * (at_y_[i] + leaning) - sy * (at_x_[i] - diving);
     // Measured, or the derivative of the speed under the name of an acceleration.
-    if (has(kAx))
+    if (has(kAx) && slip_known_[i])
       out_.r[Relation::kAccelX][i] =
           x[kAx][i] - (1 - set_.derived_ax) * felt_x - set_.derived_ax * dx[kVx][i];
     if (has(kAy) && has(kVy)) out_.r[Relation::kAccelY][i] = x[kAy][i] - felt_y;
@@ -327,7 +316,7 @@ void Relations::compare_accelerometer(const Led& led) {
 
 void Relations::compare_force_along(const Led& led) {
   for (std::size_t i = 0; i < s_.n; ++i)
-    if (driven_[i] && !gears_.shifting[i])
+    if (driven_[i] && !gears_.shifting[i] && slip_known_[i])
       out_.r[Relation::kForceX][i] = recorded_x_[i] - led.force_x_mps2[i];
 }
 
@@ -336,12 +325,12 @@ void Relations::compare_forces(const Led& led) {
   const auto& p = set_.p;
   const auto& x = c_.x;
   const double mass0 = p[P::chassis_mass_kg];
-  const std::vector<bool> spins = spinning(s_, car_.parameters[P::rear_track_m]);
+  const std::vector<bool> spins = where_spinning(s_, car_.parameters[P::rear_track_m]);
   for (std::size_t i = 0; i < s_.n; ++i) {
     const bool braking = has(kBrakeFront) && s_.x[kBrakeFront][i] > kBraking_pa;
     // After a shift the clutch drags at the driven wheels, which then steer less; the car that is
     // led has none.
-    if (has(kVy) && has(kSteer) && !gears_.shifting[i]) {
+    if (has(kVy) && has(kSteer) && !gears_.shifting[i] && pushed_as_led_[i]) {
       out_.r[Relation::kForceY][i] = recorded_y_[i] - led.force_y_mps2[i];
       // Times the inertia over that stated and the mass alone: no inertia and no mass can make its
       // error small.
@@ -350,11 +339,11 @@ void Relations::compare_forces(const Led& led) {
                                       car_.parameters[P::chassis_yaw_inertia_kgm2] *
                                       car_.parameters[P::chassis_mass_kg] / mass0;
     }
-    if (has(kLoadFront))
+    if (has(kLoadFront) && pushed_as_led_[i])
       out_.r[Relation::kLoadsFront][i] = (x[kLoadFront][i] - led.load_front_n[i]) / mass0;
-    if (has(kLoadRear))
+    if (has(kLoadRear) && pushed_as_led_[i])
       out_.r[Relation::kLoadsRear][i] = (x[kLoadRear][i] - led.load_rear_n[i]) / mass0;
-    if (!driven_[i] || gears_.shifting[i] || braking || spins[i]) continue;
+    if (!driven_[i] || gears_.shifting[i] || braking || spins[i] || !slip_known_[i]) continue;
     const double rolling_m =
         s_.wheels_in_mps ? radius_[1] / set_.wheel_radius[1] : led.rear_rolling_m[i];
     const double share = s_.wheels_in_mps ? set_.wheel_radius[1] : rolling_m;

@@ -261,6 +261,22 @@ void refuse_another_unit(const Signals& s) {
         s.name, ratio, s.column[kVx]));
 }
 
+/// Where a log has neither yaw rate nor heading, the car turns as its path does, less what its
+/// lateral speed says of the angle between them.
+void turn_by_the_path(Signals& s) {
+  if (s.present[kYawRate] || s.present[kYaw]) return;
+  const auto course = [&](std::size_t i) { return std::atan2(s.dx[kY][i], s.dx[kX][i]); };
+  for (std::size_t i = 2; i + 2 < s.n; ++i) {
+    const double vx = s.x[kVx][i], vy = s.present[kVy] ? s.x[kVy][i] : 0.0,
+                 dvy = s.present[kVy] ? s.dx[kVy][i] : 0.0;
+    s.x[kYaw][i] = course(i) - std::atan2(vy, vx);
+    s.dx[kYaw][i] = std::remainder(course(i + 2) - course(i - 2), 2 * std::numbers::pi) /
+                        (4 * Signals::kStep_s) -
+                    (vx * dvy - vy * s.dx[kVx][i]) / (vx * vx + vy * vy);
+  }
+  s.remarks.push_back(s.name + ": neither yaw rate nor heading: the car turns as its path does");
+}
+
 }  // namespace
 
 Signals make_signals(const vehicle::Table& table, const Mapping& mapping,
@@ -284,6 +300,7 @@ Signals make_signals(const vehicle::Table& table, const Mapping& mapping,
   refuse_another_unit(s);
   place_on_road(s, surface);
   leave_out_implausible(s);
+  turn_by_the_path(s);
   return s;
 }
 

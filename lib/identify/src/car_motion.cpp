@@ -40,8 +40,9 @@ struct JetPoint {
 };
 
 /// The car whose parts differ from the vehicle file as the point says.
-void set_parts(const vehicle::Car<double>& stated, JetPoint& x, vehicle::Car<Jet>& car) {
-  const auto scale = [&](P p, const Jet& share) {
+template <class T, class Point>
+void set_parts(const vehicle::Car<double>& stated, Point& x, vehicle::Car<T>& car) {
+  const auto scale = [&](P p, const T& share) {
     car.parameters[p] = stated.parameters[p] * (1.0 + share);
   };
   scale(P::front_tyre_grip, x.at(kPlaceGrip));
@@ -55,13 +56,14 @@ void set_parts(const vehicle::Car<double>& stated, JetPoint& x, vehicle::Car<Jet
   scale(P::engine_torque, x.at(kPlaceDrive));
 }
 
-vehicle::Inputs<Jet> inputs_of(JetPoint& x, double later_s, int gear, int next_gear) {
-  vehicle::Inputs<Jet> in;
+template <class T, class Point>
+vehicle::Inputs<T> inputs_of(Point& x, double later_s, int gear, int next_gear) {
+  vehicle::Inputs<T> in;
   in.steer_rad = x.at(kPlaceSteer) + later_s * x.at(kPlaceSteerRate);
   in.steer_rate_radps = x.at(kPlaceSteerRate);
   in.throttle = x.at(kPlaceThrottle);
-  if (in.throttle < Jet(0.0)) in.throttle = Jet(0.0);
-  if (in.throttle > Jet(1.0)) in.throttle = Jet(1.0);
+  if (in.throttle < T(0.0)) in.throttle = T(0.0);
+  if (in.throttle > T(1.0)) in.throttle = T(1.0);
   for (std::size_t i = 0; i < kWheels; ++i) in.brake_pa[i] = x.at(kPlaceBrake + i);
   in.gear = gear;
   in.next_gear = gear == 0 ? next_gear : 0;
@@ -82,11 +84,54 @@ vehicle::Vec3<Jet> felt(const vehicle::State<Jet>& s, const vehicle::State<Jet>&
   return {c * f.x + n * f.y, c * f.y - n * f.x, f.z};
 }
 
-bool sane(const vehicle::State<Jet>& s) {
+template <class T>
+bool sane(const vehicle::State<T>& s) {
+  using vehicle::value_of;
   for (std::size_t i = 0; i < vehicle::kStateSize; ++i)
-    if (!std::isfinite(s[i].a)) return false;
-  return std::abs(s[vehicle::kVx].a) < 200.0 && std::abs(s[vehicle::kVy].a) < 100.0 &&
-         std::abs(s[vehicle::kRoll].a) < 1.0 && std::abs(s[vehicle::kPitch].a) < 1.0;
+    if (!std::isfinite(value_of(s[i]))) return false;
+  return std::abs(value_of(s[vehicle::kVx])) < 200.0 &&
+         std::abs(value_of(s[vehicle::kVy])) < 100.0 &&
+         std::abs(value_of(s[vehicle::kRoll])) < 1.0 &&
+         std::abs(value_of(s[vehicle::kPitch])) < 1.0;
+}
+
+/// The time between two rows, in equal steps of at most `most_step_s`.
+struct Span {
+  double dt_s, most_step_s;
+  int gear, next_gear;
+};
+
+/// Moves the states of the car on; false where it lost the road or ran away.
+template <class T, class Point>
+bool drive(const vehicle::Car<T>& car, const vehicle::Road& road, const Span& span, Point& x,
+           vehicle::RoadCursors& cursors) {
+  const int steps = std::max(1, static_cast<int>(std::ceil(span.dt_s / span.most_step_s - 1e-9)));
+  vehicle::StepOptions step;
+  step.step_s = span.dt_s / steps;
+  vehicle::State<T> rate;
+  vehicle::Detail<T> detail;
+  for (int k = 0; k < steps; ++k) {
+    const vehicle::Inputs<T> in =
+        inputs_of<T>(x, (k + 0.5) * step.step_s, span.gear, span.next_gear);
+    vehicle::derivative(car, x.state, in, road, cursors, rate, detail);
+    for (const auto& wheel : detail.wheel)
+      if (!std::isfinite(wheel.road.z_m)) return false;
+    vehicle::settle_frictions(car, step.step_s, rate, detail);
+    if (car.files->turbo == vehicle::Turbo::kFull) vehicle::settle_air(step.step_s, rate, detail);
+    vehicle::integrate(car, x.state, rate, detail, step);
+    if (!sane(x.state)) return false;
+  }
+  return true;
+}
+
+/// What is not a state of the car, at the end of `dt_s`.
+template <class T, class Point>
+void move_rest(Point& x, double dt_s, const PlaceVector& rest) {
+  x.at(kPlaceSteer) += dt_s * x.at(kPlaceSteerRate);
+  x.at(kPlaceSteerRate) *= std::exp(-dt_s / kForgetSteer_s);
+  const double kept = std::exp(-dt_s / kForgetPart_s);
+  for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i)
+    x.at(i) = kept * x.at(i) + T((1.0 - kept) * rest[static_cast<Eigen::Index>(i)]);
 }
 
 }  // namespace
@@ -108,34 +153,19 @@ CarMotion::~CarMotion() = default;
 bool CarMotion::move(CarPoint& point, double dt_s, int gear, int next_gear, const PlaceVector& rest,
                      vehicle::RoadCursors& cursors, PlaceMatrix& by) const {
   JetPoint x(point);
-  vehicle::Car<Jet> car = in_->car;
-  set_parts(in_->stated, x, car);
-  const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / in_->most_step_s - 1e-9)));
-  vehicle::StepOptions step;
-  step.step_s = dt_s / steps;
-  vehicle::State<Jet> rate;
-  vehicle::Detail<Jet> detail;
-  for (int k = 0; k < steps; ++k) {
-    const vehicle::Inputs<Jet> in = inputs_of(x, (k + 0.5) * step.step_s, gear, next_gear);
-    vehicle::derivative(car, x.state, in, in_->road, cursors, rate, detail);
-    for (const auto& wheel : detail.wheel)
-      if (!std::isfinite(wheel.road.z_m)) return false;
-    vehicle::settle_frictions(car, step.step_s, rate, detail);
-    if (car.files->turbo == vehicle::Turbo::kFull) vehicle::settle_air(step.step_s, rate, detail);
-    vehicle::integrate(car, x.state, rate, detail, step);
-    if (!sane(x.state)) return false;
-  }
-  x.at(kPlaceSteer) += dt_s * x.at(kPlaceSteerRate);
-  x.at(kPlaceSteerRate) *= std::exp(-dt_s / kForgetSteer_s);
-  const double kept = std::exp(-dt_s / kForgetPart_s);
-  for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i)
-    x.at(i) = kept * x.at(i) + (1.0 - kept) * rest[static_cast<Eigen::Index>(i)];
+  vehicle::Car<Jet> slow = in_->car;
+  set_parts(in_->stated, x, slow);
+  if (!drive(slow, in_->road, {dt_s, in_->most_step_s, gear, next_gear}, x, cursors)) return false;
+  move_rest<Jet>(x, dt_s, rest);
   by.setIdentity();
-  for (std::size_t i = 0; i < kMovingPlaces; ++i) {
+  for (std::size_t i = 0; i < kMovingPlaces; ++i)
     by.row(static_cast<Eigen::Index>(i)).head<kMovingPlaces>() = x.at(i).v.transpose();
-    point.at(i) = x.at(i).a;
-  }
-  for (std::size_t i = 0; i < vehicle::kStateSize; ++i) point.state[i] = x.state[i].a;
+
+  vehicle::Car<double> car = in_->stated;
+  set_parts(in_->stated, point, car);
+  const double fine_s = std::min(in_->most_step_s, kFineStep_s);
+  if (!drive(car, in_->road, {dt_s, fine_s, gear, next_gear}, point, cursors)) return false;
+  move_rest<double>(point, dt_s, rest);
   return by.allFinite();
 }
 
@@ -146,7 +176,7 @@ Seen CarMotion::look(const CarPoint& point, int gear, vehicle::RoadCursors& curs
   set_parts(in_->stated, x, car);
   vehicle::State<Jet> rate;
   vehicle::Detail<Jet> d;
-  vehicle::derivative(car, x.state, inputs_of(x, 0.0, gear, 0), in_->road, cursors, rate, d);
+  vehicle::derivative(car, x.state, inputs_of<Jet>(x, 0.0, gear, 0), in_->road, cursors, rate, d);
   Seen out;
   const auto put = [&](std::size_t place, const Jet& value) {
     out.value[place] = value.a;

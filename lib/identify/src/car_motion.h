@@ -30,7 +30,8 @@ enum EstimatedPlace : std::size_t {
   kPlaceAyOffset = 51,
   kPlaceYawRateOffset = 52,  ///< rad/s
   kPlaceSteerOffset = 53,    ///< rad
-  kPlaces = 54
+  kPlaceRolling = 54,        ///< both axles' wheels turn faster than stated radii say, share
+  kPlaces = 56
 };
 
 /// The states of the car that are estimated, in the order of their places. The others
@@ -103,9 +104,18 @@ struct ImuPlace {
   double ahead_m = 0.0, yaw_rad = 0.0;
 };
 
+/// A part of the car is followed no further than this share off the vehicle file: tyres without
+/// grip would never be seen to have some again.
+constexpr double kMostOff = 0.6;
+
 /// How long a part's difference from the vehicle file stays as it is, and a turning of the
 /// steering.
 inline constexpr double kForgetPart_s = 0.5, kForgetSteer_s = 0.5;
+
+/// The longest step of the car itself. A kerb under a wheel lasts for milliseconds: steps of 2 ms
+/// were further off there than the sensors' noise. Derivatives cost thirty times as much; they have
+/// longer steps of their own.
+inline constexpr double kFineStep_s = 0.00025;
 
 /// The laws of lib/vehicle with their derivatives. Car and road must outlive it; may be shared
 /// between threads.

@@ -40,6 +40,12 @@ double expected(const Sensor& sensor, const CarPoint& point, const Seen& seen, P
     by[static_cast<Index>(sensor.place)] = 1.0;
     value = point.at(sensor.place);
   }
+  if (sensor.share < kPlaces) {
+    const double share = point.at(sensor.share);
+    by *= 1.0 + share;
+    by[static_cast<Index>(sensor.share)] += value;
+    value *= 1.0 + share;
+  }
   if (sensor.offset < kPlaces) {
     by[static_cast<Index>(sensor.offset)] += 1.0;
     value += point.at(sensor.offset);
@@ -77,6 +83,8 @@ PlaceVector take(const std::vector<Sensor>& sensors, const SmootherRow& row, con
 
 void move_by(CarPoint& point, const PlaceVector& by) {
   for (std::size_t i = 0; i < kPlaces; ++i) point.at(i) += by[static_cast<Index>(i)];
+  for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i)
+    point.at(i) = std::clamp(point.at(i), -kMostOff, kMostOff);
 }
 
 bool any_seen(const std::vector<Sensor>& sensors, const SmootherRow& row) {
@@ -150,12 +158,47 @@ void widen(SmoothedRow& row, double factor) {
     for (double& sd : axle) sd *= factor;
 }
 
+/// What stays as it is over the stretch, by its first row.
+void add_constants(const SmoothedRow& row, const SmootherBegin& begin, NoiseSums& sums) {
+  for (std::size_t i = kPlaceRolling; i < kPlaces; ++i) {
+    const auto at = static_cast<Index>(i);
+    const double off = row.point.at(i) - begin.rest[at], sd = row.point_sd[i];
+    const double known = std::max(0.0, 1.0 - std::pow(sd / begin.sd[at], 2));
+    sums.part[i] += known * row.point.at(i);
+    sums.part_weight[i] += known;
+    sums.about[i] += off * off + sd * sd;
+  }
+  ++sums.stretches;
+}
+
+/// Whether too many of the last quarter of a second's measurements are wild.
+class Watch {
+ public:
+  explicit Watch(double most_wild) : most_wild_(most_wild) {}
+
+  bool lost(const std::vector<SmootherRow>& rows, const std::vector<Passed>& passed,
+            std::size_t k) {
+    count(passed[k], 1.0);
+    for (; rows[from_].time_s < rows[k].time_s - kAround_s; ++from_) count(passed[from_], -1.0);
+    return all_ >= kEnough && wild_ > most_wild_ * all_;
+  }
+
+ private:
+  void count(const Passed& row, double times) {
+    all_ += times * static_cast<double>(row.updates.size());
+    for (const Update& u : row.updates) wild_ += u.wild ? times : 0.0;
+  }
+  double most_wild_, all_ = 0.0, wild_ = 0.0;
+  std::size_t from_ = 0;
+};
+
 bool filter(const CarMotion& motion, const std::vector<Sensor>& sensors,
             const std::vector<SmootherRow>& rows, const SmootherBegin& begin,
             vehicle::RoadCursors& cursors, std::vector<Passed>& passed) {
   CarPoint point = begin.point;
   PlaceMatrix covariance = begin.sd.cwiseAbs2().asDiagonal();
   passed.resize(rows.size());
+  Watch watch(begin.most_wild);
   for (std::size_t k = 0; k < rows.size(); ++k) {
     Passed& now = passed[k];
     if (k > 0) {
@@ -169,7 +212,7 @@ bool filter(const CarMotion& motion, const std::vector<Sensor>& sensors,
     Seen seen;
     if (any_seen(sensors, rows[k])) seen = motion.look(point, rows[k].gear, cursors);
     move_by(point, take(sensors, rows[k], seen, now, covariance));
-    if (!covariance.allFinite()) return false;
+    if (!covariance.allFinite() || watch.lost(rows, passed, k)) return false;
   }
   return true;
 }
@@ -182,6 +225,7 @@ void NoiseSums::add(const NoiseSums& other) {
     assumed[i] += other.assumed[i];
     part[i] += other.part[i];
     part_weight[i] += other.part_weight[i];
+    about[i] += other.about[i];
   }
   measured.resize(std::max(measured.size(), other.measured.size()));
   count.resize(measured.size());
@@ -190,6 +234,7 @@ void NoiseSums::add(const NoiseSums& other) {
     count[i] += other.count[i];
   }
   wild += other.wild;
+  stretches += other.stretches;
 }
 
 Smoothed smooth(const CarMotion& motion, const std::vector<Sensor>& sensors,
@@ -239,6 +284,7 @@ Smoothed smooth(const CarMotion& motion, const std::vector<Sensor>& sensors,
       out.sums.part[i] += known * row.point.at(i);
       out.sums.part_weight[i] += known;
     }
+    if (k == 0) add_constants(row, begin, out.sums);
     widen(row, doubt[k]);
     if (k == 0) break;
     for (std::size_t i = 0; i < kPlaces; ++i) {

@@ -18,6 +18,7 @@ struct Sensor {
   std::size_t offset = kPlaces;  ///< place of its offset; kPlaces: none
   double deviation = 0.0;        ///< of its noise, in the channel's unit
   double own_deviation = 0.0;    ///< of what is noise from row to row
+  std::size_t share = kPlaces;   ///< place of the share by which it shows more; kPlaces: none
 };
 
 struct Measured {
@@ -37,6 +38,9 @@ struct SmootherBegin {
   CarPoint point;    ///< at the first row
   PlaceVector sd;    ///< of it
   PlaceVector rest;  ///< of the car's parts
+  /// The car is lost where, over a quarter of a second, more than this share of the measurements
+  /// are further than four standard deviations from what was expected. 1: never.
+  double most_wild = 1.0;
 };
 
 /// What is known of a row by the whole stretch.
@@ -56,12 +60,16 @@ struct NoiseSums {
   std::vector<std::size_t> count;
   /// Of the car's parts: their mean, each row counted by how well it knows the part.
   std::array<double, kPlaces> part{}, part_weight{};
+  /// Of what stays as it is over a stretch: squares of it less what it tends to, with their
+  /// variance; stretches.
+  std::array<double, kPlaces> about{};
+  std::size_t stretches = 0;
   std::size_t wild = 0;  ///< measurements further than four deviations: they count less
   void add(const NoiseSums& other);
 };
 
 struct Smoothed {
-  std::vector<SmoothedRow> row;  ///< empty: the car left the road or ran away
+  std::vector<SmoothedRow> row;  ///< empty: the car was lost, left the road or ran away
   NoiseSums sums;
 };
 

@@ -27,7 +27,7 @@ class Reader {
 
   /// Adds a channel that was recorded; `least` is the smallest noise that is believed.
   bool add(const std::string& channel, bool seen, std::size_t place, double least,
-           std::size_t offset = kPlaces, double scale = 1.0) {
+           std::size_t offset = kPlaces, double scale = 1.0, std::size_t share = kPlaces) {
     const std::vector<double>* const values = recording_.table.find(channel);
     if (values == nullptr) return false;
     std::vector<double> scaled = *values;
@@ -41,7 +41,7 @@ class Reader {
     }
     if (count == 0) return false;
     const double noise = std::max(least, noise_of(scaled));
-    out_.sensors.push_back({channel, seen, place, offset, noise, noise});
+    out_.sensors.push_back({channel, seen, place, offset, noise, noise, share});
     return true;
   }
 
@@ -112,10 +112,12 @@ void read_car(Reader& reader) {
   reader.add("ax_mps2", true, kSeenAx, 0.01, kPlaceAxOffset);
   reader.add("ay_mps2", true, kSeenAy, 0.01, kPlaceAyOffset);
   reader.add("az_mps2", true, kSeenAz, 0.02);
-  reader.add("engine_radps", false, place_of(vehicle::kEngine), 0.3);
+  // Wheels that turn faster than the stated radii say turn the engine as much faster.
+  reader.add("engine_radps", false, place_of(vehicle::kEngine), 0.3, kPlaces, 1.0,
+             kPlaceRolling + 1);
   for (std::size_t i = 0; i < kWheels; ++i) {
     reader.add(fmt::format("wheel_{}_radps", kWheelNames[i]), false, place_of(vehicle::kSpin + i),
-               0.02);
+               0.02, kPlaces, 1.0, kPlaceRolling + vehicle::axle_of(i));
     reader.add(fmt::format("suspension_{}_m", kWheelNames[i]), false,
                place_of(vehicle::kTravel + i), 5e-5);
     reader.add(fmt::format("fz_{}_n", kWheelNames[i]), true, seen_of(i, kSeenFz), 5.0);
@@ -291,6 +293,7 @@ PlaceVector begin_deviations() {
   sd[kPlaceAxOffset] = sd[kPlaceAyOffset] = 0.1;
   sd[kPlaceYawRateOffset] = 0.003;
   sd[kPlaceSteerOffset] = 0.001;
+  sd[kPlaceRolling] = sd[kPlaceRolling + 1] = 0.02;
   return sd;
 }
 

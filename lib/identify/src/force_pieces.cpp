@@ -20,6 +20,11 @@ constexpr double kPiece_s = 8.0;   // rows that are smoothed at once
 constexpr double kLead_s = 1.0;    // before them, to settle
 constexpr double kTail_s = 0.3;    // behind them
 constexpr double kSettle_s = 0.5;  // of a stretch that has nothing before it
+// Steps of the replay, at most: with 2 ms it ran away on a kerb of the demo circuit.
+constexpr double kReplayStep_s = 0.001;
+// A replayed car this much faster or slower than the recorded one tells no temperatures.
+constexpr double kAstray_mps = 5.0;
+constexpr double kLeastRolling = 5e-4;  // deviation of rolling radii from stretch to stretch, share
 
 std::vector<double> filled(const vehicle::Recording& recording, const std::string& channel) {
   const std::vector<double>* const values = recording.table.find(channel);
@@ -65,6 +70,8 @@ CarPoint begin_of(const Work& work, std::size_t row, vehicle::RoadCursors& curso
   }
   for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i)
     out.at(i) = work.rest[static_cast<Index>(i)];
+  for (std::size_t i = kPlaceRolling; i < kPlaces; ++i)
+    out.at(i) = work.rest[static_cast<Index>(i)];
   return out;
 }
 
@@ -74,11 +81,12 @@ void replay_kept(const vehicle::Car<double>& car, const vehicle::Road& road, Wor
   options.fuel_kg = work.options.fuel_kg;
   options.tyre_k = work.options.tyre_k;
   options.disc_k = work.options.disc_k;
-  options.step.step_s = work.options.step_s;
+  options.step.step_s = std::min(kReplayStep_s, work.options.step_s);
   options.progress = work.options.progress;
   const vehicle::ReplayResult r = vehicle::replay(car, road, work.recording, options);
   const std::vector<double>& time = *work.recording.table.find("time_s");
   const std::vector<double>& sim_time = *r.telemetry.find("time_s");
+  const std::vector<double>& sim_vx = *r.telemetry.find("vx_mps");
   for (std::size_t i = 0; i < vehicle::kStateSize; ++i) {
     if (!vehicle::kStates[i].kept) continue;
     const std::vector<double>* const values = r.telemetry.find(vehicle::kStates[i].channel);
@@ -86,7 +94,9 @@ void replay_kept(const vehicle::Car<double>& car, const vehicle::Road& road, Wor
     std::vector<double> rows(time.size(), kNaN);
     for (std::size_t k = 0, s = 0; k < time.size(); ++k) {
       while (s < sim_time.size() && sim_time[s] < time[k] - 1e-9) ++s;
-      if (s < sim_time.size() && std::abs(sim_time[s] - time[k]) < 1e-9) rows[k] = (*values)[s];
+      if (s < sim_time.size() && std::abs(sim_time[s] - time[k]) < 1e-9 &&
+          std::abs(sim_vx[s] - work.vx_mps[k]) < kAstray_mps)
+        rows[k] = (*values)[s];
     }
     rows = vehicle::fill_gaps(time, rows);
     if (std::isfinite(rows.front())) work.kept.emplace_back(i, std::move(rows));
@@ -127,6 +137,14 @@ void move_noises(Work& work, const NoiseSums& sums, std::vector<LearntNoise>& le
     if (sums.part_weight[i] > 0.0)
       work.rest[static_cast<Index>(i)] =
           std::clamp(sums.part[i] / sums.part_weight[i], -kMostOff, kMostOff);
+  for (std::size_t i = kPlaceRolling; i < kPlaces; ++i) {
+    const auto at = static_cast<Index>(i);
+    if (!(sums.part_weight[i] > 0.0)) continue;
+    // About the mean of before: what the mean moves by is found in the next round.
+    work.begin_sd[at] =
+        std::max(kLeastRolling, std::sqrt(sums.about[i] / static_cast<double>(sums.stretches)));
+    work.rest[at] = sums.part[i] / sums.part_weight[i];
+  }
   for (std::size_t i = 0; i < work.channels.sensors.size() && i < sums.count.size(); ++i) {
     Sensor& s = work.channels.sensors[i];
     const bool feet = !s.seen && s.place >= kPlaceThrottle && s.place < kPlaceParts;
@@ -199,12 +217,13 @@ std::vector<Piece> pieces_of(const Work& work, Forces& out) {
   return pieces;
 }
 
-Smoothed smooth_piece(const Work& work, const Piece& piece) {
+Smoothed smooth_piece(const Work& work, const Piece& piece, double most_wild) {
   const std::vector<SmootherRow>& all = work.channels.rows;
   const auto at = [&](std::size_t row) { return all.begin() + static_cast<std::ptrdiff_t>(row); };
   const std::vector<SmootherRow> rows(at(piece.from), at(piece.to));
   vehicle::RoadCursors cursors;
-  const SmootherBegin begin{begin_of(work, piece.from, cursors), work.begin_sd, work.rest};
+  const SmootherBegin begin{begin_of(work, piece.from, cursors), work.begin_sd, work.rest,
+                            most_wild};
   return smooth(work.motion, work.channels.sensors, rows, begin, cursors);
 }
 
@@ -228,7 +247,7 @@ void learn_noises(Work& work, const std::vector<Piece>& pieces) {
       work.options.progress("noises", static_cast<double>(round) / work.options.noise_rounds);
     std::vector<NoiseSums> done(some.size());
     base::parallel_for(some.size(), 1, work.options.threads, [&](std::size_t b, std::size_t e) {
-      for (std::size_t i = b; i < e; ++i) done[i] = smooth_piece(work, some[i]).sums;
+      for (std::size_t i = b; i < e; ++i) done[i] = smooth_piece(work, some[i], 1.0).sums;
     });
     NoiseSums sums;
     for (const NoiseSums& s : done) sums.add(s);

@@ -10,9 +10,6 @@
 
 namespace identify {
 
-/// A part of the car is followed no further than this share off the vehicle file.
-constexpr double kMostOff = 0.6;
-
 /// Rows [from, to) are smoothed, [begin, end) of them are kept.
 struct Piece {
   std::size_t from = 0, begin = 0, end = 0, to = 0;
@@ -39,7 +36,8 @@ Work make_work(const CarMotion& motion, const vehicle::Car<double>& car, const v
 /// Pieces of a few seconds in which the car drives; counts the rows left out in `out`.
 std::vector<Piece> pieces_of(const Work& work, Forces& out);
 
-Smoothed smooth_piece(const Work& work, const Piece& piece);
+/// `most_wild`: as SmootherBegin has it.
+Smoothed smooth_piece(const Work& work, const Piece& piece, double most_wild);
 
 /// Noises by expectation maximisation, and what the car's parts are off on the whole, from a part
 /// of the pieces.

@@ -84,9 +84,7 @@ void search_from(ContactPoint& point, double u_m) {
   const crg::ReferenceLine& line = point.surface->reference_line();
   const double rows = (u_m - line.u_begin_m) / line.u_step_m;
   if (!(rows >= 0.0 && rows <= static_cast<double>(line.size() - 2))) return;
-  point.cursor = {};
-  point.cursor.segment = static_cast<std::size_t>(rows);
-  point.cursor.fraction = rows - std::floor(rows);
+  point.cursor = {rows, 0.0};
 }
 
 }  // namespace opencrg

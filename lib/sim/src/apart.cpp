@@ -13,7 +13,6 @@
 #include <cstring>
 #include <exception>
 
-#include "base/descriptor.h"
 #include "base/error.h"
 
 namespace sim {
@@ -105,58 +104,70 @@ void plain_signals() {
 
 }  // namespace
 
-std::string run_apart(const std::function<void(const std::function<void(Words)>& say)>& work,
-                      const std::function<void()>& afterwards,
-                      const std::function<void(Words)>& take) {
+Apart::Apart(const std::function<void(const std::function<void(Words)>&)>& work,
+             const std::function<void()>& afterwards)
+    : from_(-1), status_(SIGKILL) {  // as long as nobody says otherwise
   std::array<int, 2> ends{-1, -1};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0)
     throw base::Error(std::string("no process can be started: ") + std::strerror(errno));
-  base::Descriptor from(ends[0]);
-  pid_t guardian = -1;
-  {
-    base::Descriptor to(ends[1]);
-    const pid_t self = ::getpid();
-    guardian = ::fork();
-    if (guardian == 0) be_the_guardian(to.value, self, work, afterwards);
-  }
-  if (guardian < 0) throw base::Error("no process can be started");
-  int status = SIGKILL;  // as long as nobody says otherwise
-  bool finished = false;
-  std::string bytes;
-  try {
-    while (true) {
-      char kind = 0;
-      std::uint32_t size = 0;
-      if (!read_all(from.value, &kind, 1) || !read_all(from.value, &size, sizeof size)) break;
-      if (size > kMostBytes) break;
-      bytes.resize(size);
-      if (!read_all(from.value, bytes.data(), size)) break;
-      if (kind == kEnded && size == sizeof status)
-        std::memcpy(&status, bytes.data(), size);
-      else if (kind == kFinished || kind == 'E')
-        finished = true;
-      if (kind != kEnded && kind != kFinished) take({kind, bytes});
-    }
-  } catch (...) {
-    ::kill(guardian, SIGUSR1);
-    ::waitpid(guardian, nullptr, 0);
-    throw;
-  }
-  ::waitpid(guardian, nullptr, 0);
-  if (WIFSIGNALED(status)) {
-    const char* const name = ::strsignal(WTERMSIG(status));
-    return fmt::format("signal {}: {}", WTERMSIG(status), name == nullptr ? "" : name);
-  }
-  // Foreign code may call exit().
-  return finished ? "" : fmt::format("it ended its process with exit code {}", WEXITSTATUS(status));
+  from_.value = ends[0];
+  const base::Descriptor to(ends[1]);
+  const pid_t self = ::getpid();
+  guardian_ = ::fork();
+  if (guardian_ == 0) be_the_guardian(to.value, self, work, afterwards);
+  if (guardian_ < 0) throw base::Error("no process can be started");
 }
 
-void want_no_crash(const std::string& path, const std::string& how,
-                   std::optional<double> reached_s) {
-  if (how.empty()) return;
-  throw base::Error(fmt::format(
+Apart::~Apart() {
+  if (!has_ended_) ::kill(guardian_, SIGUSR1);
+  // What is still said would keep it from ending.
+  while (hear()) {
+  }
+  ::waitpid(guardian_, nullptr, 0);
+}
+
+std::optional<Words> Apart::hear() {
+  while (!has_ended_) {
+    char kind = 0;
+    std::uint32_t size = 0;
+    has_ended_ = true;
+    if (!read_all(from_.value, &kind, 1) || !read_all(from_.value, &size, sizeof size)) break;
+    if (size > kMostBytes) break;
+    bytes_.resize(size);
+    if (!read_all(from_.value, bytes_.data(), size)) break;
+    if (kind == kEnded && size == sizeof status_) std::memcpy(&status_, bytes_.data(), size);
+    if (kind == kEnded) break;
+    has_ended_ = false;
+    has_finished_ = has_finished_ || kind == kFinished || kind == 'E';
+    if (kind != kFinished) return Words{kind, bytes_};
+  }
+  return std::nullopt;
+}
+
+std::string Apart::how_it_ended() const {
+  if (WIFSIGNALED(status_)) {
+    const char* const name = ::strsignal(WTERMSIG(status_));
+    return fmt::format("signal {}: {}", WTERMSIG(status_), name == nullptr ? "" : name);
+  }
+  // Foreign code may call exit().
+  return has_finished_
+             ? ""
+             : fmt::format("it ended its process with exit code {}", WEXITSTATUS(status_));
+}
+
+std::string run_apart(const std::function<void(const std::function<void(Words)>&)>& work,
+                      const std::function<void()>& afterwards,
+                      const std::function<void(Words)>& take) {
+  Apart apart(work, afterwards);
+  while (const auto words = apart.hear()) take(*words);
+  return apart.how_it_ended();
+}
+
+std::string crash_of(const std::string& path, const std::string& how,
+                     std::optional<double> reached_s) {
+  return fmt::format(
       "{}: the unit crashed {} ({})", path,
-      reached_s ? fmt::format("after {:.6g} s", *reached_s) : "before it was initialised", how));
+      reached_s ? fmt::format("after {:.6g} s", *reached_s) : "before it was initialised", how);
 }
 
 }  // namespace sim

@@ -153,7 +153,8 @@ class Participant {
   }
 
   dds_entity_t topic_of(const std::string& name, const dds_topic_descriptor_t* type) const {
-    return sound(dds_create_topic(participant_, type, ("rt/" + name).c_str(), nullptr, nullptr),
+    return sound(dds_create_topic(participant_, type, ("rt/" + plan_.prefix + name).c_str(),
+                                  nullptr, nullptr),
                  "no topic " + name);
   }
 

@@ -74,10 +74,15 @@ std::optional<vehicle::OpponentPlace> PathAhead::place(double x_m, double y_m, d
                                 y_m_[i - 1] + share * (y_m_[to] - y_m_[i - 1])};
 }
 
-OpponentInputs::OpponentInputs(std::span<const OpponentDrive> opponents,
+bool OpponentInputs::are_of(const UnitDescription& unit) {
+  return unit.find("input.opponent[1].active") != nullptr ||
+         unit.find("input.opponent.active") != nullptr;
+}
+
+OpponentInputs::OpponentInputs(std::span<const OpponentDrive> opponents, std::size_t others,
                                const UnitDescription& unit, const std::string& path)
-    : opponents_(opponents) {
-  for (std::size_t k = 0; k < opponents.size(); ++k) {
+    : opponents_(opponents), others_(others) {
+  for (std::size_t k = 0; k < others + opponents.size(); ++k) {
     auto& places = places_.emplace_back();
     for (std::size_t i = 0; i < kInputs.size(); ++i) {
       const std::string element = fmt::format("input.opponent[{}].{}", k + 1, kInputs[i]),
@@ -85,34 +90,41 @@ OpponentInputs::OpponentInputs(std::span<const OpponentDrive> opponents,
       const UnitVariable* const one = unit.find(element);
       const UnitVariable* const all = unit.find(whole);
       if (one == nullptr && (all == nullptr || all->size <= k))
-        throw base::Error(fmt::format(
-            "{}: no input {}, which an opponent needs ({}); {}", path, element, opponents[k].name,
-            k == 0 ? "the units of crgdrive fmu have it" : "name fewer opponents"));
+        throw base::Error(
+            fmt::format("{}: no input {}, which an opponent needs ({}); {}", path, element,
+                        k < others ? "another car of the run" : opponents[k - others].name,
+                        k == 0 ? "the units of crgdrive fmu have it" : "name fewer opponents"));
       places[i] = one != nullptr ? Place{one, 0} : Place{all, k};
     }
-    paths_.emplace_back(opponents[k].drive);
-    if (opponents[k].ahead_m && car_.empty())
+  }
+  for (const OpponentDrive& opponent : opponents) {
+    paths_.emplace_back(opponent.drive);
+    if (opponent.ahead_m && car_.empty())
       car_ = {&known(unit, path, "car.x"), &known(unit, path, "car.y")};
   }
 }
 
-void OpponentInputs::write(Unit& unit, double time_s) {
+void OpponentInputs::set(Unit& unit, std::size_t k,
+                         const std::optional<vehicle::OpponentPlace>& at) {
+  const std::array values{at ? 1.0 : 0.0, at ? at->x_m : 0.0, at ? at->y_m : 0.0};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const UnitVariable& variable = *places_[k][i].variable;
+    std::vector<double> all(variable.size, 0.0);
+    if (variable.size > 1) unit.get(variable, all);
+    all[places_[k][i].index] = values[i];
+    unit.set(variable, all);
+  }
+}
+
+void OpponentInputs::write(Unit& unit, double time_s,
+                           std::span<const std::optional<vehicle::OpponentPlace>> others) {
+  for (std::size_t k = 0; k < others_; ++k) set(unit, k, others[k]);
   std::array<double, 2> car{};
   for (std::size_t i = 0; i < car_.size(); ++i) unit.get(*car_[i], std::span(car).subspan(i, 1));
-  std::vector<double> all;
-  for (std::size_t k = 0; k < places_.size(); ++k) {
-    const std::optional<vehicle::OpponentPlace> at =
+  for (std::size_t k = 0; k < opponents_.size(); ++k)
+    set(unit, others_ + k,
         opponents_[k].ahead_m ? paths_[k].place(car[0], car[1], *opponents_[k].ahead_m)
-                              : place_at(opponents_[k].drive, time_s);
-    const std::array values{at ? 1.0 : 0.0, at ? at->x_m : 0.0, at ? at->y_m : 0.0};
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const UnitVariable& variable = *places_[k][i].variable;
-      all.assign(variable.size, 0.0);
-      if (variable.size > 1) unit.get(variable, all);
-      all[places_[k][i].index] = values[i];
-      unit.set(variable, all);
-    }
-  }
+                              : place_at(opponents_[k].drive, time_s));
 }
 
 }  // namespace sim

@@ -36,20 +36,29 @@ class PathAhead {
 
 class OpponentInputs {
  public:
-  /// Throws Error where the unit has no input.opponent[k].active, .x, .y for each of them, and for
-  /// opponents by place where it has no car.x and car.y.
-  OpponentInputs(std::span<const OpponentDrive> opponents, const UnitDescription& unit,
-                 const std::string& path);
+  /// Whether a unit has inputs for opponents.
+  static bool are_of(const UnitDescription& unit);
 
+  /// `others` share the road and come before the opponents that were recorded. Throws Error where
+  /// the unit has no input.opponent[k].active, .x, .y for each of them, and for opponents by place
+  /// where it has no car.x and car.y.
+  OpponentInputs(std::span<const OpponentDrive> opponents, std::size_t others,
+                 const UnitDescription& unit, const std::string& path);
+
+  std::size_t others() const { return others_; }
   /// Before each step. Who is not on the road is not active.
-  void write(Unit& unit, double time_s);
+  void write(Unit& unit, double time_s,
+             std::span<const std::optional<vehicle::OpponentPlace>> others = {});
 
  private:
   static constexpr std::array kInputs{"active", "x", "y"};
 
+  void set(Unit& unit, std::size_t k, const std::optional<vehicle::OpponentPlace>& at);
+
   std::span<const OpponentDrive> opponents_;
+  std::size_t others_;
   std::vector<PathAhead> paths_;                           ///< of each opponent
-  std::vector<std::array<Place, kInputs.size()>> places_;  ///< of each opponent
+  std::vector<std::array<Place, kInputs.size()>> places_;  ///< of each other, then of each opponent
   std::vector<const UnitVariable*> car_;                   ///< x, y; none where nobody asks
 };
 

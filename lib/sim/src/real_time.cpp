@@ -1,14 +1,12 @@
 #include "real_time.h"
 
-#include <fcntl.h>
+#include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <time.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cmath>
-#include <cstdint>
 
 namespace sim {
 
@@ -26,18 +24,48 @@ void sleep_until(double time_s) {
   }
 }
 
-RealTime::RealTime() : latency_(::open("/dev/cpu_dma_latency", O_RDWR | O_CLOEXEC)) {
-  sched_param priority{};
-  priority.sched_priority = 10;
-  is_scheduled_ = ::sched_setscheduler(0, SCHED_FIFO, &priority) == 0;
-  if (is_scheduled_) ::mlockall(MCL_CURRENT);
-  const std::int32_t none = 0;  // microseconds to wake up
-  if (latency_ >= 0 && ::write(latency_, &none, sizeof none) != sizeof none) close();
+namespace {
+
+/// The last of those that this process may use: the first has most interrupts.
+cpu_set_t last_processor() {
+  cpu_set_t allowed, one;
+  CPU_ZERO(&allowed);
+  CPU_ZERO(&one);
+  ::sched_getaffinity(0, sizeof allowed, &allowed);
+  for (int k = CPU_SETSIZE - 1; k >= 0 && CPU_COUNT(&one) == 0; --k)
+    if (CPU_ISSET(k, &allowed)) CPU_SET(k, &one);
+  return one;
 }
 
-void RealTime::close() {
-  if (latency_ >= 0) ::close(latency_);
-  latency_ = -1;
+bool schedule(pthread_t thread, int policy, int priority) {
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  return ::pthread_setschedparam(thread, policy, &parameters) == 0;
+}
+
+}  // namespace
+
+RealTime::RealTime() {
+  const cpu_set_t processor = last_processor();
+  awake_ = std::thread([this, processor] {
+    ::sched_setaffinity(0, sizeof processor, &processor);
+    if (!schedule(::pthread_self(), SCHED_IDLE, 0)) return;
+    while (!ends_.load(std::memory_order_relaxed)) {
+    }
+  });
+  // Before it is scheduled: it takes a while, and other loops of this machine are on time.
+  ::mlockall(MCL_CURRENT);
+  is_scheduled_ = schedule(::pthread_self(), SCHED_FIFO, 10);
+  ends_ = !is_scheduled_;
+  if (!is_scheduled_) ::munlockall();
+  if (is_scheduled_) ::sched_setaffinity(0, sizeof processor, &processor);
+}
+
+RealTime::~RealTime() {
+  ends_ = true;
+  // Else it would see this when nobody wants the processor.
+  schedule(awake_.native_handle(), SCHED_OTHER, 0);
+  awake_.join();
 }
 
 }  // namespace sim

@@ -31,7 +31,7 @@ void work(const UnpackedUnit& files, const UnitDescription& description,
   Unit unit(files, description, [&](const std::string& line) { say({'L', line}); });
   for (const auto& [name, text] : options.starts) set_start(unit, files.path(), name, text);
   InputWriter inputs(options.inputs, unit.description(), files.path());
-  OpponentInputs opponents(options.opponents, unit.description(), files.path());
+  OpponentInputs opponents(options.opponents, 0, unit.description(), files.path());
   inputs.write(unit, start_s);
   unit.initialise(start_s, stop_s);
   std::vector<double> row;
@@ -115,9 +115,11 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
         if (progress) progress("steps", static_cast<double>(run.rows()) / rows);
       });
   if (!refused.empty()) throw base::Error(refused);
-  want_no_crash(path, how,
-                run.rows() == 0 ? std::nullopt
-                                : std::optional(run.values[(run.rows() - 1) * run.columns.size()]));
+  if (!how.empty())
+    throw base::Error(crash_of(
+        path, how,
+        run.rows() == 0 ? std::nullopt
+                        : std::optional(run.values[(run.rows() - 1) * run.columns.size()])));
   return run;
 }
 

@@ -24,6 +24,7 @@ class Numbers {
   /// Throws Error unless all are inputs, or parameters that may change while the unit runs.
   void want_settable(const std::string& path) const;
 
+  bool empty() const { return places_.empty(); }
   std::vector<double> get();
   void set(const std::vector<double>& values);
 

@@ -167,6 +167,7 @@ TopicPlan plan_topics(ServeOptions& options, const UnitDescription& unit, const 
     throw base::Error(
         fmt::format("{}: {} topics; at most {} wanted", path, topics.size(), kMostTopics));
   TopicPlan plan;
+  plan.prefix = options.topic_prefix;
   for (const vehicle::SignalTopic& topic : topics)
     plan.topics.push_back(plan_topic(topic, options, path));
   for (std::size_t k = 0; k < kCarFields.size(); ++k) {

@@ -57,6 +57,7 @@ struct TopicPlan {
   std::array<std::optional<std::size_t>, kCarFields.size()> commands;  ///< of the run
   std::vector<std::string> command_names;
   std::vector<std::string> scans, edges;  ///< topics of what is seen, called like their sensors
+  std::string prefix;                     ///< before the names of all
 };
 
 /// Plans the topics of the devices' file, else odom and imu of the numbers that the unit of a car

@@ -1,7 +1,7 @@
 // The part of a file of devices that has sensors of the road. Private.
 #pragma once
 
-#include "settings.h"
+#include "vehicle/settings.h"
 #include "vehicle/road_sensors.h"
 
 namespace vehicle {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <optional>
 
-#include "settings.h"
+#include "vehicle/settings.h"
 #include "vehicle/error.h"
 #include "vehicle/log_table.h"
 #include "vehicle/place.h"
@@ -180,6 +180,17 @@ void move_imu(const Mapping& mapping, const std::vector<double>& time, Recording
     }
 }
 
+/// One channel, or a list of those that a column gives.
+std::vector<std::string> channels_of(const Section& entry, const std::string& where) {
+  const Setting* const channel = entry.find("channel");
+  if (channel == nullptr || channel->kind != Setting::Kind::kList) return {entry.text("channel")};
+  std::vector<std::string> out = entry.words("channel");
+  if (out.empty())
+    throw Error(
+        fmt::format("{}: an empty list of channels; name one, or take the column out", where));
+  return out;
+}
+
 }  // namespace
 
 const std::vector<std::string>& canonical_channels() {
@@ -219,20 +230,22 @@ Mapping read_mapping(const std::string& path) {
         entry.allow({"channel", "scale", "offset", "delay_s", "low_pass_s", "held"});
         ColumnMapping map;
         map.column = column;
-        map.channel = entry.text("channel");
-        if (std::find(known.begin(), known.end(), map.channel) == known.end())
-          throw Error(fmt::format("{}: there is no channel '{}'; docs/recordings.md lists them",
-                                  where, map.channel.substr(0, 60)));
-        for (const ColumnMapping& other : out.columns)
-          if (other.channel == map.channel)
-            throw Error(fmt::format("{}: channel {} twice", where, map.channel));
         map.scale = entry.number("scale", 1.0, -1e12, 1e12);
         map.offset = entry.number("offset", 0.0, -1e12, 1e12);
         map.delay_s = entry.number("delay_s", 0.0, -10.0, 10.0);
         map.low_pass_s = entry.number("low_pass_s", 0.0, 0.0, 10.0);
         map.held = entry.flag("held", false);
-        if (map.scale == 0.0) throw Error(fmt::format("{}: scale of {} is 0", where, map.channel));
-        out.columns.push_back(std::move(map));
+        for (const std::string& channel : channels_of(entry, where)) {
+          map.channel = channel;
+          if (std::find(known.begin(), known.end(), channel) == known.end())
+            throw Error(fmt::format("{}: there is no channel '{}'; docs/recordings.md lists them",
+                                    where, channel.substr(0, 60)));
+          for (const ColumnMapping& other : out.columns)
+            if (other.channel == channel)
+              throw Error(fmt::format("{}: channel {} twice", where, channel));
+          if (map.scale == 0.0) throw Error(fmt::format("{}: scale of {} is 0", where, channel));
+          out.columns.push_back(map);
+        }
       });
   return out;
 }

@@ -312,8 +312,11 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
     }
     put_on(road, window.settle, replay.states, sim);
     errors.begin(window);
+    const Simulation<double> before = sim;
+    const std::size_t problems = out.problems.size();
     drive_window(replay, window, begin, rows, sim, out);
-    last = sim;
+    // What a car that ran away has heated its tyres to is nothing to go on from.
+    last = out.problems.size() == problems ? sim : before;
   }
   if (out.windows == 0)
     throw Error(fmt::format(

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "settings.h"
+#include "vehicle/settings.h"
 #include "vehicle/error.h"
 #include "vehicle/vec3.h"
 

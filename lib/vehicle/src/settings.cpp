@@ -1,4 +1,4 @@
-#include "settings.h"
+#include "vehicle/settings.h"
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>

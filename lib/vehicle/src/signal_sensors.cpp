@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "read_road_sensors.h"
-#include "settings.h"
+#include "vehicle/settings.h"
 #include "vehicle/error.h"
 
 namespace vehicle {

@@ -10,7 +10,7 @@
 #include "base/read_file.h"
 #include "base/text_lines.h"
 #include "map_file.h"
-#include "settings.h"
+#include "vehicle/settings.h"
 #include "vehicle/error.h"
 #include "vehicle/suspension_points.h"
 

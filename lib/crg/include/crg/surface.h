@@ -30,11 +30,9 @@ struct Sample {
   double friction = kNaN;  ///< from the friction map, else the constant of the options
 };
 
-/// Where the last query was found; only speeds up the next one, never changes its answer. Four of
-/// them fill whole vector registers, hence the alignment.
-struct alignas(32) Cursor {
-  std::size_t segment = 0;
-  double fraction = 0.0;  ///< within the segment
+/// Where the last query was found; only speeds up the next one, never changes its answer.
+struct alignas(16) Cursor {
+  double position = 0.0;  ///< number of the segment and fraction within it
   double advance = 0.0;   ///< segments that the last query moved; predicts the next
 };
 

@@ -26,6 +26,10 @@ constexpr const char* kId = "vehicle.brake_friction_temperature";
 constexpr double kFadeHeat_j = 0.75e6;
 constexpr double fade_1pmj(double per_fade_heat) { return per_fade_heat * 1e6 / kFadeHeat_j; }
 
+/// What counts of it. Cars with nothing missing in their brakes show up to 0.01 on MF tyres, and
+/// 0.02 to 0.08 beside another effect on the brush tyres of the trials' third car (docs/proof.md).
+constexpr double kLeastFade = 0.09;
+
 /// Amount: friction lost per kFadeHeat_j; constant: time of cooling, s.
 constexpr Effect kFade{[](vehicle::Car<double>& car, const Acting& a) {
   const double stated = car.terms[Term::brake_fade] * car.parameters[P::brake_fade_1pmj];
@@ -41,7 +45,7 @@ void list(const Listing& l) {
     return untestable(l, kId, kStatedToo);
   static const std::string lost = fmt::format("friction lost per {} MJ of heat", kFadeHeat_j / 1e6);
   for (const double time : {2.5, 10.0, 40.0})
-    candidate(l, kId, {lost.c_str(), "1", 0.1, 0.012, true},
+    candidate(l, kId, {lost.c_str(), "1", 0.1, kLeastFade, true},
               {"the pads' friction changes with their heat",
                fmt::format("mu = mu0 (1 - k heat); d(heat)/dt = power - heat/T; T {} s", time),
                "repeat equal stops with short and long pauses, or log the disc temperature"},

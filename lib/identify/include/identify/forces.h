@@ -17,7 +17,7 @@ namespace identify {
 struct ForcesOptions {
   double fuel_kg = 30.0, tyre_k = 360.0, disc_k = 500.0;  ///< at the begin, where not recorded
   double imu_ahead_m = 0.0, imu_yaw_rad = 0.0;            ///< as vehicle::Mapping says
-  double step_s = 0.002;                                  ///< of the simulated car, at most
+  double step_s = 0.002;         ///< of the derivatives, at most; the car has finer steps itself
   double least_mps = 5.0;        ///< slower rows are left out: slips are regularised there
   int noise_rounds = 8;          ///< of estimating noises from the log; 0: as a first look says
   double noise_sample_s = 32.0;  ///< of the log that these rounds look at

@@ -1,4 +1,4 @@
-// A unit stepped for a program that drives it over a socket or by topics, in real time or in
+// Units stepped for programs that drive them over sockets or by topics, in real time or in
 // lockstep.
 #pragma once
 
@@ -25,6 +25,7 @@ struct ServeOptions {
   std::string socket_path;
   std::uint16_t udp_port = 0;          ///< where there is no path
   std::optional<unsigned> dds_domain;  ///< instead: topics, those of `devices`, in this domain
+  std::string topic_prefix;            ///< before the name of each topic: "red/"
   /// Names of numbers of the unit, or of `devices`; topics add theirs. A measurement may also be
   /// SENSOR.age_s: how long ago what it tells was true; POSITION.latitude_deg and
   /// POSITION.longitude_deg.
@@ -63,6 +64,9 @@ struct ServeCounts {
   std::array<std::uint64_t, kStepBins_s.size() + 1> bins{};
   bool real_time_scheduled = false;
   bool asked_to_end = false, silent = false, ended_by_unit = false;
+  /// With others on one road: those it is told of, and whether it tells them where it is.
+  std::uint64_t others_seen = 0;
+  bool tells_its_place = false;
 };
 
 struct ServeRun {
@@ -72,6 +76,7 @@ struct ServeRun {
   std::vector<double> values;  ///< row after row, one per measurement
   std::string first_broken;    ///< why the first broken command was refused
   ServeCounts counts;
+  std::string failed;  ///< of several units: the error or crash that ended this one
 
   std::size_t rows() const { return columns.empty() ? 0 : values.size() / columns.size(); }
 };
@@ -84,5 +89,22 @@ struct ServeRun {
 /// cannot be made or the topics cannot be joined.
 ServeRun serve_unit(const std::string& path, const ServeOptions& options,
                     const base::Progress& progress = {});
+
+struct ServedUnit {
+  std::string name;  ///< for messages
+  std::string path;
+  ServeOptions options;
+};
+
+/// Several units in one run, each in a process of its own with a connection of its own, at most
+/// Together::kMost. They have one clock: steps, stop, speed-up and lockstep have to be the same for
+/// all. Those with car.x and car.y are opponents of those with input.opponent, at the begin of each
+/// step. In lockstep a step of one is taken when all others have come there, so commands in any
+/// order give the same bytes. Who stays out longer than its `patience_s` is not waited for again:
+/// its safe input acts until the run ends, which it does when nobody drives. Who ended, by a
+/// command, by its unit or by a crash, is no longer on the road. In real time nobody waits for
+/// anybody; a pause stops all.
+std::vector<ServeRun> serve_units(const std::vector<ServedUnit>& units,
+                                  const base::Progress& progress = {});
 
 }  // namespace sim

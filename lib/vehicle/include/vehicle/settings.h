@@ -1,4 +1,4 @@
-// Settings from a YAML file: words, lists and keys with values, each with its line. Private.
+// Settings from a YAML file: words, lists and keys with values, each with its line.
 #pragma once
 
 #include <functional>

@@ -1,0 +1,21 @@
+// What serve and race share: a unit's options from what was said, and what is told of its run.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "commands.h"
+#include "sim/serve_unit.h"
+
+namespace crgsim {
+
+/// Reads the files that it names; what is seen is not kept yet. Throws Error and UsageError.
+sim::ServeOptions options_of(const ServeCommand& command);
+
+std::string ending_of(const sim::ServeRun& run);  ///< "by a command"
+nlohmann::ordered_json json_of(const sim::ServeRun& run);
+std::string summary_of(const sim::ServeRun& run, double step_s);
+std::vector<std::string> remarks_of(const sim::ServeRun& run);
+
+}  // namespace crgsim
