@@ -69,6 +69,27 @@ TEST_F(Wish, ALapOfTheBuiltInDriverLiesBesideThePersons) {
   EXPECT_EQ(status(R"({"do": "lap", "vehicle": "0/../secret.crg", "road": "0/ring.crg"})"), 404);
 }
 
+TEST_F(Wish, ParametersOfADriveAreCommandedAndMeasured) {
+  folder_.file("a/car.fmu", "");
+  const auto drive = [&](const std::string& list) {
+    return of((R"({"do": "drive", "unit": "0/car.fmu", "parameters": )" + list + "}").c_str());
+  };
+  const auto command = drive(R"(["parameter.chassis.mass_kg"])").command;
+  const auto named = [&](const char* flag) {
+    for (std::size_t k = 0; k + 1 < command.size(); ++k)
+      if (command[k] == flag && command[k + 1] == "parameter.chassis.mass_kg") return true;
+    return false;
+  };
+  EXPECT_TRUE(named("--command"));
+  EXPECT_TRUE(named("--measure"));
+  for (const char* const wrong :
+       {R"("parameter.chassis.mass_kg")", R"(["--stop-s"])", R"(["input.throttle"])", "[1]",
+        R"(["parameter.environment.road_grip"])"})
+    EXPECT_THROW(drive(wrong), view::Refusal) << wrong;
+  EXPECT_THAT(of(R"({"do": "info", "unit": "0/car.fmu"})").command,
+              ElementsAre("crgsim", "info", "car.fmu", "--json"));
+}
+
 TEST_F(Wish, TheDemoIsMadeOfTheCircuitThatCameWithTheProgram) {
   const view::Folders folders({folder_.path("a")});
   const ordered_json wish{{"do", "demo"}};

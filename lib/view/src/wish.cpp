@@ -28,17 +28,29 @@ constexpr std::array kDriven = {"input.steering",
                                 "parameter.environment.wind_mps",
                                 "parameter.environment.wind_heading_rad",
                                 "parameter.environment.road_grip"};
-constexpr std::array kShown = {
-    "car.x",        "car.y",    "car.yaw",        "car.vx",
-    "car.u",        "car.gear", "car.engine",     "car.steer",
-    "car.throttle", "car.z",    "car.roll",       "car.pitch",
-    "car.ax",       "car.ay",   "wheel.fl.brake", "parameter.engine.limit_radps"};
+constexpr std::array kShown = {"car.x",
+                               "car.y",
+                               "car.yaw",
+                               "car.vx",
+                               "car.u",
+                               "car.gear",
+                               "car.engine",
+                               "car.steer",
+                               "car.throttle",
+                               "car.z",
+                               "car.roll",
+                               "car.pitch",
+                               "car.ax",
+                               "car.ay",
+                               "wheel.fl.brake",
+                               "parameter.engine.limit_radps",
+                               "parameter.steering.ratio"};
 
 constexpr std::array kWheels = {"fl", "fr", "rl", "rr"};
 constexpr std::array kShownOfWheel = {"fz",        "fx",        "fy",        "kappa",
                                       "tan_alpha", "contact_x", "contact_y", "contact_z"};
 
-constexpr std::size_t kMostClouds = 1000;
+constexpr std::size_t kMostClouds = 1000, kMostParameters = 50;
 
 std::string text_of(const ordered_json& json, const char* key) {
   const auto found = json.find(key);
@@ -85,6 +97,28 @@ std::string path_of(const ordered_json& wish, const char* key, const Folders& fo
   }
 }
 
+/// Names of parameters that the person who drives may set; none that could be taken for a flag.
+Words parameters_of(const ordered_json& wish) {
+  const auto found = wish.find("parameters");
+  if (found == wish.end()) return {};
+  Words out;
+  if (found->is_array() && found->size() <= kMostParameters)
+    for (const ordered_json& each : *found)
+      if (each.is_string()) out.push_back(each.get<std::string>());
+  const bool are_names = found->is_array() && out.size() == found->size() &&
+                         std::all_of(out.begin(), out.end(), [](const std::string& name) {
+                           return (name.starts_with("parameter.") || name.starts_with("term.")) &&
+                                  std::find(kDriven.begin(), kDriven.end(), name) == kDriven.end();
+                         });
+  if (!are_names)
+    throw Refusal(400, fmt::format("parameters: a list of at most {} names wanted that begin with "
+                                   "parameter. or term. and are no part of the weather",
+                                   kMostParameters));
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
 /// `devices`, where there are any, look at the road of `wish`.
 Wish drive(const std::string& unit, const ordered_json& wish, const Folders& folders) {
   Wish out;
@@ -96,6 +130,11 @@ Wish drive(const std::string& unit, const ordered_json& wish, const Folders& fol
   for (const char* const wheel : kWheels)
     for (const char* const what : kShownOfWheel)
       append(out.command, {"--measure", fmt::format("wheel.{}.{}", wheel, what)});
+  for (const std::string& name : parameters_of(wish)) {
+    append(out.command, {"--command", name});
+    if (std::find(kShown.begin(), kShown.end(), name) == kShown.end())
+      append(out.command, {"--measure", name});
+  }
   // Nobody at the wheel: it brakes.
   for (const char* const brake : kBrakes)
     append(out.command, {"--safe", std::string(brake) + "=2e6"});
@@ -198,14 +237,15 @@ Wish wish_of(const ordered_json& wish, const Folders& folders, const std::string
     out.command = {"crgbuild", "synth", demo, "-o", out.result};
   } else if (what == "lap") {
     out = lap(wish, folders);
+  } else if (what == "info") {
+    out.command = {"crgsim", "info", path("unit"), "--json"};
   } else if (what == "drive") {
     out = drive(path("unit"), wish, folders);
   } else {
     throw Refusal(
-        400,
-        fmt::format("do: '{}' seen; preview, build, stretch, keep, report, tiles, demo, lap or "
-                    "drive wanted",
-                    what));
+        400, fmt::format("do: '{}' seen; preview, build, stretch, keep, report, tiles, demo, lap, "
+                         "info or drive wanted",
+                         what));
   }
   return out;
 }

@@ -4,6 +4,7 @@ import { css, el, markRange } from './dom.js';
 import { show, tickTexts } from './format.js';
 import { onKeys, onTwoFingers } from './gestures.js';
 import { saveButtons } from './save.js';
+import { svgOf } from './svg.js';
 
 const all = [];
 
@@ -102,11 +103,14 @@ export function makeChart(options, rows, height, about) {
     chart.rows = next;
     chart.plot?.setData(next);
   };
+  const names = () => (about.names?.() ?? options.series.slice(1)).filter((series) => series.label && series.stroke).map((series) => ({ name: series.label, colour: series.stroke() }));
+  // What a chart paints by itself over its lines, bars, and uneven scales are in its picture alone.
+  const isLines = !options.hooks?.draw && !log && options.series.every((series) => !series.paths);
   box.append(saveButtons(about.view, () => ({
-    canvas: chart.plot?.ctx.canvas, title: about.title,
-    names: (about.names?.() ?? options.series.slice(1)).filter((series) => series.label && series.stroke).map((series) => ({ name: series.label, colour: series.stroke() })),
+    canvas: chart.plot?.ctx.canvas, title: about.title, names: names(),
     table: () => (about.table ? about.table(chart.plot) : tableOf(chart.plot, about.heads ?? options.series.map((series) => series.label ?? ''))),
-  })));
+    svg: () => (chart.plot ? svgOf(chart.plot, about.title ?? '', names()) : ''),
+  }), isLines));
   if (options.legend?.show === false) box.classList.add('bare');
   all.push(chart);
   return chart;

@@ -196,7 +196,11 @@ function main() {
   state.subscribe((what) => {
     if (['cursor', 'theme', 'print', 'measuring'].includes(what)) return;
     clearTimeout(writing);
-    writing = setTimeout(() => { if (hashOf(state) || location.hash.includes('=')) history.replaceState(null, '', hashOf(state) || '#'); }, 300);
+    writing = setTimeout(() => {
+      if (hashOf(state) || location.hash.includes('=')) history.replaceState(null, '', hashOf(state) || '#');
+      // Within another page (kerbstone view) it is that one's address that can be sent. To any: whoever shows this page may know what it shows.
+      if (parent !== window) parent.postMessage({ kerbstoneReport: hashOf(state) }, '*');
+    }, 300);
   });
   const follow = () => {
     if (!followHash(location.hash, state, sheet)) return false;

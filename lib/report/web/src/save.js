@@ -1,4 +1,4 @@
-// Plots and their numbers as files: PNG and CSV, made in the page.
+// Plots and their numbers as files: PNG, SVG and CSV, made in the page.
 import { css, el } from './dom.js';
 
 /// A cell of a CSV file. Numbers stay numbers. Text is quoted where it has to be, and a spreadsheet must not
@@ -50,25 +50,31 @@ function picture(canvas, title, names) {
   return copy;
 }
 
+const kNoLines = 'it is made of points, not of lines, so there is no SVG';
+
 /// A button that saves a picture alone; `what` gives canvas and title at the time of the click.
 export function pictureButton(place, what) {
-  return el('button', { type: 'button', 'data-save': 'png', title: 'Save this picture as PNG', 'aria-label': 'Save this picture as PNG', onclick: () => {
+  return el('button', { type: 'button', 'data-save': 'png', title: `Save this picture as PNG; ${kNoLines}`, 'aria-label': 'Save this picture as PNG', onclick: () => {
     const { canvas, title } = what();
     if (canvas) picture(canvas, title ?? '', []).toBlob((blob) => download(`${plain(title) || plain(document.title)}-${plain(place)}.png`, blob), 'image/png');
   } }, 'PNG');
 }
 
-/// Buttons that save a plot. `what` gives, at the time of the click: canvas, title, names [{name, colour}] and
-/// table() with {heads, rows}; `place` is the part of the file's name that tells which plot it is.
-export function saveButtons(place, what) {
+/// Buttons that save a plot. `what` gives, at the time of the click: canvas, title, names [{name, colour}],
+/// table() with {heads, rows}, and svg() where the plot `isLines`; `place` is the part of the file's name that tells which plot it is.
+export function saveButtons(place, what, isLines = false) {
   const name = (ending) => `${plain(document.title.replace(/ – road report$/, '')) || 'road'}-${plain(place)}.${ending}`;
-  const png = el('button', { type: 'button', 'data-save': 'png', title: 'Save this picture as PNG', 'aria-label': 'Save this picture as PNG', onclick: () => {
+  const png = el('button', { type: 'button', 'data-save': 'png', title: isLines ? 'Save this picture as PNG' : `Save this picture as PNG; ${kNoLines}`, 'aria-label': 'Save this picture as PNG', onclick: () => {
     const { canvas, title, names } = what();
     if (canvas) picture(canvas, title ?? '', names ?? []).toBlob((blob) => download(name('png'), blob), 'image/png');
   } }, 'PNG');
+  const svg = el('button', { type: 'button', 'data-save': 'svg', title: 'Save this chart as SVG', 'aria-label': 'Save this chart as SVG', onclick: () => {
+    const text = what().svg?.();
+    if (text) download(name('svg'), new Blob([text], { type: 'image/svg+xml' }));
+  } }, 'SVG');
   const csv = el('button', { type: 'button', 'data-save': 'csv', title: 'Save the numbers in view as CSV', 'aria-label': 'Save the numbers in view as CSV', onclick: () => {
     const { heads, rows } = what().table();
     download(name('csv'), new Blob([csvOf(heads, rows)], { type: 'text/csv' }));
   } }, 'CSV');
-  return el('div', { class: 'save no-print' }, png, csv);
+  return el('div', { class: 'save no-print' }, png, isLines ? svg : null, csv);
 }

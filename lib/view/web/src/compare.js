@@ -24,7 +24,8 @@ export function differenceOf(packed) {
 const rgb = (colour) => { const n = parseInt(colour.slice(1), 16); return [n >> 16, (n >> 8) & 255, n & 255]; };
 const mix = (a, b, t) => a.map((value, k) => Math.round(value + (b[k] - value) * t));
 
-export function makeCompare() {
+/// `kept()`: another stretch was chosen.
+export function makeCompare(kept = () => {}) {
   let packed = null, told = null, at = null;
   const begin = el('input', { type: 'number', step: 'any', 'aria-label': 'Compare from u / m', 'data-role': 'u-begin' });
   const end = el('input', { type: 'number', step: 'any', 'aria-label': 'to u / m', 'data-role': 'u-end' });
@@ -134,14 +135,16 @@ export function makeCompare() {
     }
     draw();
   }
-  for (const each of [begin, end]) each.addEventListener('change', load);
+  for (const each of [begin, end]) each.addEventListener('change', () => { load(); kept(); });
 
   return {
     root,
-    /// `stretch`: [u from, u to] or nothing for the whole road.
-    show(id, against, stretch) {
+    /// [u from, u to] as they are typed; '': the end of the road.
+    stretch: () => [begin.value, end.value],
+    /// `stretch`: [u from, u to] as text; '' for an end of the road.
+    show(id, against, stretch = ['', '']) {
       asked = [id, against];
-      if (stretch) [begin.value, end.value] = stretch.map((u) => u.toFixed(1));
+      [begin.value, end.value] = stretch;
       return load();
     },
   };

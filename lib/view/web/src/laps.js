@@ -4,6 +4,7 @@ import { limitsOf, scaleOf } from '../../../report/web/src/colour.js';
 import { show } from '../../../report/web/src/format.js';
 import { line, makeChart, plainAxes, refreshCharts } from '../../../report/web/src/charts.js';
 import { expressionOf } from './expression.js';
+import { lapTable, wholeLaps } from './lap_times.js';
 import { getJson, getPacked } from './server.js';
 
 const kMost = 4;  // recordings at once: as many colours tell apart
@@ -82,13 +83,13 @@ export function makeLaps({ entriesOf, keep }) {
   const over = el('select', { 'aria-label': 'Over', 'data-role': 'over' }, [['time', 'time'], ['distance', 'distance driven'], ['u', 'u of the road']].map(([key, text]) => el('option', { value: key }, text)));
   const road = el('select', { 'aria-label': 'Road', 'data-role': 'road' });
   const largest = el('p', { 'data-role': 'largest' });
-  const charts = el('div');
+  const charts = el('div'), times = el('div', { 'data-role': 'lap-times' });
   const map = el('canvas', { role: 'img', 'aria-label': 'Map coloured by the channel' });
   const mapLegend = el('p', { class: 'muted small' });
   const root = el('div', { class: 'work', 'data-part': 'laps' },
     el('p', { class: 'muted' }, `Choose up to ${kMost} recordings or drives on the left.`), chosen,
     el('div', { class: 'tools' }, el('label', {}, 'Channel', channel), formula, el('label', {}, 'Over', over), el('label', {}, 'Road', road)),
-    note, largest, el('div', { class: 'panel' }, charts), el('div', { class: 'panel' }, el('div', { class: 'canvas map' }, map), mapLegend));
+    note, largest, times, el('div', { class: 'panel' }, charts), el('div', { class: 'panel' }, el('div', { class: 'canvas map' }, map), mapLegend));
 
   const say = (text) => { note.textContent = text; note.className = `small ${text ? 'bad' : 'muted'}`; };
   const guess = (log, kind) => log.info.channels.find((each) => guesses[kind].test(each.name))?.name ?? null;
@@ -187,7 +188,7 @@ export function makeLaps({ entriesOf, keep }) {
     const rows = packed[channel.value].length, time = log.names.time ? packed[log.names.time] : Float64Array.from({ length: rows }, (_, k) => k);
     const values = reckoned ? reckoned.of(packed, time) : packed[channel.value];
     const x = packed[log.names.x], y = packed[log.names.y];
-    let at = time, laps = [[0, rows - 1]], closed = false;
+    let at = time, laps = [[0, rows - 1]], closed = false, whole = null;
     if (over.value === 'distance') {
       if (!x || !y) throw new Error(`${log.id}: name its channels for x and y to have a distance`);
       at = new Float64Array(rows);
@@ -204,6 +205,7 @@ export function makeLaps({ entriesOf, keep }) {
       at = places.u_m;
       ({ closed } = places.head);
       laps = lapsOf(at, places.head.length_m, closed);
+      if (log.names.time) whole = wholeLaps(at, time, places.head.length_m, closed);
       if (laps.length === 0) throw new Error(`${log.id}: lies nowhere on this road; is it in the road's frame?`);
     } else {
       const begin = time.find((moment) => !Number.isNaN(moment)) ?? 0;
@@ -213,13 +215,14 @@ export function makeLaps({ entriesOf, keep }) {
     log.lapBox.replaceChildren(...laps.map((lap, k) => el('option', { value: k }, `${k + 1} (${show(time[lap[1]] - time[lap[0]], 5)} s)`)));
     log.lapBox.value = String(log.lap);
     const [first, last] = laps[log.lap];
-    return { line: ascending(at, values, first, last), moments: ascending(at, time, first, last), x, y, values, first, last };
+    return { line: ascending(at, values, first, last), moments: ascending(at, time, first, last), x, y, values, first, last, whole };
   }
 
   let drawing = 0;
   async function draw() {
     const turn = ++drawing;
     charts.replaceChildren();
+    times.replaceChildren();
     largest.textContent = '';
     delete largest.dataset.at;
     if (logs.length === 0 || !channel.value) { drawMap([]); return; }
@@ -239,6 +242,8 @@ export function makeLaps({ entriesOf, keep }) {
     const curves = read_.map(({ line: [at, values] }) => grid.map((place) => sampled(at, values, place)));
     const title = titleOf(), unit = over.value === 'time' ? 't / s' : over.value === 'u' ? 'u / m' : 's / m', channelUnit = formula.value.trim() ? '' : unitOf(logs[0], channel.value);
     const names = logs.map((log) => log.id.split('/').at(-1));
+    const timed = read_.map(({ whole }, k) => ({ name: names[k], colour: colours[k], laps: whole })).filter(({ laps }) => laps !== null);
+    if (timed.length > 0) times.append(lapTable(timed));
     const sync = { key: 'laps' };
     const chart = (title, yLabel, columns, labels, shades, view) => makeChart({
       axes: plainAxes(unit, yLabel), scales: { x: { time: false } }, cursor: { sync, drag: { x: true, y: false } },

@@ -3,13 +3,15 @@ import { el, css } from '../../../report/web/src/dom.js';
 import { fixed } from '../../../report/web/src/format.js';
 import { run } from './jobs.js';
 import { getPacked, tellDrive, watchRun } from './server.js';
+import { kBrake_pa, kMostSteer_rad, makeGauges } from './gauges.js';
 import { makeDriverHelp, pedalsToHold } from './driver_help.js';
 import { makeLiveScene } from './live_scene.js';
+import { makeTouchPad, padNow } from './pads.js';
+import { makeParameters } from './parameters.js';
 import { makeSights } from './sights.js';
 import { makeWeather } from './weather.js';
 
-const kEvery_ms = 30, kBrake_pa = 4e6, kMostSteer_rad = 0.3;
-const wheels = ['fl', 'fr', 'rl', 'rr'];
+const kEvery_ms = 30;
 const keysOf = { ArrowLeft: 'left', ArrowRight: 'right', ArrowUp: 'throttle', ArrowDown: 'brake', a: 'left', d: 'right', w: 'throttle', s: 'brake' };
 
 /// Goes from `now` to `wanted` by at most `most`.
@@ -34,13 +36,6 @@ export function gearOf(gear, engine_radps, limit_radps, since_s) {
   return gear;
 }
 
-function padNow() {
-  const pad = [...(navigator.getGamepads?.() ?? [])].find((each) => each?.connected);
-  if (!pad) return null;
-  const dead = (value) => (Math.abs(value) < 0.06 ? 0 : value);
-  return { steer: dead(pad.axes[0] ?? 0), throttle: pad.buttons[7]?.value ?? 0, brake: pad.buttons[6]?.value ?? 0 };
-}
-
 export function makeLive({ changed, entriesOf, openLaps, keep }) {
   let unit = null, drive = null, road = null, timer = null, waits = false;
   const keys = new Set();
@@ -48,13 +43,12 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
   const roadBox = el('select', { 'aria-label': 'Road to show', 'data-role': 'road' });
   const sensorsBox = el('select', { 'aria-label': 'Sensors of the road', 'data-role': 'sensors' });
   const portBox = el('input', { type: 'number', min: 1, max: 65535, placeholder: 'UDP port', 'aria-label': 'UDP port of a run to watch', 'data-role': 'watch-port' });
-  const sights = makeSights(), weather = makeWeather(), help = makeDriverHelp({ changed: () => draw(), say: (text, kind) => say(text, kind) });
+  const sights = makeSights(), weather = makeWeather(), parameters = makeParameters({ say: (text, kind) => say(text, kind) }), help = makeDriverHelp({ changed: () => draw(), say: (text, kind) => say(text, kind) });
   const canvas = el('canvas', { tabindex: 0, role: 'application', 'aria-label': 'Drive: arrows or W A S D steer, accelerate and brake' });
   const box = el('div', { class: 'stage', 'data-view': 'live' }, canvas);
   const gauges = Object.fromEntries(['speed', 'gear', 'engine', 'lap', 'last', 'best'].map((key) => [key, el('dd', { 'data-gauge': key }, '–')]));
   const names = { speed: 'Speed', gear: 'Gear', engine: 'Engine', lap: 'This lap', last: 'Last lap', best: 'Best lap' };
-  const bar = (name) => { const fill = el('div', { class: 'fill' }); return { fill, row: el('div', { class: 'gauge' }, el('span', {}, name), el('div', { class: 'tube' }, fill)) }; };
-  const bars = Object.fromEntries([['throttle', 'Throttle'], ['brake', 'Brake'], ['steer', 'Steering'], ...wheels.map((wheel) => [wheel, `Load ${wheel}`])].map(([key, name]) => [key, bar(name)]));
+  const bars = makeGauges();
   const button = (role, text, action) => el('button', { type: 'button', 'data-role': role, onclick: action }, text);
   const startButton = button('start', el('strong', {}, 'Start'), start), endButton = button('end', 'End', end), resetButton = button('reset', 'Back to the start', () => { drive.wants.reset = {}; });
   const pauseButton = el('button', { type: 'button', 'data-role': 'pause', 'aria-pressed': 'false', onclick: () => {
@@ -68,10 +62,10 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
   const laps = el('div');
   const root = el('div', { class: 'work', 'data-part': 'live' }, el('div', { class: 'split' },
     el('div', {}, el('div', { class: 'tools' }, startButton, pauseButton, resetButton, endButton, el('label', {}, 'View', viewBox), el('label', {}, 'Road', roadBox), el('label', {}, 'Sensors', sensorsBox)),
-      help.root, el('div', { class: 'tools' }, weather.root, el('label', {}, 'A run that is driven elsewhere', portBox), watchButton), box),
+      help.root, el('div', { class: 'tools' }, weather.root, el('label', {}, 'A run that is driven elsewhere', portBox), watchButton), parameters.root, box),
     el('div', { class: 'side' }, note, el('dl', { class: 'facts' }, Object.entries(gauges).map(([key, node]) => el('div', {}, el('dt', {}, names[key]), node))),
-      Object.values(bars).map((each) => each.row), laps,
-      el('p', { class: 'muted small' }, 'Arrows or W A S D, once the picture is clicked; or a gamepad. Gears shift by themselves. Where this page is left, the car brakes.'))));
+      bars.root, laps,
+      el('p', { class: 'muted small' }, 'Arrows or W A S D, once the picture is clicked; or a gamepad; or a finger on the picture: sideways steers, up accelerates, down brakes. Gears shift by themselves. Where this page is left, the car brakes.'))));
   const say = (text, kind = 'muted') => { note.className = `small ${kind}`; note.textContent = text; };
 
   const space = makeLiveScene('Drive in space: arrows or W A S D steer, accelerate and brake');
@@ -88,6 +82,9 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     each.addEventListener('blur', () => keys.clear());
     each.addEventListener('pointerdown', () => each.focus());
   }
+  const touched = makeTouchPad([canvas, ...(space ? [space.canvas] : [])]);
+  // Round the car a finger turns the view.
+  const touchNow = () => (viewBox.value === 'orbit' ? null : touched());
   const isFlat = () => ['ahead', 'whole'].includes(viewBox.value);
   const remember = () => { if (unit !== null) keep(unit, [roadBox.value, viewBox.value].map(encodeURIComponent).join(',')); };
 
@@ -97,6 +94,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     watchButton.disabled = drive !== null;
     for (const each of [pauseButton, resetButton]) each.disabled = drive === null || drive.watched !== undefined;
     weather.enable(drive !== null && drive.watched === undefined);
+    parameters.enable(drive !== null && drive.watched === undefined);
   }
 
   async function start() {
@@ -107,7 +105,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     sights.clear();
     buttons();
     (isFlat() ? canvas : space.canvas).focus();
-    run({ do: 'drive', unit: of, ...(sensorsBox.value ? { devices: sensorsBox.value, road: roadBox.value } : {}) }, (begun) => {
+    run({ do: 'drive', unit: of, parameters: parameters.chosen(), ...(sensorsBox.value ? { devices: sensorsBox.value, road: roadBox.value } : {}) }, (begun) => {
       mine.job = begun.id;
       mine.result = begun.result;
       say('Driving.');
@@ -171,8 +169,9 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     const { pedals, gear, wants } = mine, brake = kBrake_pa * pedals.brake;
     const set = { 'input.steering': pedals.steer, 'input.throttle': pedals.throttle, 'input.gear': gear, 'input.brake.fl': brake, 'input.brake.fr': brake, 'input.brake.rl': 0.6 * brake, 'input.brake.rr': 0.6 * brake };
     // With each message: where the page was late, the run went back to its own weather.
-    mine.weather = { ...mine.weather, ...weather.take() };
-    Object.assign(set, mine.weather);
+    mine.held = { ...mine.held, ...weather.take(), ...parameters.take() };
+    Object.assign(set, mine.held);
+    mine.asked = set;
     mine.sequence += 1;
     mine.wants = {};
     const measured = await tellDrive(mine.job, { sequence: mine.sequence, set, pause: mine.paused, ...wants }).catch(() => null);
@@ -184,7 +183,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     if (waits || drive !== mine) return;
     const now = performance.now(), dt = Math.min(0.1, (now - mine.last) / 1000), seen = mine.seen?.values ?? {};
     mine.last = now;
-    mine.pedals = pedalsOf(mine.pedals, keys, padNow(), seen['car.vx'] ?? 0, dt, help.target_mps());
+    mine.pedals = pedalsOf(mine.pedals, keys, touchNow() ?? padNow(), seen['car.vx'] ?? 0, dt, help.target_mps());
     const gear = gearOf(mine.gear, seen['car.engine'] ?? 0, seen['parameter.engine.limit_radps'] ?? 800, (now - mine.shifted) / 1000);
     if (gear !== mine.gear) { mine.gear = gear; mine.shifted = now; }
     waits = true;
@@ -291,20 +290,17 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
 
   /// What the gauges show.
   function tell(now) {
+    parameters.show(now);
     const counts = sights.counts();
     for (const key of Object.keys(counts)) box.dataset[key] = counts[key];
     // A run that is watched measures what its driver wants.
     const told = (name, factor, unit) => (now[name] === undefined ? '–' : `${fixed(factor * now[name], 0)}${unit}`);
     gauges.speed.textContent = told('car.vx', 3.6, ' km/h');
-    gauges.gear.textContent = told('car.gear', 1, '');
+    gauges.gear.textContent = bars.show(now, drive.asked).gear;
     gauges.engine.textContent = told('car.engine', 30 / Math.PI, ' 1/min');
     gauges.lap.textContent = drive.lapBegin === null ? '–' : `${fixed(drive.seen.time_s - drive.lapBegin, 1)} s`;
     gauges.last.textContent = drive.times.length > 0 ? `${fixed(drive.times.at(-1), 2)} s` : '–';
     gauges.best.textContent = drive.times.length > 0 ? `${fixed(Math.min(...drive.times), 2)} s` : '–';
-    const total = wheels.reduce((sum, wheel) => sum + now[`wheel.${wheel}.fz`], 0);
-    const share = { throttle: now['car.throttle'], brake: now['wheel.fl.brake'] / kBrake_pa, steer: Math.abs(now['car.steer']) / kMostSteer_rad };
-    for (const wheel of wheels) share[wheel] = (2 * now[`wheel.${wheel}.fz`]) / Math.max(1, total);
-    for (const [key, each] of Object.entries(bars)) each.fill.style.width = `${100 * Math.min(1, Math.max(0, share[key] || 0))}%`;
     box.dataset.time = drive.seen.time_s;
     box.dataset.speed = now['car.vx'];
   }
@@ -328,6 +324,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     const [wantedRoad, wantedView] = state.split(',').map(decodeURIComponent);
     if (drive) { say('End this drive first.', 'warn'); return; }
     unit = next;
+    parameters.open(next);
     const { entries } = await changed(), roads = entries.filter((entry) => entry.kind === 'road' && !/\.(patch-\d+|friction)\.crg$/.test(entry.id));
     const kept = wantedRoad || roadBox.value;
     if (wantedView in views) viewBox.value = wantedView;

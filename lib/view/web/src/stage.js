@@ -24,7 +24,7 @@ export function makeStage(picked, moved = () => {}) {
     renderer = new WebGLRenderer({ canvas, antialias: !isSlow, preserveDrawingBuffer: true });
   } catch {
     box.replaceChildren(el('p', { class: 'muted', style: 'padding:16px' }, 'This view needs WebGL, which this browser does not offer. Places can be typed below.'));
-    return { box, clear() {}, redraw() {}, setMesh: async () => null, setRoad() {}, setZones() {}, heightAt: () => null, seenAt: () => [0, 0], setMarks() {}, highlight() {}, setPlan() {}, fit() {}, state: () => null, restore() {}, picture: () => null, origin: new Vector3(), parts: [] };
+    return { box, clear() {}, redraw() {}, setMesh: async () => null, setRoad() {}, setZones() {}, heightAt: () => null, seenAt: () => [0, 0], setMarks() {}, setBrush() {}, highlight() {}, setPlan() {}, fit() {}, state: () => null, restore() {}, picture: () => null, origin: new Vector3(), parts: [] };
   }
   const scene = new Scene(), world = new Group(), marks = new Group(), road = new Group(), zones = new Group();
   scene.add(new HemisphereLight(0xffffff, 0x9aa4ae, 2.4), world, road, zones, marks);
@@ -261,9 +261,28 @@ export function makeStage(picked, moved = () => {}) {
     say(place);
     if (place) picked(place);
   };
-  let down = null;
-  canvas.addEventListener('pointerdown', (event) => { down = event.isPrimary && event.button === 0 ? [event.offsetX, event.offsetY] : null; cross.style.display = 'none'; });
+  let down = null, stroke = null, brush = null;
+  /// A drag by the first button or a finger then paints instead of moving the view: `next(points)` gets [[x, y], ...] in map metres; null: it moves again.
+  stage.setBrush = (next) => {
+    brush = next;
+    stroke = null;
+    flatControls.mouseButtons.LEFT = next ? null : MOUSE.PAN;
+    roundControls.mouseButtons.LEFT = next ? null : MOUSE.ROTATE;
+    flatControls.touches.ONE = next ? null : TOUCH.PAN;
+    roundControls.touches.ONE = next ? null : TOUCH.ROTATE;
+  };
+  const paint = (event) => {
+    const place = placeAt(event.offsetX, event.offsetY);
+    if (place) stroke.push([place.x_m, place.y_m]);
+    stage.setMarks(stroke, true);
+  };
+  canvas.addEventListener('pointermove', (event) => { if (stroke && event.isPrimary) paint(event); });
+  canvas.addEventListener('pointerdown', (event) => { down = event.isPrimary && event.button === 0 ? [event.offsetX, event.offsetY] : null; stroke = null; if (brush && down) { stroke = []; paint(event); } cross.style.display = 'none'; });
   canvas.addEventListener('pointerup', (event) => {
+    const [points, isDrag] = [stroke, down && Math.hypot(event.offsetX - down[0], event.offsetY - down[1]) >= kClick_px];
+    stroke = null;
+    if (points) stage.setMarks([], false);
+    if (points && isDrag) brush(points);
     if (down && Math.hypot(event.offsetX - down[0], event.offsetY - down[1]) < kClick_px) pick(event.offsetX, event.offsetY);
     down = null;
   });

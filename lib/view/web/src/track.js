@@ -23,6 +23,7 @@ const tools = [
   ['kerb', 'Kerb', 'two corners of a kerb that was not found, on the road that was built'],
   ['none', 'No kerb', 'two corners of a place where there is no kerb'],
   ['friction', 'Grip', 'two corners of a place with a grip of its own'],
+  ['brush', 'Grip brush', 'a drag along the road that was built gives what it passes over a grip of its own; the right button moves the view'],
   ['point', 'Control point', 'a place of the mesh that a map shows too'],
   ['profile', 'Profile', 'where a line begins and where it ends: heights of the road that was built along it'],
 ];
@@ -128,6 +129,8 @@ export function makeTrack({ openRoad, changed, entriesOf, keep }) {
     useButton.hidden = key !== 'route' && key !== 'guide';
     useButton.textContent = key === 'route' ? 'Use route' : 'Use guide';
     if (onRoad.includes(key)) zones.use(key);
+    if (key === 'brush') zones.use('friction');
+    stage.setBrush(key === 'brush' ? (stroke) => zones.paint(stroke).catch((error) => say(error.message, 'bad')) : null);
     if (key === 'point') controls.use();
     if (key === 'profile') profile.use();
   } }, name));

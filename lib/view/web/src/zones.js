@@ -9,7 +9,7 @@ const kinds = {
   kerb: { key: 'kerb_zones', column: 'kerb', file: 'kerbs', says: (value) => (value === 1 ? 'kerb' : 'no kerb') },
   friction: { key: 'friction_zones', column: 'friction', file: 'friction', says: (value) => `grip ${show(value, 3)}` },
 };
-const kMostKerbs = 200;
+const kMostKerbs = 200, kMostAsked = 60;  // places of a stroke whose u and v are asked for
 
 /// Rows of a file of zones: [u_begin, u_end, v_begin, v_end, value]. Throws where the columns are not there.
 export function zonesOf(text, column) {
@@ -30,18 +30,34 @@ export function zoneBetween([u0, v0], [u1, v1], length, closed) {
   return [...(over ? [high, low] : [low, high]), Math.min(v0, v1), Math.max(v0, v1)];
 }
 
+/// What a brush that is `width_m` wide covers: `places` [[u, v], ...] in the order of the stroke; null: nothing.
+export function zoneOfStroke(places, width_m, length, closed) {
+  if (places.length < 2) return null;
+  let [along, low, high] = [0, 0, 0];
+  for (let k = 1; k < places.length; ++k) {
+    let step = places[k][0] - places[k - 1][0];
+    if (closed && Math.abs(step) > 0.5 * length) step -= Math.sign(step) * length;
+    along += step;
+    [low, high] = [Math.min(low, along), Math.max(high, along)];
+  }
+  if (!(high > low)) return null;
+  const at = (u) => (closed ? ((u % length) + length) % length : u), v = places.map(([, each]) => each), first = places[0][0];
+  return [...(high - low >= length ? [0, length] : [at(first + low), at(first + high)]), Math.min(...v) - 0.5 * width_m, Math.max(...v) + 0.5 * width_m];
+}
+
 /// `placeOf([x, y])` resolves to {u_m, v_m} on the road that was built; `sheet()` is that road or null.
 export function makeZones({ draft, stage, say, placeOf, sheet }) {
   const zones = { kerb: [], friction: [] };
   let kind = 'kerb', kerbs = [], pad = [0.1, 0.1], corner = null, shown = null, refreshes = 0;
   const grip = el('input', { type: 'number', min: 0, max: 3, step: 0.05, value: 0.6, 'aria-label': 'Grip of a zone, against dry asphalt', 'data-role': 'grip' });
+  const wide = el('input', { type: 'number', min: 0.1, max: 100, step: 'any', value: 2, 'aria-label': 'Width of the brush, in metres', 'data-role': 'brush-width' });
   const lowest = el('input', { type: 'number', min: 0, max: 1, step: 'any', 'aria-label': 'Kerbs lower than this are not refined, in metres', 'data-role': 'lowest' });
   const inputs = fields.map((name) => el('input', { type: 'number', step: 'any', required: '', 'aria-label': name.replace('_m', ' / m').replaceAll('_', ' '), 'data-zone': name }));
   const what = el('select', { 'aria-label': 'What the zone is', 'data-role': 'zone-kind' }, [['none', 'no kerb'], ['kerb', 'kerb'], ['friction', 'grip']].map(([value, text]) => el('option', { value }, text)));
   const list = el('div', { 'data-role': 'zones' }), found = el('div', { class: 'kerbs', 'data-role': 'kerbs', tabindex: 0, role: 'region', 'aria-label': 'Kerbs that were found' });
   const form = el('form', { class: 'tools zone' }, inputs.map((input, k) => el('label', {}, ['u from', 'to', 'v from', 'to'][k], input)), el('label', {}, 'is', what), el('button', { type: 'submit', 'data-role': 'add-zone' }, 'Add'));
   const root = el('details', { 'data-role': 'kerbs-and-grip' }, el('summary', {}, 'Kerbs and grip'),
-    el('label', { class: 'small' }, 'Lowest kerb / m ', lowest), ' ', el('label', { class: 'small' }, 'Grip of a zone ', grip), form, list, found);
+    el('label', { class: 'small' }, 'Lowest kerb / m ', lowest), ' ', el('label', { class: 'small' }, 'Grip of a zone ', grip), ' ', el('label', { class: 'small' }, 'Brush / m ', wide), form, list, found);
 
   const outline = (zone) => {
     const road = sheet();
@@ -105,6 +121,16 @@ export function makeZones({ draft, stage, say, placeOf, sheet }) {
       const zone = zoneBetween(corner, here, sheet().length, sheet().closed);
       corner = null;
       await add(kind === 'friction' ? 'friction' : 'kerb', [...zone, kind === 'friction' ? grip.valueAsNumber : kind === 'kerb' ? 1 : 0]);
+    },
+    /// A stroke of the brush over the road, [[x, y], ...]: grip from its begin to its end, half the brush beyond it on both sides.
+    async paint(points) {
+      if (!sheet()) { say('Build first: zones lie on the road.', 'warn'); return; }
+      if (!wide.reportValidity() || !grip.reportValidity()) return;
+      const step = Math.max(1, (points.length - 1) / (kMostAsked - 1)), asked = [];
+      for (let k = 0; k < points.length - 0.5; k += step) asked.push(points[Math.round(k)]);
+      const places = (await Promise.all(asked.map(placeOf))).filter(Boolean).map(({ u_m, v_m }) => [u_m, v_m]), zone = zoneOfStroke(places, wide.valueAsNumber, sheet().length, sheet().closed);
+      if (!zone) { say('That is not along the road.', 'warn'); return; }
+      await add('friction', [...zone, grip.valueAsNumber]);
     },
     /// Takes back the first corner; false: there was none.
     undo() { const had = corner !== null; corner = null; return had; },
