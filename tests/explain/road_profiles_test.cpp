@@ -130,7 +130,7 @@ TEST(RoadProfiles, ARoadThatIsStatedFlatIsFoundAlongTheWholeLap) {
   const Finding* bank = found(all, "road.banking");
   const Finding* grade = found(all, "road.grade");
   ASSERT_TRUE(bank != nullptr && grade != nullptr) << findings_json(all);
-  // 0.8 is wanted; 0.79 measured since rows of a log without brakes are left out where it may brake.
+  // 0.8 is wanted. Measured: 0.79, as a log without brakes says little where it may brake.
   EXPECT_GT(right(*bank, [&](double share) { return bank_at(truth, share); }), 0.75);
   EXPECT_GT(right(*grade, [&](double share) { return truth.grade * std::sin(kTurn * share); }),
             0.8);
