@@ -111,7 +111,7 @@ TEST(Relations, AGyroOnARoadThatLeansAndDipsIsRight) {
     const double rms = std::sqrt(square / count);
     fmt::print("{} heading: yaw rate {:.4f} to {:.4f} rad/s, error {:.5f} rms\n",
                heading ? "with" : "without", least, most, rms);
-    EXPECT_LT(rms, 0.001);
+    EXPECT_LT(rms, 0.0006);  // measured 0.0003 and 0.0004
   }
 }
 

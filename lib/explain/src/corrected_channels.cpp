@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "signal_samples.h"
+
 namespace explain {
 namespace {
 
@@ -26,7 +28,9 @@ void correct(const Signals& s, const Setting& set, Channel c, std::vector<double
              std::vector<double>& dx) {
   x = s.x[c];
   dx = s.dx[c];
-  const Setting::Sensor& e = set.sensor[c];
+  Setting::Sensor e = set.sensor[c];
+  // y(k) = a y(k-1) + (1 - a) x(k) is a filter half a sample ahead of the one with that constant.
+  if (e.low_pass_s != 0) e.delay_s -= set.filter_lead_s;
   if (!s.present[c] || (e.bias == 0 && e.gain == 0 && e.delay_s == 0 && e.low_pass_s == 0)) return;
   const double gain = 1.0 / (1.0 + e.gain);
   std::vector<double> ddx(s.n, kNaN);
@@ -46,6 +50,11 @@ void correct(const Signals& s, const Setting& set, Channel c, std::vector<double
     x[i] = gain * (value - e.bias);
     dx[i] = gain * rate;
   }
+  if (e.delay_s == 0 && e.low_pass_s == 0) return;
+  // The rate of what stands here now: noise of a value and of its own rate are no relatives, so
+  // that none is taken for what goes with the rate, like the place of a sensor.
+  for (std::size_t i = 0; i < s.n; ++i)
+    if (const double rate = rate_at(x, i); std::isfinite(rate)) dx[i] = rate;
 }
 
 }  // namespace

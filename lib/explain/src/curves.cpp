@@ -33,6 +33,15 @@ void list_curves(const Listing& l) {
     l.out.unknowns.back().step = 0.2;
     l.out.unknowns.back().beside_road = {1.0, 1.0};
   }
+  // Half a sample if the logger filters what it has sampled, none if it samples what was filtered.
+  if (has(l, kYawRate)) {
+    const double half_s = 0.5 / l.logs.front().sample_hz;
+    curve(l, "sampling of filters", half_s,
+          [](Setting& s, double lead_s) { s.filter_lead_s += lead_s; });
+    l.out.unknowns.back().step = 0.002;
+    l.out.unknowns.back().unit = "s";
+    l.out.unknowns.back().beside_road = {half_s, half_s};
+  }
   if (l.engine) {
     for (std::size_t k = 0; k < 4; ++k)
       curve(l, "engine map", 0.02, [k](Setting& s, double amount) { s.engine_shape[k] += amount; });

@@ -31,9 +31,11 @@ double profile_at(const std::vector<double>& profile, const Signals& s, double u
   return (1 - f) * profile[k] + f * profile[(k + 1) % n];
 }
 
-/// The road under the car at one step, with what it may be wrong by.
+/// The road under the car at one step, with what it may be wrong by: along the body and to its
+/// left.
 struct Slope {
   double grade = 0.0, bank = 0.0, vertical = 0.0;
+  double path_grade = 0.0;         ///< along the path, which is not where the nose points
   double leaning_more = 0.0;       ///< than the file says
   double course_rad = 0.0;         ///< of the path
   double pitching_up_radps = 0.0;  ///< of a car that lies flat on it
@@ -161,6 +163,13 @@ Motion Relations::motion(std::size_t i) const {
   return m;
 }
 
+/// Without a logged side slip, that of the path over the heading; else none.
+double Relations::lateral_mps(std::size_t i, const Motion& m, const Slope& road) const {
+  if (has(kVy) || !has(kYaw)) return m.vy;
+  const double slip_rad = std::remainder(road.course_rad - c_.x[kYaw][i], 2 * std::numbers::pi);
+  return m.vx * std::tan(std::clamp(slip_rad, -0.3, 0.3));
+}
+
 Slope Relations::slope(std::size_t i, const Motion& m) const {
   Slope out;
   out.grade = s_.grade[i], out.bank = s_.bank[i], out.vertical = s_.curvature_v[i];
@@ -190,18 +199,17 @@ Slope Relations::slope(std::size_t i, const Motion& m) const {
   out.leaning_more = up_across - up_along * across_it;
   out.bank += out.leaning_more;
   out.vertical += set_.vertical + profile_at(set_.along.vertical, s_, s_.u_m[i]);
+  // All this is along the path. On a leaning road a nose that points into the turn climbs.
+  const double slip_rad = std::atan2(lateral_mps(i, m, out), m.vx);
+  const double sin_slip = std::sin(slip_rad), cos_slip = std::cos(slip_rad);
+  out.path_grade = out.grade;
+  out.grade = out.path_grade * cos_slip - out.bank * sin_slip;
+  out.bank = out.bank * cos_slip + out.path_grade * sin_slip;
   return out;
 }
 
 /// The cosine of the angle whose tangent it is.
 double cosine_of(double slope) { return 1 / std::sqrt(1 + slope * slope); }
-
-/// Without a logged side slip, that of the path over the heading; else none.
-double Relations::lateral_mps(std::size_t i, const Motion& m, const Slope& road) const {
-  if (has(kVy) || !has(kYaw)) return m.vy;
-  const double slip_rad = std::remainder(road.course_rad - c_.x[kYaw][i], 2 * std::numbers::pi);
-  return m.vx * std::tan(std::clamp(slip_rad, -0.3, 0.3));
-}
 
 void Relations::compare_kinematics(std::size_t i, const Motion& m, const Slope& road) {
   const auto &x = c_.x, &dx = c_.dx;
@@ -225,7 +233,8 @@ void Relations::compare_kinematics(std::size_t i, const Motion& m, const Slope& 
     out_.r[Relation::kCourse][i] =
         std::remainder(road.course_rad - x[kYaw][i] - std::atan2(m.vy * cos_bank, m.vx * cos_grade),
                        2 * std::numbers::pi);
-  out_.r[Relation::kSpeed][i] = std::hypot(m.px, m.py) / cos_grade - std::hypot(m.vx, m.vy);
+  out_.r[Relation::kSpeed][i] =
+      std::hypot(m.px, m.py) / cosine_of(road.path_grade) - std::hypot(m.vx, m.vy);
   const bool rolls = has(kBrakeFront) ? !(s_.x[kBrakeFront][i] > kBraking_pa) : pushed_as_led_[i];
   if (!has(kWheelFront) || !rolls || !slip_known_[i]) return;
   const double delta =

@@ -51,6 +51,11 @@ Samples samples_of(const vehicle::Table& table, const Mapping& mapping, const st
   return out;
 }
 
+double rate_at(const std::vector<double>& x, std::size_t i) {
+  if (i < 2 || i + 2 >= x.size()) return kNaN;
+  return (8 * (x[i + 1] - x[i - 1]) - (x[i + 2] - x[i - 2])) / (12 * Signals::kStep_s);
+}
+
 void smooth(const Samples& s, double t0, std::size_t n, double half_s, std::vector<double>& x,
             std::vector<double>& dx) {
   x.assign(n, kNaN);
@@ -84,8 +89,7 @@ void smooth(const Samples& s, double t0, std::size_t n, double half_s, std::vect
   }
   // The derivative of what was smoothed, not the slope of the fit: a rate that is logged itself and
   // is smoothed the same way must agree with it at every frequency.
-  for (std::size_t i = 2; i + 2 < n; ++i)
-    dx[i] = (8 * (x[i + 1] - x[i - 1]) - (x[i + 2] - x[i - 2])) / (12 * Signals::kStep_s);
+  for (std::size_t i = 0; i < n; ++i) dx[i] = rate_at(x, i);
 }
 
 }  // namespace explain

@@ -20,6 +20,9 @@ struct Samples {
 Samples samples_of(const vehicle::Table& table, const Mapping& mapping, const std::string& channel,
                    const std::vector<double>& time_s);
 
+/// Its rate of change at step i, from two steps to both sides; NaN without them.
+double rate_at(const std::vector<double>& x, std::size_t i);
+
 /// Value of a local quadratic with triangular weights at `n` steps of Signals::kStep_s from `t0`,
 /// and its derivative. NaN where samples are few or lie on one side.
 void smooth(const Samples& samples, double t0, std::size_t n, double half_s, std::vector<double>& x,
