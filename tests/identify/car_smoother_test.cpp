@@ -140,14 +140,17 @@ std::vector<identify::SmootherRow> exact_rows(const Racer& racer, CarPoint truth
   return rows;
 }
 
+std::vector<identify::Sensor> fine_sensors() {
+  return {{"vx_mps", false, identify::place_of(kVx), identify::kPlaces, 1e-3, 1e-3},
+          {"yaw_rate_radps", false, identify::place_of(kYawRate), identify::kPlaces, 1e-4, 1e-4},
+          {"steer_rad", false, identify::kPlaceSteer, identify::kPlaces, 1e-5, 1e-5}};
+}
+
 TEST(CarSmoother, FindsTheTruthFromExactMeasurements) {
   const Racer racer;
   RoadCursors cursors;
   const CarPoint truth = cornering(racer, cursors);
-  const std::vector<identify::Sensor> sensors{
-      {"vx_mps", false, identify::place_of(kVx), identify::kPlaces, 1e-3, 1e-3},
-      {"yaw_rate_radps", false, identify::place_of(kYawRate), identify::kPlaces, 1e-4, 1e-4},
-      {"steer_rad", false, identify::kPlaceSteer, identify::kPlaces, 1e-5, 1e-5}};
+  const std::vector<identify::Sensor> sensors = fine_sensors();
   std::vector<CarPoint> points;
   std::vector<identify::SmootherRow> rows = exact_rows(racer, truth, sensors, 60, points);
   rows[30].measured[1].value += 0.5;  // a spike of the gyro
@@ -196,10 +199,7 @@ TEST(CarSmoother, IsLostWhereTooMuchIsFarFromWhatWasExpected) {
   const Racer racer;
   RoadCursors cursors;
   const CarPoint truth = cornering(racer, cursors);
-  const std::vector<identify::Sensor> sensors{
-      {"vx_mps", false, identify::place_of(kVx), identify::kPlaces, 1e-3, 1e-3},
-      {"yaw_rate_radps", false, identify::place_of(kYawRate), identify::kPlaces, 1e-4, 1e-4},
-      {"steer_rad", false, identify::kPlaceSteer, identify::kPlaces, 1e-5, 1e-5}};
+  const std::vector<identify::Sensor> sensors = fine_sensors();
   std::vector<CarPoint> points;
   std::vector<identify::SmootherRow> rows = exact_rows(racer, truth, sensors, 60, points);
   for (std::size_t k = 30; k < 60; ++k) rows[k].measured[1].value += k % 2 == 0 ? 1.0 : -1.0;

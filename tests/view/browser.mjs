@@ -1,7 +1,7 @@
 // kerbstone view served on a folder, and a headless Chromium that opens it: for the tests of the page.
-import { spawn } from 'node:child_process';
+import { spawn, spawnSync } from 'node:child_process';
 import { createRequire } from 'node:module';
-import { existsSync } from 'node:fs';
+import { existsSync, readFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 
 /// Machines that build beside it are slow; nothing here waits for long on a calm one.
@@ -44,3 +44,50 @@ export const launch = (require, words = []) => require('playwright-core').chromi
   args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', '--disable-background-networking',
     '--disable-component-update', '--disable-sync', '--no-first-run', ...words],
 });
+
+/// A page of that browser, not loaded yet, and what tests do with it. `shots`: the folder of pictures, if wanted. `more`: of the context.
+export async function opened(browser, require, shots, more = {}) {
+  const context = await browser.newContext({ viewport: { width: 1400, height: 900 }, deviceScaleFactor: shots ? 1 : 0.5, ...more });
+  context.setDefaultTimeout(kPatience_ms);
+  const page = await context.newPage(), problems = [], axe = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
+  page.on('pageerror', (error) => problems.push(String(error.stack)));
+  return {
+    context, page, problems,
+    picture: async (name) => { if (shots) await page.screenshot({ path: join(shots, `${name}.png`) }); },
+    until: (test, argument) => page.waitForFunction(test, argument, { timeout: kPatience_ms }),
+    async accessible(part) {
+      await page.evaluate(axe);
+      const { violations } = await page.evaluate(() => window.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa'], iframes: false }));
+      for (const each of violations) check(false, `${part}: ${each.id}: ${each.help}: ${each.nodes.map((node) => node.html).slice(0, 3).join(' | ')}`);
+    },
+  };
+}
+
+let failures = 0;
+
+/// Counts what does not hold, and says it.
+export function check(condition, text) {
+  if (condition) return;
+  ++failures;
+  console.error(`FAILED: ${text}`);
+}
+
+/// Counts what was thrown.
+export function failed(error) {
+  ++failures;
+  console.error(error);
+}
+
+/// Runs a program to its end; throws with what it said where that is not well. 3: done, and not to be used.
+export function run(program, words, cwd, good = [0]) {
+  const ran = spawnSync(program, words, { cwd, encoding: 'utf8', maxBuffer: 1e9 });
+  if (!good.includes(ran.status)) throw new Error(`${program} ${words.join(' ')}: ${ran.error ?? ran.stderr}`);
+  return ran;
+}
+
+/// Says how it went, and ends the test.
+export function finish() {
+  console.log(failures === 0 ? 'passed' : `${failures} failures`);
+  process.exit(failures === 0 ? 0 : 1);
+}
+export const allIsWell = () => failures === 0;

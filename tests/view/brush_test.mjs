@@ -1,26 +1,14 @@
 // Grip painted by a brush over a road that was built, by mouse; taken back by keyboard.
 // usage: node brush_test.mjs KERBSTONE CRGBUILD CRGDRIVE SOURCE [SCREENSHOT_DIR]; exit 77: skipped.
-import { spawnSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { basename, join } from 'node:path';
-import { end, kPatience_ms, launch, packagesOf, serve } from './browser.mjs';
+import { check, end, failed, finish, launch, opened, packagesOf, run as runIn, serve } from './browser.mjs';
 
 const [kerbstone, crgbuild, crgdrive, source, shots] = process.argv.slice(2);
-const require = packagesOf(source), axe = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
-let failures = 0;
-function check(condition, text) {
-  if (!condition) {
-    ++failures;
-    console.error(`FAILED: ${text}`);
-  }
-}
+const require = packagesOf(source);
 const dir = mkdtempSync(join(tmpdir(), 'kerbstone-brush-'));
-function run(program, words) {
-  const ran = spawnSync(program, words, { cwd: dir, encoding: 'utf8' });
-  if (ran.status !== 0) throw new Error(`${program} ${words.join(' ')}: ${ran.error ?? ran.stderr}`);
-  return ran;
-}
+const run = (program, words) => runIn(program, words, dir);
 run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', 'ring', '--facet-m', '4', '-q']);
 writeFileSync(join(dir, 'track.yaml'), 'mesh: ring/kerbstone-ring.obj\nname: ring\nu_step_m: 0.5\nv_step_m: 0.5\nstart_near_m: [0, 0]\n');
 run(crgbuild, ['build', 'track.yaml', '-o', `out/${basename(dir)}`, '-q']);
@@ -28,18 +16,8 @@ run(crgbuild, ['build', 'track.yaml', '-o', `out/${basename(dir)}`, '-q']);
 const served = await serve(kerbstone, dir), browser = await launch(require);
 let page;
 try {
-  const context = await browser.newContext({ viewport: { width: 1400, height: 900 }, deviceScaleFactor: shots ? 1 : 0.5 });
-  context.setDefaultTimeout(kPatience_ms);
-  page = await context.newPage();
-  const problems = [];
-  page.on('pageerror', (error) => problems.push(String(error.stack)));
-  const picture = async (name) => { if (shots) await page.screenshot({ path: join(shots, `${name}.png`) }); };
-  const until = (test, argument) => page.waitForFunction(test, argument, { timeout: kPatience_ms });
-  async function accessible(part) {
-    await page.evaluate(axe);
-    const { violations } = await page.evaluate(() => window.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa'], iframes: false }));
-    for (const each of violations) check(false, `${part}: ${each.id}: ${each.help}: ${each.nodes.map((node) => node.html).slice(0, 3).join(' | ')}`);
-  }
+  const { problems, picture, until, accessible, ...rest } = await opened(browser, require, shots);
+  page = rest.page;
 
   const recipe = () => readFileSync(join(dir, 'track.yaml'), 'utf8');
   await page.goto(served.address);
@@ -86,13 +64,11 @@ try {
   check(!(await page.inputValue('[data-role="recipe"]')).includes('friction'), 'only the brush paints');
   check(problems.length === 0, problems.join(' | '));
 } catch (error) {
-  ++failures;
-  console.error(error);
+  failed(error);
   if (shots) await page?.screenshot({ path: join(shots, 'brush-failed.png') });
 } finally {
   await browser.close();
   await end(served.server);
   rmSync(dir, { recursive: true });
 }
-console.log(failures === 0 ? 'passed' : `${failures} failures`);
-process.exit(failures === 0 ? 0 : 1);
+finish();

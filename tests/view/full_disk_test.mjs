@@ -4,18 +4,11 @@ import { spawnSync } from 'node:child_process';
 import { cpSync, existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, statfsSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { end, kPatience_ms, launch, packagesOf, serve } from './browser.mjs';
+import { check, end, failed, finish, kPatience_ms, launch, packagesOf, run, serve } from './browser.mjs';
 
 const [kerbstone, crgbuild, source] = process.argv.slice(2);
 const require = packagesOf(source);
 
-let failures = 0;
-function check(condition, text) {
-  if (!condition) {
-    ++failures;
-    console.error(`FAILED: ${text}`);
-  }
-}
 
 const dir = mkdtempSync(join(tmpdir(), 'kerbstone-full-disk-')), disk = join(dir, 'disk');
 mkdirSync(disk);
@@ -28,8 +21,7 @@ if (spawnSync('mount', ['-t', 'tmpfs', '-o', 'size=48m', 'tmpfs', disk]).status 
 
 let served, browser;
 try {
-  const made = spawnSync(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', join(dir, 'made'), '--facet-m', '4', '-q'], { encoding: 'utf8' });
-  if (made.status !== 0) throw new Error(made.stderr);
+  run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', join(dir, 'made'), '--facet-m', '4', '-q']);
   mkdirSync(join(disk, 'ring'));
   for (const name of readdirSync(join(dir, 'made'))) if (/\.(obj|mtl)$/.test(name)) cpSync(join(dir, 'made', name), join(disk, 'ring', name));
   writeFileSync(join(disk, 'ring/track.yaml'), 'mesh: kerbstone-ring.obj\nname: ring\nu_step_m: 0.5\nv_step_m: 0.5\n');
@@ -70,13 +62,11 @@ try {
   await said('Built.');
   check(!readFileSync(join(out, 'ring.crg')).equals(kept['ring.crg']), 'the road is the new one');
 } catch (error) {
-  ++failures;
-  console.error(error);
+  failed(error);
 } finally {
   await browser?.close();
   if (served) await end(served.server);
   spawnSync('umount', ['-l', disk]);
   rmSync(dir, { recursive: true });
 }
-console.log(failures === 0 ? 'passed' : `${failures} failures`);
-process.exit(failures === 0 ? 0 : 1);
+finish();

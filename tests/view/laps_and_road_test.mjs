@@ -1,26 +1,14 @@
 // Charts of laps and of a road's report: as SVG; what is seen of a road, in the address; times of laps.
 // usage: node laps_and_road_test.mjs KERBSTONE CRGBUILD CRGDRIVE SOURCE [SCREENSHOT_DIR]; exit 77: skipped.
-import { spawnSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { end, kPatience_ms, launch, packagesOf, serve } from './browser.mjs';
+import { check, end, failed, finish, launch, opened, packagesOf, run as runIn, serve } from './browser.mjs';
 
 const [kerbstone, crgbuild, crgdrive, source, shots] = process.argv.slice(2);
-const require = packagesOf(source), axe = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
-let failures = 0;
-function check(condition, text) {
-  if (!condition) {
-    ++failures;
-    console.error(`FAILED: ${text}`);
-  }
-}
+const require = packagesOf(source);
 const dir = mkdtempSync(join(tmpdir(), 'kerbstone-laps-'));
-function run(program, words) {
-  const ran = spawnSync(program, words, { cwd: dir, encoding: 'utf8' });
-  if (ran.status !== 0) throw new Error(`${program} ${words.join(' ')}: ${ran.error ?? ran.stderr}`);
-  return ran;
-}
+const run = (program, words) => runIn(program, words, dir);
 run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', 'ring', '--facet-m', '4', '-q']);
 run(crgbuild, ['convert', 'ring/kerbstone-ring_truth.crg', '-o', 'other.crg', '-q']);
 run(crgbuild, ['report', 'ring/kerbstone-ring_truth.crg', '-o', 'ring', '-q']);
@@ -39,18 +27,8 @@ ramp((t) => t * t, 'square.csv');
 const served = await serve(kerbstone, dir), browser = await launch(require);
 let page;
 try {
-  const context = await browser.newContext({ viewport: { width: 1400, height: 900 }, deviceScaleFactor: shots ? 1 : 0.5 });
-  context.setDefaultTimeout(kPatience_ms);
-  page = await context.newPage();
-  const problems = [];
-  page.on('pageerror', (error) => problems.push(String(error.stack)));
-  const picture = async (name) => { if (shots) await page.screenshot({ path: join(shots, `${name}.png`) }); };
-  const until = (test, argument) => page.waitForFunction(test, argument, { timeout: kPatience_ms });
-  async function accessible(part) {
-    await page.evaluate(axe);
-    const { violations } = await page.evaluate(() => window.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa'], iframes: false }));
-    for (const each of violations) check(false, `${part}: ${each.id}: ${each.help}: ${each.nodes.map((node) => node.html).slice(0, 3).join(' | ')}`);
-  }
+  const { problems, picture, until, accessible, ...rest } = await opened(browser, require, shots);
+  page = rest.page;
 
   /// The text of a file that a button saves.
   async function saved(button) {
@@ -139,7 +117,7 @@ try {
   await until(() => decodeURIComponent(decodeURIComponent(location.hash)).includes('u='));
   const seen = await shownOf(page);
   check(seen[1] - seen[0] > 10 && seen[1] - seen[0] < 0.6 * rows.at(-1)[0], `nearer by keyboard: ${seen}`);
-  const link = page.url(), there = await context.newPage();
+  const link = page.url(), there = await page.context().newPage();
   await there.goto(link);
   await there.waitForSelector('[data-compared="0/ring/kerbstone-ring_truth.crg 0/other.crg"]');
   await there.frameLocator('iframe').locator('[data-view="curve-elevation_m"] canvas').waitFor();
@@ -160,13 +138,11 @@ try {
 
   check(problems.length === 0, problems.join(' | '));
 } catch (error) {
-  ++failures;
-  console.error(error);
+  failed(error);
   if (shots) await page?.screenshot({ path: join(shots, 'laps-failed.png') });
 } finally {
   await browser.close();
   await end(served.server);
   rmSync(dir, { recursive: true });
 }
-console.log(failures === 0 ? 'passed' : `${failures} failures`);
-process.exit(failures === 0 ? 0 : 1);
+finish();

@@ -1,48 +1,27 @@
 // A drive in the page: what the gauges say of command and feedback, and parameters that are set, by keyboard; driven by a gamepad and by touch.
 // usage: node live_drive_test.mjs KERBSTONE CRGBUILD CRGDRIVE SOURCE [SCREENSHOT_DIR]; exit 77: skipped.
-import { spawnSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { end, kPatience_ms, launch, packagesOf, serve } from './browser.mjs';
+import { check, end, failed, finish, launch, opened, packagesOf, run as runIn, serve } from './browser.mjs';
 
 const [kerbstone, crgbuild, crgdrive, source, shots] = process.argv.slice(2);
-const require = packagesOf(source), axe = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
-let failures = 0;
-function check(condition, text) {
-  if (!condition) {
-    ++failures;
-    console.error(`FAILED: ${text}`);
-  }
-}
+const require = packagesOf(source);
 const dir = mkdtempSync(join(tmpdir(), 'kerbstone-live-'));
-function run(program, words) {
-  const ran = spawnSync(program, words, { cwd: dir, encoding: 'utf8' });
-  if (ran.status !== 0) throw new Error(`${program} ${words.join(' ')}: ${ran.error ?? ran.stderr}`);
-}
+const run = (program, words) => runIn(program, words, dir);
 run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', 'ring', '--facet-m', '4', '-q']);
 run(crgdrive, ['fmu', join(source, 'vehicles/open_wheel/vehicle.yaml'), '--track', 'ring/kerbstone-ring_truth.crg', '-o', 'car.fmu', '-q']);
 
 const served = await serve(kerbstone, dir), browser = await launch(require);
 let page;
 try {
-  const context = await browser.newContext({ viewport: { width: 1400, height: 900 }, deviceScaleFactor: shots ? 1 : 0.5, hasTouch: true });
+  const { problems, picture, until, accessible, ...rest } = await opened(browser, require, shots, { hasTouch: true });
+  page = rest.page;
   // A gamepad as browsers tell of it; this machine has none.
-  await context.addInitScript(() => {
+  await page.addInitScript(() => {
     window.pad = null;
     navigator.getGamepads = () => [null, window.pad];
   });
-  context.setDefaultTimeout(kPatience_ms);
-  page = await context.newPage();
-  const problems = [];
-  page.on('pageerror', (error) => problems.push(String(error.stack)));
-  const picture = async (name) => { if (shots) await page.screenshot({ path: join(shots, `${name}.png`) }); };
-  const until = (test, argument) => page.waitForFunction(test, argument, { timeout: kPatience_ms });
-  async function accessible(part) {
-    await page.evaluate(axe);
-    const { violations } = await page.evaluate(() => window.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa'], iframes: false }));
-    for (const each of violations) check(false, `${part}: ${each.id}: ${each.help}: ${each.nodes.map((node) => node.html).slice(0, 3).join(' | ')}`);
-  }
   const picked = '[data-view="live"] canvas:not([hidden])';
   /// What a gauge says was asked for lies between these.
   const asked = (bar, low, high) => until(([name, least, most]) => { const value = document.querySelector(`[data-bar="${name}"]`).dataset.asked; return value !== undefined && Number(value) >= least && Number(value) <= most; }, [bar, low, high]);
@@ -117,7 +96,7 @@ try {
   await asked('brake', 0, 0);
 
   // A finger: up and to the left from where it was put down; a second one does nothing; lifted, all is let go.
-  const touch = await context.newCDPSession(page), box = await (await page.$(picked)).boundingBox(), [x, y] = [box.x + 0.5 * box.width, box.y + 0.5 * box.height];
+  const touch = await page.context().newCDPSession(page), box = await (await page.$(picked)).boundingBox(), [x, y] = [box.x + 0.5 * box.width, box.y + 0.5 * box.height];
   const fingers = (type, ...places) => touch.send('Input.dispatchTouchEvent', { type, touchPoints: places.map(([px, py], id) => ({ x: px, y: py, id })) });
   await fingers('touchStart', [x, y]);
   await fingers('touchMove', [x - 60, y - 90]);
@@ -146,13 +125,11 @@ try {
   check(column('parameter.chassis.mass_kg').includes(800) && column('parameter.steering.ratio').includes(1) && column('parameter.steering.ratio').includes(2), `what was set is in the table: ${driven[0]}`);
   check(problems.length === 0, problems.join(' | '));
 } catch (error) {
-  ++failures;
-  console.error(error);
+  failed(error);
   if (shots) await page?.screenshot({ path: join(shots, 'live-failed.png') });
 } finally {
   await browser.close();
   await end(served.server);
   rmSync(dir, { recursive: true });
 }
-console.log(failures === 0 ? 'passed' : `${failures} failures`);
-process.exit(failures === 0 ? 0 : 1);
+finish();

@@ -1,29 +1,17 @@
 // Opens the page of kerbstone view in headless Chromium and does whole tasks with mouse and keyboard.
 // usage: node page_test.mjs KERBSTONE CRGBUILD CRGDRIVE SOURCE [SCREENSHOT_DIR]; exit 77: skipped.
-import { spawn, spawnSync } from 'node:child_process';
+import { spawn } from 'node:child_process';
 import { createSocket } from 'node:dgram';
 import { cpSync, existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { dirname, join } from 'node:path';
-import { end, kPatience_ms, launch, packagesOf, serve } from './browser.mjs';
+import { allIsWell, check, end, failed, finish, kPatience_ms, launch, packagesOf, run, serve } from './browser.mjs';
 
 const [kerbstone, crgbuild, crgdrive, source, shots] = process.argv.slice(2);
 const require = packagesOf(source);
 const axe = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
 
 const isHeavy = Boolean(process.env.KERBSTONE_HEAVY);
-let failures = 0;
-function check(condition, text) {
-  if (!condition) {
-    ++failures;
-    console.error(`FAILED: ${text}`);
-  }
-}
-function run(program, words, cwd) {
-  const ran = spawnSync(program, words, { cwd, encoding: 'utf8' });
-  if (ran.status !== 0) throw new Error(`${program} ${words.join(" ")}: ${ran.error ?? ran.stderr}`);
-  return ran;
-}
 
 const dir = mkdtempSync(join(tmpdir(), 'kerbstone-view-')), shown = join(dir, 'shown');
 mkdirSync(join(shown, 'meshes'), { recursive: true });
@@ -769,13 +757,11 @@ edges:
   await until(() => /too large|No space/.test(document.querySelector('[data-part="road"] [data-role="note"]').textContent));
   check(!existsSync(join(shown, 'out/kept/ring-1.crg')), 'no half of a road is left');
 } catch (error) {
-  ++failures;
-  console.error(error);
+  failed(error);
   await page.screenshot({ path: join(shots ?? dir, 'failed.png') }).catch(() => {});
 } finally {
   await browser.close();
   server.kill('SIGTERM');
-  if (failures === 0 || shots) rmSync(dir, { recursive: true });
+  if (allIsWell() || shots) rmSync(dir, { recursive: true });
 }
-console.log(failures === 0 ? 'passed' : `${failures} failures`);
-process.exit(failures === 0 ? 0 : 1);
+finish();

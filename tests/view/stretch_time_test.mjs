@@ -5,7 +5,7 @@ import { spawnSync } from 'node:child_process';
 import { cpSync, existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { basename, dirname, join } from 'node:path';
-import { end, kPatience_ms, launch, packagesOf, serve } from './browser.mjs';
+import { check, end, failed, finish, kPatience_ms, launch, packagesOf, run, serve } from './browser.mjs';
 
 const [kerbstone, crgbuild, source, torcs, ...more] = process.argv.slice(2);
 if (!process.env.KERBSTONE_HEAVY) {
@@ -15,14 +15,12 @@ if (!process.env.KERBSTONE_HEAVY) {
 const require = packagesOf(source);
 const kMost_s = 2, kZooms = 6;
 
-let failures = 0;
 const dir = mkdtempSync(join(tmpdir(), 'kerbstone-stretch-')), shown = join(dir, 'shown');
 mkdirSync(shown);
 
 /// Folders with a mesh, a recipe and the whole road as built from it.
 function prepare() {
-  const synth = spawnSync(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', join(dir, 'demo'), '-q'], { encoding: 'utf8' });
-  if (synth.status !== 0) throw new Error(synth.stderr);
+  run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', join(dir, 'demo'), '-q']);
   const meshes = [join(dir, 'demo/kerbstone-ring.obj'), ...['aalborg', 'e-track-3', 'forza', 'g-track-1', 'ruudskogen', 'spring', 'wheel-2'].map((name) => join(torcs, 'road', name, `${name}.acc`)), ...more];
   const names = [];
   for (const mesh of meshes.filter(existsSync)) {
@@ -64,19 +62,17 @@ try {
       const seconds = (Date.now() - begin) / 1000;
       const command = await page.evaluate(() => document.querySelector('[data-job] code').title.match(/--u-begin-m (\S+) --u-end-m (\S+)/).slice(1).map(Number));
       const [job] = await page.evaluate(async () => (await (await fetch('api/jobs')).json()).slice(-1));
-      const good = seconds < kMost_s;
-      if (!good) ++failures;
-      console.log(`${good ? 'ok    ' : 'FAILED'} ${name}: u ${command.map((u) => u.toFixed(0)).join(' to ')} m in ${seconds.toFixed(2)} s, of which the command ${job.seconds.toFixed(2)} s; wanted below ${kMost_s}`);
+      const text = `${name}: u ${command.map((u) => u.toFixed(0)).join(' to ')} m in ${seconds.toFixed(2)} s, of which the command ${job.seconds.toFixed(2)} s; wanted below ${kMost_s}`;
+      console.log(text);
+      check(seconds < kMost_s, text);
     }
   } finally {
     await browser.close();
     await end(served.server);
   }
 } catch (error) {
-  ++failures;
-  console.error(error);
+  failed(error);
 } finally {
   rmSync(dir, { recursive: true });
 }
-console.log(failures === 0 ? 'passed' : `${failures} failures`);
-process.exit(failures === 0 ? 0 : 1);
+finish();

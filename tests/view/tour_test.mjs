@@ -1,37 +1,25 @@
 // The first start, in an empty folder, by keyboard alone: the tour makes the demo circuit, its recipe, its road, and shows the report.
 // usage: node tour_test.mjs KERBSTONE SOURCE; exit 77: skipped.
-import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { existsSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { end, kPatience_ms, launch, packagesOf, serve } from './browser.mjs';
+import { check, end, failed, finish, launch, opened, packagesOf, serve } from './browser.mjs';
 
 const [kerbstone, source, shots] = process.argv.slice(2);
-const require = packagesOf(source), axe = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
-let failures = 0;
-function check(condition, text) {
-  if (!condition) {
-    ++failures;
-    console.error(`FAILED: ${text}`);
-  }
-}
+const require = packagesOf(source);
 
 const dir = mkdtempSync(join(tmpdir(), 'kerbstone-tour-')), served = await serve(kerbstone, dir), browser = await launch(require);
 let page;
 try {
-  page = await (await browser.newContext({ viewport: { width: 1400, height: 900 }, deviceScaleFactor: shots ? 1 : 0.5 })).newPage();
-  page.setDefaultTimeout(kPatience_ms);
-  const problems = [];
-  page.on('pageerror', (error) => problems.push(String(error.stack)));
-  const picture = async (name) => { if (shots) await page.screenshot({ path: join(shots, `${name}.png`) }); };
+  const { problems, picture, accessible, ...rest } = await opened(browser, require, shots);
+  page = rest.page;
   const step = (number) => page.waitForSelector(`.tour[data-step="${number}"]`);
   const enter = async (role) => { await page.focus(`[data-role="${role}"]`); await page.keyboard.press('Enter'); };
   await page.goto(served.address);
   await page.waitForSelector('html[data-ready="yes"]');
   await step(0);
   check(await page.evaluate(() => document.activeElement?.dataset.role) === 'tour-act', 'the tour begins by itself where there is nothing yet, and the keyboard is in it');
-  await page.evaluate(axe);
-  const { violations } = await page.evaluate(() => window.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa'], iframes: false }));
-  for (const each of violations) check(false, `${each.id}: ${each.help}: ${each.nodes.map((node) => node.html).slice(0, 3).join(' | ')}`);
+  await accessible('tour');
   await page.keyboard.press('Enter');
   await step(1);
   check(existsSync(join(dir, 'demo/kerbstone-ring.obj')), 'the mesh of the demo is there');
@@ -59,13 +47,11 @@ try {
   check(await page.$eval('.tour', (box) => box.hidden), 'Escape closes it');
   check(problems.length === 0, problems.join(' | '));
 } catch (error) {
-  ++failures;
-  console.error(error);
+  failed(error);
   if (shots) await page?.screenshot({ path: join(shots, 'tour-failed.png') });
 } finally {
   await browser.close();
   await end(served.server);
   rmSync(dir, { recursive: true });
 }
-console.log(failures === 0 ? 'passed' : `${failures} failures`);
-process.exit(failures === 0 ? 0 : 1);
+finish();

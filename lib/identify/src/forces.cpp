@@ -19,8 +19,7 @@ using Index = Eigen::Index;
 using vehicle::kWheels;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // A quarter of a second of which a quarter is further than four deviations from what was expected:
-// the simulated car bounces over a kerb otherwise than the true one. On kerbs that are followed it
-// is one in twenty.
+// the simulated car bounces over a kerb otherwise than the true one.
 constexpr double kMostWild = 0.25;
 constexpr double kFarFromNoise = 4.0;  // times its own noise, of which a channel is spoken
 void make_room(Forces& out, const std::vector<double>& time) {
