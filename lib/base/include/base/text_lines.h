@@ -40,15 +40,14 @@ inline std::string_view trimmed(std::string_view text) {
 
 /// The next word of `line` (blank or tab separated); empty at the end.
 inline std::string_view take_word(std::string_view& line) {
-  const std::size_t begin = line.find_first_not_of(" \t");
-  if (begin == std::string_view::npos) {
-    line = {};
-    return {};
-  }
-  const std::size_t end = line.find_first_of(" \t", begin);
-  const std::string_view word =
-      line.substr(begin, end == std::string_view::npos ? end : end - begin);
-  line.remove_prefix(end == std::string_view::npos ? line.size() : end);
+  // A quarter of the time of reading a mesh went into asking find_first_of for these two.
+  const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
+  std::size_t begin = 0;
+  while (begin < line.size() && is_blank(line[begin])) ++begin;
+  std::size_t end = begin;
+  while (end < line.size() && !is_blank(line[end])) ++end;
+  const std::string_view word = line.substr(begin, end - begin);
+  line.remove_prefix(end);
   return word;
 }
 
