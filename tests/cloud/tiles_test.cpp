@@ -17,6 +17,7 @@
 
 #include "cloud/error.h"
 #include "cloud/read_cloud.h"
+#include "cloud/write_surface.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
@@ -62,7 +63,7 @@ PassSource pieces(const Cloud& cloud, std::size_t size = 7001) {
       };
       take(chunk.x_m, cloud.x_m), take(chunk.y_m, cloud.y_m), take(chunk.z_m, cloud.z_m);
       take(chunk.time_s, cloud.time_s), take(chunk.intensity, cloud.intensity);
-      take(chunk.classification, cloud.classification);
+      take(chunk.classification, cloud.classification), take(chunk.sigma_m, cloud.sigma_m);
       sink(std::move(chunk), begin >= cloud.size() / 2 ? 1 : 0);
     }
   };
@@ -71,7 +72,7 @@ PassSource pieces(const Cloud& cloud, std::size_t size = 7001) {
 struct Read {
   Eigen::Vector3d place;
   double time_s = 0.0, error_bound_m = 0.0;
-  float intensity = 0.0f;
+  float intensity = 0.0f, sigma_m = 0.0f;
   int pass = 0, classification = 0, level = 0;
 };
 
@@ -107,6 +108,8 @@ std::vector<Read> read_back(const TileSet& set, const std::string& bytes) {
     }
     if (set.has_intensity)
       for (Read& p : points) p.intensity = get(0.0f);
+    if (set.has_sigma)
+      for (Read& p : points) p.sigma_m = get(0.0f);
     for (Read& p : points) p.pass = get(std::uint16_t{0});
     if (set.has_class)
       for (Read& p : points) p.classification = get(std::uint8_t{0});
@@ -260,6 +263,19 @@ TEST_F(Tiles, WithoutTimeIntensityAndClassHaveNoneOfThem) {
   EXPECT_EQ(set.bytes, 14'000u);
 }
 
+TEST_F(Tiles, KeepTheStandardDeviationOfEachPoint) {
+  Cloud cloud = road(30'000);
+  for (std::size_t k = 0; k < cloud.size(); ++k)
+    cloud.sigma_m.push_back(0.001f * static_cast<float>(k % 101));
+  const TileSet set = tile(cloud);
+  ASSERT_TRUE(set.has_sigma);
+  const std::vector<Read> points = read_back(set, folder_.read("points"));
+  expect_same(cloud, points);
+  for (const Read& p : points)
+    ASSERT_EQ(p.sigma_m, cloud.sigma_m[static_cast<std::size_t>(p.time_s)]);
+  EXPECT_NEAR(set.most_sigma_m.high, 0.099, 1e-6);
+}
+
 TEST_F(Tiles, OfNothingOrOfNonsenseAreRefusedAndNothingIsLeft) {
   EXPECT_THROW(tile(Cloud{}), Error);
   for (const double wrong : {1e8, -1e300, std::nan(""), HUGE_VAL}) {
@@ -320,6 +336,30 @@ TEST_F(TilesCommand, WritesAnIndexThatSaysWhatLiesWhere) {
   write_cloud(road(500), folder_.path("b.ply"));
   ASSERT_EQ(run("tiles " + at("b.ply") + " -o " + at("one")), 0);
   EXPECT_EQ(index("one")["points"], 500);
+}
+
+// As lidar2mesh writes what it has refined.
+TEST_F(TilesCommand, OfARefinedRoadHaveItsStandardDeviations) {
+  NodeSurface surface;
+  surface.origin_m = {500000.0, 5400000.0, 300.0};
+  for (int k = 0; k < 400; ++k) {
+    surface.place_m.emplace_back(0.5 * (k % 20), 0.5 * (k / 20), 0.01 * k);
+    surface.normal.emplace_back(0.0f, 0.0f, 1.0f);
+    surface.stddev_m.push_back(0.002f + 1e-5f * static_cast<float>(k));
+  }
+  surface.triangles.push_back({0, 1, 20});
+  for (const char* name : {"refined.ply", "refined.pcd"}) {
+    write_surface(surface, folder_.path(name), false);
+    ASSERT_EQ(run("tiles " + at(name) + " -o " + at("tiles")), 0) << folder_.read("err.txt");
+    const auto json = index("tiles");
+    ASSERT_EQ(json["points"], 400) << name;
+    EXPECT_NEAR(json["sigma_m"][0].get<double>(), 0.00204, 2e-5) << name;
+    EXPECT_NEAR(json["sigma_m"][1].get<double>(), 0.00595, 2e-5) << name;
+    // Read, filtered and written again they are still there.
+    ASSERT_EQ(read_cloud(folder_.path(name)).sigma_m, surface.stddev_m) << name;
+    write_cloud(read_cloud(folder_.path(name)), folder_.path("again.pcd"), true);
+    EXPECT_EQ(read_cloud(folder_.path("again.pcd")).sigma_m, surface.stddev_m) << name;
+  }
 }
 
 // Files of other people's programs: as many points as their headers state, none lost and none

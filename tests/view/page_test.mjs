@@ -591,9 +591,9 @@ edges:
   const uniform = () => { random = (random * 48271) % 2147483647; return random / 2147483647; };
   for (let k = 0; k < kPoints; ++k) {
     const along = 200 * uniform(), across = 20 * uniform(), wall = k % 5 === 0;
-    ground.push(`${(500000 + along).toFixed(3)} ${(5400000 + (wall ? 20 : across)).toFixed(3)} ${(300 + 0.02 * along + (wall ? 4 * uniform() : 0)).toFixed(3)} ${k % 100} ${wall ? 6 : 2}`);
+    ground.push(`${(500000 + along).toFixed(3)} ${(5400000 + (wall ? 20 : across)).toFixed(3)} ${(300 + 0.02 * along + (wall ? 4 * uniform() : 0)).toFixed(3)} ${k % 100} ${wall ? 6 : 2} ${(0.001 + 1e-5 * along).toFixed(6)}`);
   }
-  writeFileSync(join(shown, 'cloud.ply'), `ply\nformat ascii 1.0\nelement vertex ${kPoints}\nproperty double x\nproperty double y\nproperty double z\nproperty float intensity\nproperty uchar classification\nend_header\n${ground.join('\n')}\n`);
+  writeFileSync(join(shown, 'cloud.ply'), `ply\nformat ascii 1.0\nelement vertex ${kPoints}\nproperty double x\nproperty double y\nproperty double z\nproperty float intensity\nproperty uchar classification\nproperty float sigma\nend_header\n${ground.join('\n')}\n`);
   run(join(dirname(dirname(crgbuild)), 'lidar2mesh/lidar2mesh'), ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', 'scans', '--from-m', '380', '--to-m', '420', '--azimuths', '64', '--scenery-m', '12', '-q'], shown);
   await page.reload();
   await page.waitForSelector('html[data-ready="yes"]');
@@ -611,10 +611,14 @@ edges:
   const legend = await read('legend');
   check(legend.includes('2 ground: 48,000') && legend.includes('6 building: 12,000'), `the classes are told: ${legend}`);
   await picture('scan-class');
+  await page.selectOption('[data-role="colour"]', 'sigma_m');
+  check(/^1(\.0\d*)? mm .*3(\.0\d*)? mm$|^1\.0\d* mm .*2\.9\d* mm$/.test((await read('legend')).replace(/\s+/g, ' ').trim()), `deviations from 1 to 3 mm: ${await read('legend')}`);
+  await picture('scan-deviation');
+  await page.selectOption('[data-role="colour"]', 'class');
   // By keyboard: near and along, until part of the cloud is out of view; what is in the middle is read.
   await page.focus('[data-view="cloud"] canvas');
   await page.keyboard.press('Enter');
-  const middle = (await read('point')).match(/^x ([\d.]+) m, y ([\d.]+) m, z ([\d.]+) m · intensity \d+ · class 2 \(ground\)/);
+  const middle = (await read('point')).match(/^x ([\d.]+) m, y ([\d.]+) m, z ([\d.]+) m · intensity \d+ · standard deviation 2(\.\d+)? mm · class 2 \(ground\)/);
   check(middle && Math.abs(middle[1] - 500100) < 5 && Math.abs(middle[2] - 5400010) < 5 && Math.abs(middle[3] - 300 - 0.02 * (middle[1] - 500000)) < 2e-3, `Enter reads the point in the middle: ${await read('point')}`);
   for (let k = 0; k < 6; ++k) await page.keyboard.press('+');
   for (let k = 0; k < 10; ++k) await page.keyboard.press('d');

@@ -75,6 +75,7 @@ class Placer {
       placed.time_s.push_back(cloud.time_s[k]);
       if (!cloud.intensity.empty()) placed.intensity.push_back(cloud.intensity[k]);
       if (!cloud.classification.empty()) placed.classification.push_back(cloud.classification[k]);
+      if (!cloud.sigma_m.empty()) placed.sigma_m.push_back(cloud.sigma_m[k]);
     }
     hand_on();
   }
@@ -105,6 +106,7 @@ Json fields_of(const cloud::TileSet& set) {
   add(set.has_time, "time_s", "f64", 1);
   add(true, "xyz_m", "f32", 3);
   add(set.has_intensity, "intensity", "f32", 1);
+  add(set.has_sigma, "sigma_m", "f32", 1);
   add(true, "pass", "u16", 1);
   add(set.has_class, "class", "u8", 1);
   return fields;
@@ -150,6 +152,7 @@ Json summary_of(const cloud::TileSet& set, const std::vector<Pass>& passes) {
           {"most_min_m", low},
           {"most_max_m", high},
           {"intensity", range(set.has_intensity, set.most_intensity.low, set.most_intensity.high)},
+          {"sigma_m", range(set.has_sigma, set.most_sigma_m.low, set.most_sigma_m.high)},
           {"time_s", range(set.has_time, set.time_begin_s, set.time_end_s)},
           {"classes", classes},
           {"passes", list},

@@ -82,7 +82,7 @@ void Emitter::hand_out(const Raw& raw) {
   };
   chunk.x_m.reserve(raw.size), chunk.y_m.reserve(raw.size), chunk.z_m.reserve(raw.size);
   reserve(chunk.time_s, Role::time), reserve(chunk.intensity, Role::intensity),
-      reserve(chunk.classification, Role::classification);
+      reserve(chunk.classification, Role::classification), reserve(chunk.sigma_m, Role::sigma);
   for (std::size_t i = 0; i < raw.size; ++i) {
     const Eigen::Vector3d p(x[i] * scale, y[i] * scale, z[i] * height_scale);
     // Nothing on Earth is farther: such numbers are damage and would cost all precision.
@@ -99,6 +99,8 @@ void Emitter::hand_out(const Raw& raw) {
     if (!raw.of[5].empty())
       chunk.classification.push_back(
           static_cast<std::uint8_t>(raw.of[5][i] >= 0.0 ? std::min(raw.of[5][i], 255.0) : 0.0));
+    if (!raw.of[6].empty())
+      chunk.sigma_m.push_back(static_cast<float>(raw.of[6][i] * height_scale));
   }
   if (chunk.size() == 0) return;
   chunk.origin_m = *origin_;

@@ -35,7 +35,7 @@ Cloud subset(const Cloud& cloud, const std::vector<bool>& kept) {
   };
   copy(cloud.x_m, out.x_m), copy(cloud.y_m, out.y_m), copy(cloud.z_m, out.z_m);
   copy(cloud.time_s, out.time_s), copy(cloud.intensity, out.intensity);
-  copy(cloud.classification, out.classification);
+  copy(cloud.classification, out.classification), copy(cloud.sigma_m, out.sigma_m);
   return out;
 }
 

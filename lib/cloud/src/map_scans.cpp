@@ -26,13 +26,14 @@ Cloud within(Cloud&& cloud, double range_m) {
   for (std::size_t k = 0; k < cloud.size(); ++k) {
     if (!((cloud.origin_m + cloud.point(k)).norm() <= range_m)) continue;
     keep(cloud.x_m, k), keep(cloud.y_m, k), keep(cloud.z_m, k);
-    keep(cloud.time_s, k), keep(cloud.intensity, k), keep(cloud.classification, k);
+    keep(cloud.time_s, k), keep(cloud.intensity, k), keep(cloud.classification, k),
+        keep(cloud.sigma_m, k);
     ++kept;
   }
   const auto cut = [&](auto& values) {
     if (!values.empty()) values.resize(kept);
   };
-  cut(cloud.time_s), cut(cloud.intensity), cut(cloud.classification);
+  cut(cloud.time_s), cut(cloud.intensity), cut(cloud.classification), cut(cloud.sigma_m);
   cut(cloud.x_m), cut(cloud.y_m), cut(cloud.z_m);
   return std::move(cloud);
 }

@@ -19,9 +19,10 @@ struct TilePoint {
   double time_s = 0.0;                     ///< NaN: none
   float intensity = 0.0f;                  ///< NaN: none
   std::uint16_t pass = 0;
-  std::uint8_t classification = 0, unused = 0;
+  std::uint8_t classification = 0;
+  float sigma_m = 0.0f;  ///< NaN: none
 };
-static_assert(sizeof(TilePoint) == 40);
+static_assert(sizeof(TilePoint) == 48);
 
 /// Place on the curve: the bits of x, y and z in turn, the most significant first; 42 of each.
 struct CurvePlace {
@@ -37,7 +38,7 @@ int levels_in_common(const CurvePlace& a, const CurvePlace& b);
 
 class PointRuns {
  public:
-  /// The file is of 40 bytes a point, and nobody sees it. Throws Error.
+  /// The file is of 48 bytes a point, and nobody sees it. Throws Error.
   PointRuns(const std::string& scratch, std::size_t points_per_run, unsigned threads);
 
   /// Throws Error: a coordinate that is 1e8 m or more, or no number; no room on the disk.

@@ -120,7 +120,7 @@ Cloud read_cloud(const std::string& path, const CloudReadOptions& options,
     }
     append(whole.x_m, chunk.x_m), append(whole.y_m, chunk.y_m), append(whole.z_m, chunk.z_m);
     append(whole.time_s, chunk.time_s), append(whole.intensity, chunk.intensity),
-        append(whole.classification, chunk.classification);
+        append(whole.classification, chunk.classification), append(whole.sigma_m, chunk.sigma_m);
   });
   if (report != nullptr) *report = read;
   return whole;

@@ -70,6 +70,7 @@ Role role_of(std::string name) {
   if (name == "classification" || name == "class" || name == "label" ||
       name == "scalar_classification")
     return Role::classification;
+  if (name == "sigma" || name == "sigma_m" || name == "stddev_m") return Role::sigma;
   return Role::none;
 }
 

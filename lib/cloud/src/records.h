@@ -18,8 +18,9 @@ enum class FieldType : std::uint8_t { i8, u8, i16, u16, i32, u32, i64, u64, f32,
 std::size_t size_of(FieldType type);
 
 /// Which value of a point a field holds.
-enum class Role : std::uint8_t { x, y, z, time, intensity, classification, none };
-/// "x", "X", "x_m", "time", "gps_time", "t", "timestamp", "intensity", "classification" ...
+enum class Role : std::uint8_t { x, y, z, time, intensity, classification, sigma, none };
+/// "x", "X", "x_m", "time", "gps_time", "t", "timestamp", "intensity", "classification",
+/// "sigma" ...
 Role role_of(std::string name);
 
 /// For coordinates in degrees: what was seen, and the way out.

@@ -104,6 +104,7 @@ class Tiler {
     set_.spacing_m = std::ldexp(kRootCell_m, -least - kSpacingLevels);
     for (std::size_t k = 0; k < 3; ++k) set_.most_m[k] = samples_[k].most();
     set_.most_intensity = samples_[3].most();
+    set_.most_sigma_m = samples_[4].most();
   }
 
  private:
@@ -167,8 +168,8 @@ class Tiler {
   }
 
   void note(const TilePoint& p) {
-    const double values[] = {p.x_m, p.y_m, p.z_m, p.intensity};
-    for (std::size_t k = 0; k < 4; ++k) samples_[k].add(values[k]);
+    const double values[] = {p.x_m, p.y_m, p.z_m, p.intensity, p.sigma_m};
+    for (std::size_t k = 0; k < 5; ++k) samples_[k].add(values[k]);
   }
 
   /// The points as one tile, or several of kMostOfTile at most; they are gone then.
@@ -207,6 +208,8 @@ class Tiler {
     }
     if (set_.has_intensity)
       for (const TilePoint& p : points) put(p.intensity);
+    if (set_.has_sigma)
+      for (const TilePoint& p : points) put(p.sigma_m);
     for (const TilePoint& p : points) put(p.pass);
     if (set_.has_class)
       for (const TilePoint& p : points) put(p.classification);
@@ -220,7 +223,7 @@ class Tiler {
   TileSet& set_;
   std::uint64_t bytes_ = 0;
   std::vector<Node> nodes_ = std::vector<Node>(kDeepest + 1);  ///< by depth
-  std::array<Sample, 4> samples_;
+  std::array<Sample, 5> samples_;
   std::optional<CurvePlace> before_;
   CurvePlace first_place_;
   std::optional<TilePoint> first_;
@@ -235,11 +238,12 @@ void take(const Cloud& chunk, std::uint16_t pass, PointRuns& runs, TileSet& set)
     set.time_begin_s = set.min_m.x(), set.time_end_s = -set.min_m.x();
   }
   set.has_time |= !chunk.time_s.empty(), set.has_intensity |= !chunk.intensity.empty();
-  set.has_class |= !chunk.classification.empty();
+  set.has_class |= !chunk.classification.empty(), set.has_sigma |= !chunk.sigma_m.empty();
   set.points_of_pass[pass] += chunk.size();
   for (std::size_t i = 0; i < chunk.size(); ++i) {
     const Eigen::Vector3d p = chunk.origin_m + chunk.point(i);
-    TilePoint point{p.x(), p.y(), p.z(), kNone, static_cast<float>(kNone), pass, 0, 0};
+    TilePoint point{p.x(), p.y(), p.z(), kNone, static_cast<float>(kNone), pass, 0,
+                    static_cast<float>(kNone)};
     if (!chunk.time_s.empty()) {
       point.time_s = chunk.time_s[i];
       if (std::isfinite(point.time_s)) {
@@ -249,6 +253,7 @@ void take(const Cloud& chunk, std::uint16_t pass, PointRuns& runs, TileSet& set)
     }
     if (!chunk.intensity.empty()) point.intensity = chunk.intensity[i];
     if (!chunk.classification.empty()) point.classification = chunk.classification[i];
+    if (!chunk.sigma_m.empty()) point.sigma_m = chunk.sigma_m[i];
     ++set.points_of_class[point.classification];
     set.min_m = set.min_m.cwiseMin(p), set.max_m = set.max_m.cwiseMax(p);
     runs.add(point);
@@ -259,7 +264,7 @@ void take(const Cloud& chunk, std::uint16_t pass, PointRuns& runs, TileSet& set)
 
 std::uint64_t bytes_of_tile(const TileSet& set, std::uint64_t points) {
   const std::uint64_t of_point = (set.has_time ? 8u : 0u) + 12u + (set.has_intensity ? 4u : 0u) +
-                                 2u + (set.has_class ? 1u : 0u);
+                                 (set.has_sigma ? 4u : 0u) + 2u + (set.has_class ? 1u : 0u);
   return (points * of_point + 7) / 8 * 8;
 }
 

@@ -31,7 +31,7 @@ void write_cloud(const Cloud& cloud, const std::string& path, bool doubles,
   require_cloud_ending(path);
   const std::string ending = base::ending_of(path);
   const bool time = !cloud.time_s.empty(), intensity = !cloud.intensity.empty(),
-             classes = !cloud.classification.empty();
+             classes = !cloud.classification.empty(), sigma = !cloud.sigma_m.empty();
   // float32 keeps 0.06 mm up to 1 km: coordinates stay relative to the origin.
   const Eigen::Vector3d shown = doubles ? cloud.origin_m : Eigen::Vector3d::Zero();
   const std::string origin =
@@ -48,20 +48,21 @@ void write_cloud(const Cloud& cloud, const std::string& path, bool doubles,
     const char* const type = doubles ? "double" : "float";
     bytes = fmt::format(
         "ply\nformat binary_little_endian 1.0\n{}element vertex {}\nproperty {} x\nproperty {} "
-        "y\nproperty {} z\n{}{}{}end_header\n",
+        "y\nproperty {} z\n{}{}{}{}end_header\n",
         head, cloud.size(), type, type, type, time ? "property double time\n" : "",
         intensity ? "property float intensity\n" : "",
-        classes ? "property uchar classification\n" : "");
+        classes ? "property uchar classification\n" : "", sigma ? "property float sigma\n" : "");
   } else {
     const int size = doubles ? 8 : 4;
     bytes = fmt::format(
-        "# .PCD v0.7 - Point Cloud Data file format\n{}VERSION 0.7\nFIELDS x y z{}{}{}\nSIZE {} {} "
-        "{}{}{}{}\nTYPE F F F{}{}{}\nCOUNT 1 1 1{}{}{}\nWIDTH {}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 "
+        "# .PCD v0.7 - Point Cloud Data file format\n{}VERSION 0.7\nFIELDS x y z{}{}{}{}\nSIZE {} {} "
+        "{}{}{}{}{}\nTYPE F F F{}{}{}{}\nCOUNT 1 1 1{}{}{}{}\nWIDTH {}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 "
         "0\nPOINTS {}\nDATA binary\n",
         head, time ? " time" : "", intensity ? " intensity" : "", classes ? " classification" : "",
-        size, size, size, time ? " 8" : "", intensity ? " 4" : "", classes ? " 1" : "",
-        time ? " F" : "", intensity ? " F" : "", classes ? " U" : "", time ? " 1" : "",
-        intensity ? " 1" : "", classes ? " 1" : "", cloud.size(), cloud.size());
+        sigma ? " sigma" : "", size, size, size, time ? " 8" : "", intensity ? " 4" : "",
+        classes ? " 1" : "", sigma ? " 4" : "", time ? " F" : "", intensity ? " F" : "",
+        classes ? " U" : "", sigma ? " F" : "", time ? " 1" : "", intensity ? " 1" : "",
+        classes ? " 1" : "", sigma ? " 1" : "", cloud.size(), cloud.size());
   }
   base::FileWriter file(path);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
@@ -75,6 +76,7 @@ void write_cloud(const Cloud& cloud, const std::string& path, bool doubles,
     if (time) put(bytes, cloud.time_s[i]);
     if (intensity) put(bytes, cloud.intensity[i]);
     if (classes) put(bytes, cloud.classification[i]);
+    if (sigma) put(bytes, cloud.sigma_m[i]);
     if (bytes.size() > (1u << 22)) {
       file.append(bytes);
       bytes.clear();

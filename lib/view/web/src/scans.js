@@ -8,7 +8,7 @@ import { classNames, ofClass, ofNumber, ofShare, ofSigned } from './point_colour
 import { getBytes, getJson, getPacked } from './server.js';
 import { bytesOf, indexOf, placesOf } from './tiles.js';
 
-const names = { height: 'Height', intensity: 'Intensity', class: 'Class', pass: 'Pass', difference: 'Difference to the road' };
+const names = { height: 'Height', intensity: 'Intensity', sigma_m: 'Standard deviation', class: 'Class', pass: 'Pass', difference: 'Difference to the road' };
 const kOfRoad_m = 1;  // a point further above or below belongs to something else
 const budgets = [100000, 300000, 1000000, 3000000, 10000000];
 const folderOf = (id) => id.replace(/[^/]*$/, '');
@@ -28,6 +28,7 @@ export function makeScans({ changed, entriesOf, openTiles, keep }) {
   const colourOf = {
     height: (data, k, rgb) => ofShare((data.xyz_m[3 * k + 2] + data.origin[2] - spread[0]) / (spread[1] - spread[0]), rgb),
     intensity: (data, k, rgb) => ofShare((data.intensity[k] - spread[0]) / (spread[1] - spread[0]), rgb),
+    sigma_m: (data, k, rgb) => ofShare((data.sigma_m[k] - spread[0]) / (spread[1] - spread[0]), rgb),
     class: (data, k, rgb) => ofClass(data.class[k], rgb),
     pass: (data, k, rgb) => ofNumber(data.pass[k], rgb),
     difference: (data, k, rgb) => ofSigned(data.difference && Math.abs(data.difference[k]) <= kOfRoad_m ? data.difference[k] / spread[1] : NaN, rgb),
@@ -46,9 +47,9 @@ export function makeScans({ changed, entriesOf, openTiles, keep }) {
     },
     picked(at) {
       if (!at) { point.textContent = 'No point there.'; return; }
-      const more = [['intensity', (value) => show(value, 4)], ['class', (value) => `${value}${classNames[value] ? ` (${classNames[value]})` : ''}`], ['pass', (value) => (index.passes?.[value] ? passName(index.passes[value]) : value)],
+      const more = [['intensity', (value) => show(value, 4)], ['sigma_m', mm, 'standard deviation'], ['class', (value) => `${value}${classNames[value] ? ` (${classNames[value]})` : ''}`], ['pass', (value) => (index.passes?.[value] ? passName(index.passes[value]) : value)],
         ['difference', (value) => (Number.isNaN(value) ? 'none: beside the road' : `to the road ${mm(value)}`)]];
-      point.textContent = `x ${at.x_m.toFixed(3)} m, y ${at.y_m.toFixed(3)} m, z ${at.z_m.toFixed(3)} m${more.filter(([name]) => at.data[name]).map(([name, text]) => ` · ${name} ${text(at.data[name][at.k])}`).join('')}`;
+      point.textContent = `x ${at.x_m.toFixed(3)} m, y ${at.y_m.toFixed(3)} m, z ${at.z_m.toFixed(3)} m${more.filter(([name]) => at.data[name]).map(([name, text, label = name]) => ` · ${label} ${text(at.data[name][at.k])}`).join('')}`;
     },
     moved() { remember(); tellDifferences(); },
     failed: (error) => say(error.message, 'bad'),
@@ -93,7 +94,7 @@ export function makeScans({ changed, entriesOf, openTiles, keep }) {
   /// Fields of this cloud that can be colours, the wanted one chosen.
   function offerColours(wanted) {
     const has = (name) => index.fields.some((field) => field.name === name);
-    const offered = ['height', ...['intensity', 'class'].filter(has), ...(has('pass') && index.passes?.length > 1 ? ['pass'] : []), ...(road ? ['difference'] : [])];
+    const offered = ['height', ...['intensity', 'sigma_m', 'class'].filter(has), ...(has('pass') && index.passes?.length > 1 ? ['pass'] : []), ...(road ? ['difference'] : [])];
     colour = [wanted, colour].find((each) => offered.includes(each)) ?? 'height';
     colourBox.replaceChildren(...offered.map((each) => el('option', { value: each }, names[each])));
     colourBox.value = colour;
@@ -126,15 +127,16 @@ export function makeScans({ changed, entriesOf, openTiles, keep }) {
 
   function paint() {
     const limit_m = 1e-3 * limitBox.valueAsNumber, isHeight = colour === 'height';
-    const range = isHeight ? [index.most_min_m[2], index.most_max_m[2]] : colour === 'difference' ? [-limit_m, limit_m] : index.intensity ?? [0, 1];
+    const range = isHeight ? [index.most_min_m[2], index.most_max_m[2]] : colour === 'difference' ? [-limit_m, limit_m] : index[colour] ?? [0, 1];
+    const told = (value) => (colour === 'difference' || colour === 'sigma_m' ? mm(value) : `${show(value, 5)}${isHeight ? ' m' : ''}`);
     limitLabel.hidden = colour !== 'difference';
     spread = range[1] > range[0] ? range : [range[0] - 0.5, range[0] + 0.5];
     const rgb = [0, 0, 0], rows = colour === 'class' ? Object.entries(index.classes).map(([number, points]) => [Number(number), `${number} ${classNames[number] ?? ''}: ${count(points)}`])
       : colour === 'pass' ? index.passes.map((pass, k) => [k, `${passName(pass)}: ${count(pass.points)}`]) : null;
     refill(legend, ...(rows ? [el('ul', { style: 'list-style:none;padding:0' }, rows.slice(0, 60).map(([k, text]) => { (colour === 'class' ? ofClass : ofNumber)(k, rgb); return el('li', {}, swatch(rgb), text); })), rows.length > 60 ? el('p', {}, `and ${rows.length - 60} more`) : '']
-      : [el('p', {}, colour === 'difference' ? `${mm(spread[0])} ` : `${show(spread[0], 5)}${isHeight ? ' m' : ''} `,
+      : [el('p', {}, `${told(spread[0])} `,
         [0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1].map((t) => { if (colour === 'difference') ofSigned(2 * t - 1, rgb); else ofShare(t, rgb); return swatch(rgb); }),
-        colour === 'difference' ? ` ${mm(spread[1])}; red: above the road; grey: beside it, or more than ${kOfRoad_m} m away` : ` ${show(spread[1], 5)}${isHeight ? ' m' : ''}`)]));
+        ` ${told(spread[1])}${colour === 'difference' ? `; red: above the road; grey: beside it, or more than ${kOfRoad_m} m away` : ''}`)]));
     stage.recolour();
   }
   colourBox.addEventListener('change', () => { colour = colourBox.value; paint(); remember(); });
