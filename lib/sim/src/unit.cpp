@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <map>
 #include <variant>
 #include <vector>
 
@@ -52,6 +53,7 @@ struct Unit::Loaded {
   std::optional<Library> library;
   void* instance = nullptr;
   std::string resources;
+  std::map<std::string, void*> states;
   bool is_ready = false, is_broken = false;
 
   [[noreturn]] void refuse(const std::string& what) const { throw base::Error(path + ": " + what); }
@@ -67,11 +69,14 @@ struct Unit::Loaded {
   void free() {
     if (instance == nullptr) return;
     const auto with = [&](const auto& of_version) {
+      for (auto& [name, state] : states)
+        if (!is_broken) of_version.free_state(instance, &state);
       if (is_ready && !is_broken) of_version.terminate(instance);
       of_version.release(instance);
     };
     if (const auto* const two = std::get_if<Fmi2>(&functions)) with(*two);
     if (const auto* const three = std::get_if<Fmi3>(&functions)) with(*three);
+    states.clear();
     instance = nullptr;
     is_ready = false;
   }
@@ -108,7 +113,7 @@ Unit::Unit(const UnpackedUnit& files, UnitDescription description,
     unit.functions.emplace<Fmi2>();
   else
     unit.functions.emplace<Fmi3>();
-  std::visit([&](auto& functions) { functions.find_in(*unit.library); }, unit.functions);
+  std::visit([&](auto& functions) { functions.find_in(*unit.library, unit.description.keeps_states); }, unit.functions);
   unit.library->want_all();
   std::filesystem::create_directories(files.folder() + "/resources");
   unit.resources = files.folder() + (is_2 ? "/resources" : "/resources/");
@@ -118,8 +123,43 @@ Unit::Unit(const UnpackedUnit& files, UnitDescription description,
 Unit::~Unit() { loaded_->free(); }
 
 void Unit::restart() {
-  loaded_->free();
-  loaded_->make();
+  Loaded& unit = *loaded_;
+  if (unit.states.empty()) {
+    unit.free();
+    unit.make();
+    return;
+  }
+  // States are of the instance that made them.
+  unit.is_ready = false;
+  unit.want(std::visit([&](auto& functions) { return functions.reset(unit.instance); },
+                       unit.functions),
+            "reset");
+}
+
+void Unit::save(const std::string& name) {
+  Loaded& unit = *loaded_;
+  if (!unit.description.keeps_states) unit.refuse("it cannot save its state");
+  // What is there already is used again.
+  void* state = has_saved(name) ? unit.states.at(name) : nullptr;
+  const Status status = std::visit(
+      [&](auto& functions) { return functions.get_state(unit.instance, &state); }, unit.functions);
+  if (state != nullptr) unit.states[name] = state;
+  unit.want(status, "saving its state");
+  if (state == nullptr) unit.refuse("saving its state: ok from the unit, but there is none");
+}
+
+bool Unit::has_saved(const std::string& name) const { return loaded_->states.contains(name); }
+
+std::size_t Unit::saved_states() const { return loaded_->states.size(); }
+
+void Unit::restore(const std::string& name) {
+  Loaded& unit = *loaded_;
+  if (!has_saved(name)) unit.refuse("no state was saved as '" + name + "'");
+  const Status status = std::visit(
+      [&](auto& functions) { return functions.set_state(unit.instance, unit.states.at(name)); },
+      unit.functions);
+  unit.want(status, "going back to the state " + name);
+  unit.is_ready = true;
 }
 
 const UnitDescription& Unit::description() const { return loaded_->description; }

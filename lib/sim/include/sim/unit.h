@@ -34,8 +34,16 @@ class Unit {
   void set_text(const UnitVariable& variable, const std::string& text);
   std::string get_text(const UnitVariable& variable);
 
-  /// A new instance in the place of this one, as it was made: to be set and initialised again.
+  /// As it was made: to be set and initialised again. Saved states stay.
   void restart();
+
+  /// Keeps all that changes in it under a name, instead of what was kept there; where the
+  /// description says that it keeps states.
+  void save(const std::string& name);
+  bool has_saved(const std::string& name) const;
+  std::size_t saved_states() const;
+  /// Back to what was saved under a name.
+  void restore(const std::string& name);
 
   /// From instantiated to ready to be stepped; parameters and starts are set before.
   void initialise(double start_s, std::optional<double> stop_s = {});
