@@ -137,10 +137,9 @@ TEST(Message, AStateIsSavedAndGoneBackTo) {
   const std::string no_name = "a state without a name of 1 to 64 bytes";
   for (const std::string& text :
        {std::string(R"({"save": ""})"), std::string(R"({"save": 1})"),
-        std::string(R"({"reset": {"state": ""}})"),
-        R"({"save": ")" + std::string(65, 'a') + "\"}", named(16, 0, ""), named(16, 7, "corner"),
-        named(16, 65, std::string(65, 'a')), named(32, 0xffffffffu, "corner"),
-        binary(8, 16, {0.5, 3.0})})
+        std::string(R"({"reset": {"state": ""}})"), R"({"save": ")" + std::string(65, 'a') + "\"}",
+        named(16, 0, ""), named(16, 7, "corner"), named(16, 65, std::string(65, 'a')),
+        named(32, 0xffffffffu, "corner"), binary(8, 16, {0.5, 3.0})})
     EXPECT_EQ(why_not(text), no_name) << text;
   EXPECT_EQ(why_not(named(16, 5, "corner")), "bytes after its end");
   EXPECT_EQ(why_not(R"({"save": "a", "reset": {}})"), "a state to save and a reset at once");
@@ -154,7 +153,8 @@ TEST(Message, WhatIsNoCommandIsRefused) {
   EXPECT_EQ(why_not(R"({"set": {"gear": 1e999}})"), "no JSON object");
   EXPECT_EQ(why_not(R"({"set": {"gear": "2"}})"), "a value that is not finite");
   EXPECT_EQ(why_not(R"({"sequence": -1})"), "sequence is no whole number from 0 to 4294967295");
-  EXPECT_EQ(why_not(R"({"go": 1})"), "a key that is not sequence, set, plan, pause, save, reset or end");
+  EXPECT_EQ(why_not(R"({"go": 1})"),
+            "a key that is not sequence, set, plan, pause, save, reset or end");
   EXPECT_EQ(why_not(std::string(100, '{')), "more lists or tables than a command has");
   EXPECT_EQ(why_not(std::string(sim::kLongestMessage + 1, ' ')), "longer than 60 kB");
   EXPECT_EQ(why_not("KSC1abc"), "cut short");

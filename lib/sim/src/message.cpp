@@ -13,8 +13,8 @@ namespace {
 using nlohmann::json;
 
 constexpr std::string_view kCommand = "KSC1", kMeasurement = "KSM1";
-constexpr std::uint32_t kEnds = 1, kResets = 2, kPauses = 4, kPlans = 8, kSaves = 16, kGoesBack = 32,
-                        kSafe = 1, kWasReset = 2;
+constexpr std::uint32_t kEnds = 1, kResets = 2, kPauses = 4, kPlans = 8, kSaves = 16,
+                        kGoesBack = 32, kSafe = 1, kWasReset = 2;
 
 template <class Value>
 bool take(std::string_view& bytes, Value& value) {

@@ -42,7 +42,7 @@ class Measurements {
   void restart();  ///< as before the first step(), with the same noise
   const vehicle::SignalSensors& sensors() const { return sensors_; }
   void restore(const vehicle::SignalSensors& sensors) { sensors_ = sensors; }
-  void step();     ///< after the initialisation and after every step
+  void step();  ///< after the initialisation and after every step
   std::vector<double> get();
 
  private:

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "fmi2.h"
 #include "fmi3.h"
+#include "own_car.h"
 #include "unit_library.h"
 
 namespace sim {
@@ -49,7 +50,7 @@ struct Unit::Loaded {
   std::string path;
   UnitDescription description;
   Log log;
-  std::variant<Fmi2, Fmi3> functions;
+  std::variant<Fmi2, Fmi3, OwnCar> functions;
   std::optional<Library> library;
   void* instance = nullptr;
   std::string resources;
@@ -74,8 +75,7 @@ struct Unit::Loaded {
       if (is_ready && !is_broken) of_version.terminate(instance);
       of_version.release(instance);
     };
-    if (const auto* const two = std::get_if<Fmi2>(&functions)) with(*two);
-    if (const auto* const three = std::get_if<Fmi3>(&functions)) with(*three);
+    std::visit(with, functions);
     states.clear();
     instance = nullptr;
     is_ready = false;
@@ -100,6 +100,12 @@ Unit::Unit(const UnpackedUnit& files, UnitDescription description,
   const bool is_2 = unit.description.version == 2;
   if (unit.description.needs_its_tool)
     unit.refuse("needs the tool that made it (needsExecutionTool); export it self-contained");
+  if (is_vehicle_file(unit.path)) {
+    unit.functions.emplace<OwnCar>();
+    unit.resources = files.folder() + "/resources";
+    unit.make();
+    return;
+  }
   const std::string binary =
       fmt::format("{}/binaries/{}/{}.so", files.folder(), is_2 ? "linux64" : "x86_64-linux",
                   unit.description.identifier);
@@ -109,11 +115,11 @@ Unit::Unit(const UnpackedUnit& files, UnitDescription description,
                     "export it for this platform",
                     unit.description.identifier, is_2 ? "linux64" : "x86_64-linux"));
   unit.library.emplace(binary, unit.path);
+  const bool keeps_states = unit.description.keeps_states;
   if (is_2)
-    unit.functions.emplace<Fmi2>();
+    unit.functions.emplace<Fmi2>().find_in(*unit.library, keeps_states);
   else
-    unit.functions.emplace<Fmi3>();
-  std::visit([&](auto& functions) { functions.find_in(*unit.library, unit.description.keeps_states); }, unit.functions);
+    unit.functions.emplace<Fmi3>().find_in(*unit.library, keeps_states);
   unit.library->want_all();
   std::filesystem::create_directories(files.folder() + "/resources");
   unit.resources = files.folder() + (is_2 ? "/resources" : "/resources/");
@@ -131,9 +137,9 @@ void Unit::restart() {
   }
   // States are of the instance that made them.
   unit.is_ready = false;
-  unit.want(std::visit([&](auto& functions) { return functions.reset(unit.instance); },
-                       unit.functions),
-            "reset");
+  unit.want(
+      std::visit([&](auto& functions) { return functions.reset(unit.instance); }, unit.functions),
+      "reset");
 }
 
 void Unit::save(const std::string& name) {

@@ -16,9 +16,10 @@ namespace sim {
 
 class Unit {
  public:
-  /// Loads the binary of this platform and instantiates it. `log` gets the unit's messages, one
-  /// line each. Throws Error when there is no binary for this platform, functions are missing, or
-  /// the unit refuses; the message ends with what the unit logged.
+  /// Loads the binary of this platform and instantiates it; of a vehicle file, makes its car. `log`
+  /// gets the unit's messages, one line each. Throws Error when there is no binary for this
+  /// platform, functions are missing, or the unit refuses; the message ends with what the unit
+  /// logged.
   Unit(const UnpackedUnit& files, UnitDescription description,
        std::function<void(const std::string&)> log = {});
   Unit(const Unit&) = delete;
