@@ -34,7 +34,7 @@ void write_bend(const std::string& path) {
     for (const double v_m : grid.v_m)
       grid.z_m.push_back(static_cast<float>(0.3 * std::sin(0.02 * i) + 0.03 * v_m));
   }
-  crg::write(crg::make_crg(line, grid), path);
+  crg::write(crg::make_crg(line, grid), path, crg::Format::KRBI);
 }
 
 std::string write_unit(const support::TemporaryFolder& folder, const std::string& road) {
