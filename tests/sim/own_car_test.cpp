@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
@@ -111,6 +112,52 @@ TEST(OwnCar, IsServedAndSavesItsState) {
   drives.join();
   EXPECT_EQ(run.counts.broken, 0u) << run.first_broken;
   EXPECT_EQ(run.counts.resets, 2u);
+}
+
+/// The rows of one column.
+std::vector<double> column(const sim::ServeRun& run, const std::string& name) {
+  const auto at = std::find(run.columns.begin(), run.columns.end(), name) - run.columns.begin();
+  std::vector<double> out;
+  for (std::size_t k = static_cast<std::size_t>(at); k < run.values.size(); k += run.columns.size())
+    out.push_back(run.values[k]);
+  return out;
+}
+
+TEST(OwnCar, TwoRaceAndSeeEachOther) {
+  const support::TemporaryFolder folder;
+  std::vector<sim::ServedUnit> cars{{"red", vehicle(), {}}, {"blue", vehicle(), {}}};
+  std::vector<std::thread> drivers;
+  for (sim::ServedUnit& car : cars) {
+    sim::ServeOptions& options = car.options;
+    options.socket_path = folder.path(car.name);
+    options.commands = {"input.throttle"};
+    options.measurements = {"car.x", "input.opponent[1].active", "input.opponent[1].x"};
+    options.starts = {{"start.speed", "30"}, {"input.gear", "3"}};
+    if (car.name == "red") options.starts.emplace_back("start.u", "20");
+    options.lockstep = true;
+    options.every = 1;
+  }
+  for (const sim::ServedUnit& car : cars)
+    drivers.emplace_back([path = car.options.socket_path] {
+      const sim_tests::Driver driver(path);
+      for (int k = 1; k <= 20; ++k) {
+        driver.say(fmt::format(R"({{"sequence": {}}})", k));
+        EXPECT_EQ(driver.hear().at("sequence"), k);
+      }
+      driver.say(R"({"sequence": 21, "end": true})");
+    });
+  const std::vector<sim::ServeRun> runs = sim::serve_units(cars);
+  for (std::thread& driver : drivers) driver.join();
+  ASSERT_EQ(runs.size(), 2u);
+  const auto red_x = column(runs[0], "car.x"), seen_x = column(runs[1], "input.opponent[1].x"),
+             sees = column(runs[1], "input.opponent[1].active");
+  ASSERT_EQ(seen_x.size(), 21u);
+  EXPECT_EQ(red_x.front(), 20.0);
+  EXPECT_NEAR(red_x.back(), 20.6, 0.01);
+  for (std::size_t row = 1; row < seen_x.size(); ++row) {
+    EXPECT_EQ(sees[row], 1.0);
+    EXPECT_EQ(seen_x[row], red_x[row - 1]);
+  }
 }
 
 TEST(OwnCar, TheToolTakesItWithARoad) {

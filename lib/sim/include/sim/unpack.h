@@ -26,12 +26,11 @@ class UnpackedUnit {
   std::string path_, folder_;
 };
 
-/// By its name, .yaml.
+/// By its name: .yaml or .yml.
 bool is_vehicle_file(const std::string& path);
 
 /// The model description in the zip alone, or of the car of a vehicle file on a road (none: the
-/// level plane). Throws Error where there is none, or it is larger than
-/// 100 MB.
+/// level plane). Throws Error where there is none, or it is larger than 100 MB.
 std::string model_description_of(const std::string& path, const std::string& road_path = {});
 
 }  // namespace sim
