@@ -45,9 +45,9 @@ struct Told {
 class Connection {
  public:
   explicit Connection(const std::string& path)
-      : own_(path + ".gamepad." + std::to_string(::getpid())),
-        socket_(::socket(AF_UNIX, SOCK_DGRAM, 0)) {
+      : own_(path + ".gamepad." + std::to_string(::getpid())) {
     const sockaddr_un mine = address(own_), theirs = address(path);
+    socket_ = ::socket(AF_UNIX, SOCK_DGRAM, 0);
     if (::bind(socket_, reinterpret_cast<const sockaddr*>(&mine), sizeof mine) == 0 &&
         ::connect(socket_, reinterpret_cast<const sockaddr*>(&theirs), sizeof theirs) == 0)
       return;
@@ -93,7 +93,7 @@ class Connection {
   }
 
   std::string own_;
-  int socket_;
+  int socket_ = -1;
   std::array<char, 65536> buffer_{};
   std::uint32_t sequence_ = 0;
 };

@@ -142,7 +142,7 @@ TEST(Gamepad, APersonDrivesAndWithoutThePadTheSafeInputActs) {
     gamepad::Pads pads;
     std::optional<VirtualPad> pad(std::in_place);
     int tick = 0;
-    const auto person = [&] {
+    const auto person = [&]() -> std::optional<gamepad::Said> {
       switch (tick++) {
         case 0:
           pad->pull(SDL_CONTROLLER_AXIS_TRIGGERRIGHT, 1.0);
@@ -168,6 +168,7 @@ TEST(Gamepad, APersonDrivesAndWithoutThePadTheSafeInputActs) {
           pad->press(SDL_CONTROLLER_BUTTON_BACK, true);
           break;
       }
+      if (tick > 1000) return gamepad::Said{0, 0, 0, 0, false, true};  // a bug
       return pads.look();
     };
     std::ostringstream lines;
