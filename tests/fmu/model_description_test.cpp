@@ -136,12 +136,11 @@ TEST(ModelDescription, OfFmi2KeepsTheRules) {
   std::map<std::string, std::string> behind;
   for (const pugi::xml_node output : structure.child("Outputs")) {
     std::istringstream words(output.attribute("dependencies").value());
-    std::string names;
+    std::string& found = behind[name_of[output.attribute("index").as_uint()]];
     for (unsigned state = 0; words >> state;) {
       EXPECT_TRUE(name_of[state].starts_with("state.")) << name_of[state];
-      names += name_of[state] + " ";
+      found += name_of[state] + " ";
     }
-    behind[name_of[output.attribute("index").as_uint()]] = names;
   }
   EXPECT_EQ(behind["car.vx"], "state.vx ");
   EXPECT_EQ(behind["car.u"], "state.x state.y ");

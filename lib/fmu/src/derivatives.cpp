@@ -20,7 +20,11 @@ namespace {
 using Jet = ceres::Jet<double, 1>;
 using vehicle::kWheels;
 
-Jet jet(double value, double along = 0.0) { return {value, Jet::DVector(along)}; }
+Jet jet(double value, double along = 0.0) {
+  Jet out(value);
+  out.v[0] = along;
+  return out;
+}
 
 template <std::size_t N>
 std::array<Jet, N> jets(const std::array<double, N>& values, const std::array<double, N>& along) {
