@@ -1,4 +1,5 @@
 // A vehicle file in the place of a unit.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
