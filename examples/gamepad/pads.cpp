@@ -11,7 +11,7 @@ namespace gamepad {
 
 Pads::Pads() {
   SDL_SetMainReady();
-  SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");              // Ctrl-C ends the program
+  SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");                // Ctrl-C ends the program
   SDL_SetHint(SDL_HINT_JOYSTICK_ALLOW_BACKGROUND_EVENTS, "1");  // there is no window
   if (SDL_InitSubSystem(SDL_INIT_GAMECONTROLLER) != 0)
     throw std::runtime_error(std::string("gamepads: ") + SDL_GetError());

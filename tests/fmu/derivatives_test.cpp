@@ -23,9 +23,7 @@ std::vector<std::uint32_t> references(const std::string& first, std::size_t coun
   std::iota(out.begin(), out.end(), reference_of(first));
   return out;
 }
-std::vector<std::uint32_t> all_rates() {
-  return references("der(state.x)", vehicle::kStateSize);
-}
+std::vector<std::uint32_t> all_rates() { return references("der(state.x)", vehicle::kStateSize); }
 
 std::vector<double> read(Instance& car, const std::vector<std::uint32_t>& of) {
   std::vector<double> out;
@@ -178,10 +176,14 @@ TEST(Derivatives, OfRatesAfterInputsAreThoseOfDifferences) {
                  rates, small);
     for (const double x : exact) acts += x != 0.0 ? 1 : 0;
   };
-  for (const auto& [name, small] :
-       {std::pair{"input.steering", 1e-6}, {"input.throttle", 1e-6}, {"input.clutch", 1e-6},
-        {"input.brake.fl", 1.0}, {"input.brake.rr", 1.0}, {"input.opponent[3].x", 1e-4},
-        {"input.opponent[3].y", 1e-4}, {"input.opponent[1].x", 1e-4}})
+  for (const auto& [name, small] : {std::pair{"input.steering", 1e-6},
+                                    {"input.throttle", 1e-6},
+                                    {"input.clutch", 1e-6},
+                                    {"input.brake.fl", 1.0},
+                                    {"input.brake.rr", 1.0},
+                                    {"input.opponent[3].x", 1e-4},
+                                    {"input.opponent[3].y", 1e-4},
+                                    {"input.opponent[1].x", 1e-4}})
     look(name, small);
   EXPECT_GT(acts, 60u);
   // The wake is felt at another place when the car moves or turns, too.
@@ -226,16 +228,15 @@ TEST(Derivatives, OfOutputsAreThoseOfTheStatesBehindThem) {
       const std::vector<std::size_t> behind = fmu::states_behind(v, i);
       if (behind.size() != 1) continue;
       ++states;
-      EXPECT_EQ(car.number(reference, Type::kReal),
-                car.number(static_cast<std::uint32_t>(reference_of("state.x") + behind[0]),
-                           Type::kReal))
+      EXPECT_EQ(
+          car.number(reference, Type::kReal),
+          car.number(static_cast<std::uint32_t>(reference_of("state.x") + behind[0]), Type::kReal))
           << fmu::value_name(v, i);
     }
   EXPECT_EQ(states, 29u);
   const std::array knowns{reference_of("state.vx"), reference_of("input.throttle"),
                           reference_of("state.wheel.fl.spin")};
-  const std::vector<double> along =
-      car.derivatives(outputs, knowns, std::array{3.0, 5.0, 7.0});
+  const std::vector<double> along = car.derivatives(outputs, knowns, std::array{3.0, 5.0, 7.0});
   for (std::size_t k = 0; k < outputs.size(); ++k)
     EXPECT_EQ(along[k], outputs[k] == reference_of("car.vx")          ? 3.0
                         : outputs[k] == reference_of("wheel.fl.spin") ? 7.0
@@ -256,10 +257,9 @@ TEST(Derivatives, OfThePlaceAlongTheRoadAreThoseOfItsLine) {
     const double dx = std::cos(turned_rad), dy = std::sin(turned_rad);
     const crg::UV ahead = tracker.at(x_m + kSmall_m * dx, y_m + kSmall_m * dy),
                   behind = tracker.at(x_m - kSmall_m * dx, y_m - kSmall_m * dy);
-    const std::vector<double> exact =
-        car.derivatives(std::array{reference_of("car.u"), reference_of("car.v")},
-                        std::array{reference_of("state.x"), reference_of("state.y")},
-                        std::array{dx, dy});
+    const std::vector<double> exact = car.derivatives(
+        std::array{reference_of("car.u"), reference_of("car.v")},
+        std::array{reference_of("state.x"), reference_of("state.y")}, std::array{dx, dy});
     // The line is made of segments of 0.5 m on a circle of 60 m: headings to 0.004.
     EXPECT_NEAR(exact[0], (ahead.u_m - behind.u_m) / (2.0 * kSmall_m), 0.005);
     EXPECT_NEAR(exact[1], (ahead.v_m - behind.v_m) / (2.0 * kSmall_m), 0.005);

@@ -125,8 +125,8 @@ TEST(ModelDescription, OfFmi2KeepsTheRules) {
   EXPECT_EQ(index, fmu::count_values(fmu::variables()));
   const pugi::xml_node structure = root.child("ModelStructure");
   expect_order(structure, {"Outputs", "Derivatives", "InitialUnknowns"});
-  for (const auto& [list, wanted] : {std::pair{"Outputs", &outputs}, {"Derivatives", &rates},
-                                     {"InitialUnknowns", &unknowns}}) {
+  for (const auto& [list, wanted] :
+       {std::pair{"Outputs", &outputs}, {"Derivatives", &rates}, {"InitialUnknowns", &unknowns}}) {
     std::vector<unsigned> listed;
     for (const pugi::xml_node unknown : structure.child(list))
       listed.push_back(unknown.attribute("index").as_uint());

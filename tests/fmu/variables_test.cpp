@@ -53,8 +53,8 @@ TEST(Variables, HaveStructuredNamesOfTheirOwnAndMeanings) {
   for (const char* name :
        {"time", "input.steering", "input.brake.fl", "input.opponent[4].x", "wheel.rr.fz",
         "wheel.fl.tyre_temperature", "wheel.fl.spin", "car.yaw_rate", "state.wheel.rl.slip_x",
-        "der(state.wheel.rl.slip_x)",
-        "parameter.chassis.mass_kg", "term.wind", "start.u", "solver.step", "road"})
+        "der(state.wheel.rl.slip_x)", "parameter.chassis.mass_kg", "term.wind", "start.u",
+        "solver.step", "road"})
     EXPECT_TRUE(names.contains(name)) << name;
   EXPECT_TRUE(arrays.contains("wheel.fz"));
   EXPECT_TRUE(arrays.contains("input.opponent.x"));

@@ -69,7 +69,8 @@ TEST(Gamepad, WithoutAPadNothingIsSaidAndTheEndOfTheRunIsSeen) {
   std::thread serves([&] { run = sim::serve_unit(unit, options); });
   wait_for(options.socket_path);
   std::ostringstream lines;
-  gamepad::drive(options.socket_path, 1, [] { return std::nullopt; }, lines, false);
+  gamepad::drive(
+      options.socket_path, 1, [] { return std::nullopt; }, lines, false);
   serves.join();
   EXPECT_EQ(lines.str(), "there is no pad; plug one in\nthe run has ended\n");
   EXPECT_EQ(run.counts.commands, 0u);
@@ -81,7 +82,8 @@ TEST(Gamepad, WhereNobodyServesItSaysSo) {
   for (const std::string& path : {folder.path("none"), folder.path(std::string(200, 'a'))}) {
     std::string why;
     try {
-      gamepad::drive(path, 1, [] { return std::nullopt; }, lines, false);
+      gamepad::drive(
+          path, 1, [] { return std::nullopt; }, lines, false);
     } catch (const std::exception& error) {
       why = error.what();
     }
@@ -94,8 +96,8 @@ TEST(Gamepad, WhereNobodyServesItSaysSo) {
 class VirtualPad {
  public:
   VirtualPad()
-      : place_(SDL_JoystickAttachVirtual(SDL_JOYSTICK_TYPE_GAMECONTROLLER,
-                                         SDL_CONTROLLER_AXIS_MAX, SDL_CONTROLLER_BUTTON_MAX, 0)),
+      : place_(SDL_JoystickAttachVirtual(SDL_JOYSTICK_TYPE_GAMECONTROLLER, SDL_CONTROLLER_AXIS_MAX,
+                                         SDL_CONTROLLER_BUTTON_MAX, 0)),
         pad_(SDL_JoystickOpen(place_)) {
     EXPECT_NE(pad_, nullptr) << SDL_GetError();
     pull(SDL_CONTROLLER_AXIS_TRIGGERLEFT, 0.0);
@@ -205,9 +207,8 @@ TEST(Gamepad, APersonDrivesAndWithoutThePadTheSafeInputActs) {
   const std::size_t faster = go_to("full throttle in second", [&](std::size_t i) {
     return throttle[i] == 1.0 && gear[i] == 2.0 && safe[i] == 0.0;
   });
-  const std::size_t third = go_to("third, and to the left", [&](std::size_t i) {
-    return gear[i] == 3.0 && steering[i] > 0.0;
-  });
+  const std::size_t third = go_to(
+      "third, and to the left", [&](std::size_t i) { return gear[i] == 3.0 && steering[i] > 0.0; });
   EXPECT_GT(speed_mps[third], speed_mps[faster]);
   // Half of the stick's way beyond its rest, at the speed of one of the rows before.
   EXPECT_NEAR(steering[third], 0.15 / (1.0 + std::pow(speed_mps[third] / 18.0, 2)), 0.005);

@@ -1,6 +1,6 @@
-// Rates of the states, and derivatives along a direction of states and inputs: by numbers that carry
-// their derivative through the equations (Ceres's Jet), exact but for the road, which counts as the
-// plane that touches it under each wheel.
+// Rates of the states, and derivatives along a direction of states and inputs: by numbers that
+// carry their derivative through the equations (Jet of Ceres), exact but for the road, which counts
+// as the plane that touches it under each wheel.
 #include <ceres/jet.h>
 #include <fmt/format.h>
 
@@ -103,7 +103,8 @@ double Instance::rate(std::size_t state) {
   vehicle::Controls<double> asked = controls();
   look_at_opponents(asked);
   const vehicle::Simulation<double>& s = now_.simulation;
-  return rates_of(car_, s.state, s.discrete, asked, files_->road, s.cursors, options_.step_s)[state];
+  return rates_of(car_, s.state, s.discrete, asked, files_->road, s.cursors,
+                  options_.step_s)[state];
 }
 
 /// How what the car is asked changes with inputs and, for places of opponents, with states.
@@ -112,13 +113,11 @@ vehicle::Controls<double> Instance::change_of_controls(std::span<const double> a
   const auto input_along = [&](Input which, std::size_t i = 0) {
     return along[input_[static_cast<std::size_t>(which)] + i];
   };
-  const double* const state_along =
-      along.data() + first_[static_cast<std::size_t>(Source::kState)];
+  const double* const state_along = along.data() + first_[static_cast<std::size_t>(Source::kState)];
   vehicle::Controls<double> out;
   out.steer_command_rad = input_along(Input::kSteering);
   out.throttle_command = input_along(Input::kThrottle);
-  for (std::size_t i = 0; i < kWheels; ++i)
-    out.brake_command_pa[i] = input_along(Input::kBrake, i);
+  for (std::size_t i = 0; i < kWheels; ++i) out.brake_command_pa[i] = input_along(Input::kBrake, i);
   out.clutch_command = input_along(Input::kClutch);
   if (input(Input::kWakeActive) != 0.0) {
     out.wake_x_m = input_along(Input::kWakeX);
@@ -169,9 +168,9 @@ std::vector<double> Instance::derivatives(std::span<const std::uint32_t> unknown
   std::optional<vehicle::State<Jet>> rates;
   const auto rate_along = [&](std::size_t i) {
     if (!rates) {
-      const auto car = vehicle::make_car<Jet>(
-          *car_.files, {jets(car_.parameters.value, {})}, {jets(car_.terms.value, {})},
-          car_.contact, car_.strip);
+      const auto car =
+          vehicle::make_car<Jet>(*car_.files, {jets(car_.parameters.value, {})},
+                                 {jets(car_.terms.value, {})}, car_.contact, car_.strip);
       rates = rates_of(car, {jets(s.state.value, state_along.value)}, jets(s.discrete),
                        jets(asked, change_of_controls(along, asked)), files_->road, s.cursors,
                        options_.step_s);

@@ -208,10 +208,12 @@ FMU_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi
   return code(guarded(component, [&](Component& c) { return read_state(c, bytes, size, state); }));
 }
 
-FMU_EXPORT fmi2Status fmi2GetDirectionalDerivative(
-    fmi2Component component, const fmi2ValueReference* unknowns, std::size_t unknown_count,
-    const fmi2ValueReference* knowns, std::size_t known_count, const fmi2Real* seed,
-    fmi2Real* sensitivity) {
+FMU_EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component component,
+                                                   const fmi2ValueReference* unknowns,
+                                                   std::size_t unknown_count,
+                                                   const fmi2ValueReference* knowns,
+                                                   std::size_t known_count, const fmi2Real* seed,
+                                                   fmi2Real* sensitivity) {
   return code(guarded(component, [&](Component& c) {
     want((unknown_count == 0 || (unknowns != nullptr && sensitivity != nullptr)) &&
              (known_count == 0 || (knowns != nullptr && seed != nullptr)),

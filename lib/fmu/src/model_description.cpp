@@ -250,11 +250,10 @@ std::string fmi3(const Description& d, const std::vector<Variable>& list) {
   for (const Variable& v : list) {
     out += array_variable(d, v, first_state(list));
     if (v.causality == Causality::kOutput)
-      outputs += fmt::format("    <Output valueReference=\"{}\" dependencies=\"{}\"/>\n", v.reference,
-                             state_references(list, v));
+      outputs += fmt::format("    <Output valueReference=\"{}\" dependencies=\"{}\"/>\n",
+                             v.reference, state_references(list, v));
     if (v.source == Source::kRate)
-      rates +=
-          fmt::format("    <ContinuousStateDerivative valueReference=\"{}\"/>\n", v.reference);
+      rates += fmt::format("    <ContinuousStateDerivative valueReference=\"{}\"/>\n", v.reference);
     if (is_unknown_at_the_begin(v))
       unknowns += fmt::format("    <InitialUnknown valueReference=\"{}\"/>\n", v.reference);
   }

@@ -16,17 +16,7 @@ enum class Causality { kIndependent, kInput, kOutput, kParameter, kLocal };
 enum class Variability { kContinuous, kDiscrete, kTunable, kFixed };
 
 /// The list that a variable stands in, and so where its value comes from or goes to.
-enum class Source {
-  kTelemetry,
-  kForces,
-  kState,
-  kRate,
-  kInput,
-  kStart,
-  kParameter,
-  kTerm,
-  kText
-};
+enum class Source { kTelemetry, kForces, kState, kRate, kInput, kStart, kParameter, kTerm, kText };
 
 /// Inputs, in the order of the list.
 enum class Input : std::size_t {
