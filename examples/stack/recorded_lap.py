@@ -32,7 +32,7 @@ def wrapped(angle_rad):
 
 
 def read_lap(path, first, last):
-    """Rows of the lap in the frame of the car at its begin: x, y, heading, vx, vy."""
+    """Rows of the lap in the frame of the car at its begin: x, y, heading, vx, vy; rows a second."""
     with open(path, newline="", encoding="utf-8") as file:
         rows = list(csv.reader(file))
     columns = [rows[0].index(name) for name in ("x(m)", "y(m)", "phi(rad)", "vx(m/s)", "vy(m/s)")]
@@ -41,8 +41,10 @@ def read_lap(path, first, last):
     ahead = next(row for row in lap if math.hypot(row[0] - x0, row[1] - y0) > 3.0)
     yaw0 = math.atan2(ahead[1] - y0, ahead[0] - x0)
     c, s = math.cos(yaw0), math.sin(yaw0)
+    time_column = rows[0].index("time(s)")
+    rate_hz = (last - first - 1) / (float(rows[last][time_column]) - float(rows[1 + first][time_column]))
     return [[c * (x - x0) + s * (y - y0), -s * (x - x0) + c * (y - y0), wrapped(phi - yaw0), vx, vy]
-            for x, y, phi, vx, vy in lap]
+            for x, y, phi, vx, vy in lap], rate_hz
 
 
 def tool(folder, name):
@@ -73,39 +75,79 @@ def drive(folder, bin_folder, stack, vehicle, lap):
             raise SystemExit("the stack did not drive the lap")
 
 
-def compare(folder, lap):
-    """Errors of the driven lap beside the recorded one, at the same places."""
-    with open(folder / "driven.csv", newline="", encoding="utf-8") as file:
-        rows = list(csv.reader(file))
-    at = [rows[0].index(name) for name in RECORDED]
-    errors = {"vx_mps": [], "sideslip_rad": [], "lateral_m": [], "heading_rad": []}
-    k = 0
-    for row in rows[2000:]:  # it begins at rest: 20 s to come to the speed
-        x, y, yaw, vx, vy = (float(row[c]) for c in at)
-        while k + 2 < len(lap) and math.hypot(lap[k + 1][0] - x, lap[k + 1][1] - y) < math.hypot(
-                lap[k][0] - x, lap[k][1] - y):
-            k += 1
-        px, py, phi, pvx, pvy = lap[k]
-        direction = math.atan2(lap[k + 1][1] - lap[max(k - 1, 0)][1],
-                               lap[k + 1][0] - lap[max(k - 1, 0)][0])
-        errors["vx_mps"].append(vx - pvx)
-        errors["sideslip_rad"].append(math.atan2(vy, vx) - math.atan2(pvy, pvx))
-        errors["lateral_m"].append(-math.sin(direction) * (x - px) + math.cos(direction) * (y - py))
-        errors["heading_rad"].append(wrapped(yaw - phi))
+def direction_at(lap, k):
+    """Of the recorded way."""
+    before, after = lap[max(k - 1, 0)], lap[min(k + 1, len(lap) - 1)]
+    return math.atan2(after[1] - before[1], after[0] - before[0])
+
+
+def add_errors(errors, is_row, lap, k):
+    """What differs from row k of the lap."""
+    (x, y, yaw, vx, vy), (px, py, phi, pvx, pvy) = is_row, lap[k]
+    direction = direction_at(lap, k)
+    errors["vx_mps"].append(vx - pvx)
+    errors["sideslip_rad"].append(math.atan2(vy, vx) - math.atan2(pvy, pvx))
+    errors["lateral_m"].append(-math.sin(direction) * (x - px) + math.cos(direction) * (y - py))
+    errors["heading_rad"].append(wrapped(yaw - phi))
+
+
+def no_errors():
+    return {name: [] for name in ("vx_mps", "sideslip_rad", "lateral_m", "heading_rad")}
+
+
+def summed(errors):
     return {name: {"largest": max(abs(e) for e in es),
                    "rmse": math.sqrt(sum(e * e for e in es) / len(es)),
                    "mean": sum(es) / len(es)} for name, es in errors.items()}
 
 
+def compare(folder, lap):
+    """Errors of the driven lap beside the recorded one, at the same places."""
+    with open(folder / "driven.csv", newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    at = [rows[0].index(name) for name in RECORDED]
+    errors = no_errors()
+    k = 0
+    for row in rows[2000:]:  # it begins at rest: 20 s to come to the speed
+        is_row = [float(row[c]) for c in at]
+        x, y = is_row[:2]
+        while k + 2 < len(lap) and math.hypot(lap[k + 1][0] - x, lap[k + 1][1] - y) < math.hypot(
+                lap[k][0] - x, lap[k][1] - y):
+            k += 1
+        add_errors(errors, is_row, lap, k)
+    return summed(errors)
+
+
+def predict(lap, rate_hz, goes_on):
+    """Errors of a predictor that knows the lap up to the begin of each window of 2 s: everything stays
+    (`hold`), or goes on along its last 0.2 s (`trend`), as in crgdrive replay."""
+    window, back = round(2.0 * rate_hz), round(0.2 * rate_hz)
+    errors = no_errors()
+    for begin in range(back, len(lap) - window, window):
+        now, before = lap[begin], lap[begin - back]
+        change = [0.0] * 5
+        if goes_on:
+            change = [a - b for a, b in zip(now, before)]
+            change[2] = wrapped(change[2])
+        for k in range(begin + 1, begin + window + 1):
+            share = (k - begin) / back
+            add_errors(errors, [value + share * by for value, by in zip(now, change)], lap, k)
+    return summed(errors)
+
+
 def main(bin_folder, stack, vehicle, recording, first, last, out):
     folder = pathlib.Path(out)
-    lap = read_lap(recording, int(first), int(last))
+    lap, rate_hz = read_lap(recording, int(first), int(last))
     drive(folder, bin_folder, stack, vehicle, lap)
     table = compare(folder, lap)
-    (folder / "errors.json").write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
-    print(f"{'':14}{'largest':>10}{'rmse':>10}{'mean':>10}")
-    for name, error in table.items():
-        print(f"{name:14}{error['largest']:10.4f}{error['rmse']:10.4f}{error['mean']:10.4f}")
+    hold, trend = predict(lap, rate_hz, False), predict(lap, rate_hz, True)
+    told = {name: {**error, "hold_rmse": hold[name]["rmse"], "trend_rmse": trend[name]["rmse"]}
+            for name, error in table.items()}
+    (folder / "errors.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    words = ("largest", "rmse", "mean", "hold_rmse", "trend_rmse")
+    print(" " * 14 + "".join(f"{word:>12}" for word in words))
+    for name, error in told.items():
+        print(f"{name:14}" + "".join(f"{error[word]:12.4f}" for word in words))
 
 
 if __name__ == "__main__":

@@ -113,7 +113,7 @@ TEST(ExportUnit, RunsInFmusim) {
     const Unit unit(version);
     const std::string result = unit.folder().path("result.csv");
     const ToolRun run = run_tool(fmusim, {"--stop-time",
-                                          "5",
+                                          "60",
                                           "--output-interval",
                                           "0.001",
                                           "--start-value",
@@ -140,10 +140,10 @@ TEST(ExportUnit, RunsInFmusim) {
     vehicle::Controls<double> asked;
     asked.steer_command_rad = 0.05;
     asked.throttle_command = 0.1;
-    for (int i = 0; i < 5000; ++i) own.step(asked);
+    for (int i = 0; i < 60000; ++i) own.step(asked);
     double time_s = 0.0, x_m = 0.0, vx_mps = 0.0;
     ASSERT_EQ(std::sscanf(last[0].c_str(), "%lf,%lf,%lf", &time_s, &x_m, &vx_mps), 3) << last[0];
-    EXPECT_NEAR(time_s, 5.0, 1e-9);
+    EXPECT_NEAR(time_s, 60.0, 1e-9);
     EXPECT_NEAR(x_m, own.row()[3], 1e-12);
     EXPECT_NEAR(vx_mps, own.row()[9], 1e-12);
   }

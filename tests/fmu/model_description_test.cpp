@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <pugixml.hpp>
 #include <set>
+#include <sstream>
 
 #include "unit_under_test.h"
+#include "vehicle/state.h"
 
 namespace {
 
@@ -68,7 +71,9 @@ TEST(ModelDescription, OfFmi2KeepsTheRules) {
   const std::set<std::string> units = units_of(root);
   std::set<std::string> names;
   std::set<unsigned> references;
-  std::vector<unsigned> outputs;
+  std::vector<unsigned> outputs, rates, unknowns;
+  std::map<unsigned, unsigned> state_of;  // by the index of its rate
+  std::map<unsigned, std::string> name_of;
   unsigned index = 0;
   for (const pugi::xml_node v : root.child("ModelVariables")) {
     ++index;
@@ -104,17 +109,43 @@ TEST(ModelDescription, OfFmi2KeepsTheRules) {
       EXPECT_EQ(variability, "continuous");
     }
     expect_bounds(typed);
+    name_of[index] = name;
     if (causality == "output") outputs.push_back(index);
+    if (typed.attribute("derivative")) {
+      rates.push_back(index);
+      state_of[index] = typed.attribute("derivative").as_uint();
+    }
+    if (causality == "output" || name.starts_with("state.") || name.starts_with("der("))
+      unknowns.push_back(index);
   }
+  EXPECT_EQ(rates.size(), vehicle::kStateSize);
+  for (const auto& [rate, state] : state_of)
+    EXPECT_EQ(name_of[rate], "der(" + name_of[state] + ")");
+  EXPECT_TRUE(root.child("CoSimulation").attribute("providesDirectionalDerivative").as_bool());
   EXPECT_EQ(index, fmu::count_values(fmu::variables()));
   const pugi::xml_node structure = root.child("ModelStructure");
   expect_order(structure, {"Outputs", "Derivatives", "InitialUnknowns"});
-  for (const char* list : {"Outputs", "InitialUnknowns"}) {
+  for (const auto& [list, wanted] :
+       {std::pair{"Outputs", &outputs}, {"Derivatives", &rates}, {"InitialUnknowns", &unknowns}}) {
     std::vector<unsigned> listed;
     for (const pugi::xml_node unknown : structure.child(list))
       listed.push_back(unknown.attribute("index").as_uint());
-    EXPECT_EQ(listed, outputs) << list;
+    EXPECT_EQ(listed, *wanted) << list;
   }
+  // What an output depends on is a state, never an input.
+  std::map<std::string, std::string> behind;
+  for (const pugi::xml_node output : structure.child("Outputs")) {
+    std::istringstream words(output.attribute("dependencies").value());
+    std::string& found = behind[name_of[output.attribute("index").as_uint()]];
+    for (unsigned state = 0; words >> state;) {
+      EXPECT_TRUE(name_of[state].starts_with("state.")) << name_of[state];
+      found += name_of[state] + " ";
+    }
+  }
+  EXPECT_EQ(behind["car.vx"], "state.vx ");
+  EXPECT_EQ(behind["car.u"], "state.x state.y ");
+  EXPECT_EQ(behind["wheel.rr.spin"], "state.wheel.rr.spin ");
+  EXPECT_EQ(behind["wheel.rr.fz"], "");
 }
 
 TEST(ModelDescription, OfFmi3KeepsTheRules) {
@@ -130,7 +161,8 @@ TEST(ModelDescription, OfFmi3KeepsTheRules) {
       root.child("CoSimulation").attribute("modelIdentifier").value() + ".so"));
   const std::set<std::string> units = units_of(root);
   std::set<std::string> names;
-  std::set<unsigned> references, outputs;
+  std::set<unsigned> references, outputs, rates, begins;
+  std::map<unsigned, std::string> name_of;
   unsigned independent = 0, arrays = 0;
   for (const pugi::xml_node v : root.child("ModelVariables")) {
     const std::string type = v.name(), causality = v.attribute("causality").value();
@@ -154,19 +186,32 @@ TEST(ModelDescription, OfFmi3KeepsTheRules) {
         EXPECT_EQ(count, 4u);
       }
     }
-    if (causality == "output") outputs.insert(v.attribute("valueReference").as_uint());
+    const unsigned reference = v.attribute("valueReference").as_uint();
+    const std::string name = name_of[reference] = v.attribute("name").value();
+    if (causality == "output") outputs.insert(reference);
+    if (v.attribute("derivative")) {
+      rates.insert(reference);
+      EXPECT_EQ(name, "der(" + name_of[v.attribute("derivative").as_uint()] + ")");
+    }
+    if (causality == "output" || name.starts_with("state.") || name.starts_with("der("))
+      begins.insert(reference);
     independent += causality == "independent";
   }
   EXPECT_EQ(independent, 1u);
   EXPECT_GT(arrays, 30u);
-  std::set<unsigned> listed, unknowns;
-  expect_order(root.child("ModelStructure"), {"Output", "InitialUnknown"});
-  for (const pugi::xml_node node : root.child("ModelStructure"))
-    EXPECT_TRUE((std::string(node.name()) == "Output" ? listed : unknowns)
-                    .insert(node.attribute("valueReference").as_uint())
-                    .second);
-  EXPECT_EQ(listed, outputs);
-  EXPECT_EQ(unknowns, outputs);
+  EXPECT_TRUE(root.child("CoSimulation").attribute("providesDirectionalDerivatives").as_bool());
+  std::map<std::string, std::set<unsigned>> listed;
+  expect_order(root.child("ModelStructure"),
+               {"Output", "ContinuousStateDerivative", "InitialUnknown"});
+  for (const pugi::xml_node node : root.child("ModelStructure")) {
+    EXPECT_TRUE(listed[node.name()].insert(node.attribute("valueReference").as_uint()).second);
+    std::istringstream words(node.attribute("dependencies").value());
+    for (unsigned state = 0; words >> state;)
+      EXPECT_TRUE(name_of[state].starts_with("state.")) << name_of[state];
+  }
+  EXPECT_EQ(listed["Output"], outputs);
+  EXPECT_EQ(listed["ContinuousStateDerivative"], rates);
+  EXPECT_EQ(listed["InitialUnknown"], begins);
 }
 
 TEST(ModelDescription, WhateverTheCarIsCalledStaysXml) {

@@ -27,14 +27,16 @@ TEST(Variables, HoldEveryChannelStateParameterAndTermOnce) {
   EXPECT_EQ(reference, fmu::count_values(fmu::variables()));
   EXPECT_EQ(values[Source::kTelemetry], vehicle::telemetry_channels().size());
   EXPECT_EQ(values[Source::kState], vehicle::kStateSize);
+  EXPECT_EQ(values[Source::kRate], vehicle::kStateSize);
   EXPECT_EQ(values[Source::kParameter], vehicle::kParameterCount);
   EXPECT_EQ(values[Source::kTerm], vehicle::kTermCount);
   EXPECT_EQ(values[Source::kText], fmu::kTextCount);
 }
 
 TEST(Variables, HaveStructuredNamesOfTheirOwnAndMeanings) {
-  const std::regex structured(
-      R"([A-Za-z_][A-Za-z0-9_]*(\[\d+\])?(\.[A-Za-z_][A-Za-z0-9_]*(\[\d+\])?)*)");
+  const std::string plain =
+      R"([A-Za-z_][A-Za-z0-9_]*(\[\d+\])?(\.[A-Za-z_][A-Za-z0-9_]*(\[\d+\])?)*)";
+  const std::regex structured(plain + R"(|der\()" + plain + R"(\))");
   std::set<std::string> names, arrays;
   for (const Variable& v : fmu::variables()) {
     EXPECT_TRUE(arrays.insert(fmu::array_name(v)).second) << v.name;
@@ -51,7 +53,8 @@ TEST(Variables, HaveStructuredNamesOfTheirOwnAndMeanings) {
   for (const char* name :
        {"time", "input.steering", "input.brake.fl", "input.opponent[4].x", "wheel.rr.fz",
         "wheel.fl.tyre_temperature", "wheel.fl.spin", "car.yaw_rate", "state.wheel.rl.slip_x",
-        "parameter.chassis.mass_kg", "term.wind", "start.u", "solver.step", "road"})
+        "der(state.wheel.rl.slip_x)", "parameter.chassis.mass_kg", "term.wind", "start.u",
+        "solver.step", "road"})
     EXPECT_TRUE(names.contains(name)) << name;
   EXPECT_TRUE(arrays.contains("wheel.fz"));
   EXPECT_TRUE(arrays.contains("input.opponent.x"));

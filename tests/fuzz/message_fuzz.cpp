@@ -12,6 +12,10 @@ void fuzz::run(std::string_view bytes) {
   require(message->values.size() == names.size(), "a value for every command");
   for (const double value : message->values)
     require(!std::isinf(value) && (!message->is_binary || std::isfinite(value)), "finite values");
+  for (const std::string& name : {message->save, message->state})
+    require(name.size() <= sim::kLongestStateName, "a bounded name of a state");
+  require(message->save.empty() || !message->resets, "to save or to go back, not both");
+  require(message->state.empty() || message->resets, "to go back is a reset");
   if (!message->plan) return;
   require(message->plan->size() <= sim::kMostPlanPoints, "a plan of a bounded size");
   for (const sim::PlanPoint& point : *message->plan)

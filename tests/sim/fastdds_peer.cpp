@@ -151,6 +151,7 @@ Bytes command(std::uint32_t sequence, double steering_rad, bool ends) {
   cdr << std::array<double, 4>{} << std::int32_t{1} << 0.0;
   const std::uint32_t none = 0;
   cdr << none << none << ends << false << false << none << none << none;
+  cdr << std::string() << std::string();
   bytes.resize(cdr.getSerializedDataLength());
   return bytes;
 }

@@ -103,6 +103,49 @@ TEST(Message, AResetHasStartsOfItsOwn) {
   EXPECT_EQ(why_not(R"({"reset": {"start.speed": "20"}})"), "a value that is not finite");
 }
 
+TEST(Message, AStateIsSavedAndGoneBackTo) {
+  std::string why;
+  EXPECT_EQ(sim::read_command(R"({"save": "corner"})", kNames, why)->save, "corner");
+  const auto back = sim::read_command(R"({"reset": {"state": "corner"}})", kNames, why);
+  ASSERT_TRUE(back) << why;
+  EXPECT_TRUE(back->resets);
+  EXPECT_EQ(back->state, "corner");
+  EXPECT_TRUE(back->starts.empty());
+  const auto start = sim::read_command(R"({"reset": {"state": 2}})", kNames, why);
+  ASSERT_TRUE(start) << why;
+  EXPECT_EQ(start->starts[0].first, "state") << "a unit may call a number so";
+
+  const auto named = [](std::uint32_t flags, std::uint32_t said, const std::string& rest) {
+    std::string bytes = binary(8, flags, {0.5, 3.0});
+    bytes.append(reinterpret_cast<const char*>(&said), sizeof said);
+    return bytes + rest;
+  };
+  const auto saved = sim::read_command(named(16, 6, "corner"), kNames, why);
+  ASSERT_TRUE(saved) << why;
+  EXPECT_EQ(saved->save, "corner");
+  EXPECT_FALSE(saved->resets);
+  const auto gone = sim::read_command(named(32, 6, "corner"), kNames, why);
+  ASSERT_TRUE(gone) << why;
+  EXPECT_EQ(gone->state, "corner");
+  EXPECT_TRUE(gone->resets);
+  const auto planned = sim::read_command(
+      named(24, 1, "c" + std::string("\1\0\0\0", 4) + std::string(24, '\0')), kNames, why);
+  ASSERT_TRUE(planned) << why;
+  EXPECT_EQ(planned->save, "c");
+  EXPECT_EQ(planned->plan->size(), 1u);
+
+  const std::string no_name = "a state without a name of 1 to 64 bytes";
+  for (const std::string& text :
+       {std::string(R"({"save": ""})"), std::string(R"({"save": 1})"),
+        std::string(R"({"reset": {"state": ""}})"), R"({"save": ")" + std::string(65, 'a') + "\"}",
+        named(16, 0, ""), named(16, 7, "corner"), named(16, 65, std::string(65, 'a')),
+        named(32, 0xffffffffu, "corner"), binary(8, 16, {0.5, 3.0})})
+    EXPECT_EQ(why_not(text), no_name) << text;
+  EXPECT_EQ(why_not(named(16, 5, "corner")), "bytes after its end");
+  EXPECT_EQ(why_not(R"({"save": "a", "reset": {}})"), "a state to save and a reset at once");
+  EXPECT_EQ(why_not(R"({"reset": {"state": "a", "k": 1}})"), "starts for a state that was saved");
+}
+
 TEST(Message, WhatIsNoCommandIsRefused) {
   EXPECT_EQ(why_not(""), "neither JSON nor KSC1");
   EXPECT_EQ(why_not("{"), "no JSON object");
@@ -110,7 +153,8 @@ TEST(Message, WhatIsNoCommandIsRefused) {
   EXPECT_EQ(why_not(R"({"set": {"gear": 1e999}})"), "no JSON object");
   EXPECT_EQ(why_not(R"({"set": {"gear": "2"}})"), "a value that is not finite");
   EXPECT_EQ(why_not(R"({"sequence": -1})"), "sequence is no whole number from 0 to 4294967295");
-  EXPECT_EQ(why_not(R"({"go": 1})"), "a key that is not sequence, set, plan, pause, reset or end");
+  EXPECT_EQ(why_not(R"({"go": 1})"),
+            "a key that is not sequence, set, plan, pause, save, reset or end");
   EXPECT_EQ(why_not(std::string(100, '{')), "more lists or tables than a command has");
   EXPECT_EQ(why_not(std::string(sim::kLongestMessage + 1, ' ')), "longer than 60 kB");
   EXPECT_EQ(why_not("KSC1abc"), "cut short");

@@ -504,6 +504,10 @@ TEST(ServeUnit, AStackDrivesTheLineOfARecordedLapAtItsSpeed) {
   EXPECT_LE(errors.at("lateral_m").at("rmse"), 0.2);
   EXPECT_LE(errors.at("heading_rad").at("rmse"), 0.05);
   EXPECT_LE(errors.at("sideslip_rad").at("rmse"), 0.03);
+  // Predictors that know the lap up to 2 s before; of the sideslip this car knows no more.
+  for (const char* name : {"vx_mps", "lateral_m", "heading_rad"})
+    for (const char* trivial : {"hold_rmse", "trend_rmse"})
+      EXPECT_LT(errors.at(name).at("rmse"), errors.at(name).at(trivial)) << name << ' ' << trivial;
 }
 
 class RealTrack : public testing::TestWithParam<const char*> {};

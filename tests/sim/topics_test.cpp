@@ -96,6 +96,17 @@ TEST(Topics, ACommandActsOnWhatTheUnitHasOrTheFileSays) {
   ASSERT_TRUE(reset) << why;
   EXPECT_TRUE(std::isnan(reset->values[1]));
   EXPECT_EQ(reset->starts.size(), 1u);
+  said.starts.clear();
+  said.state = "corner";
+  EXPECT_EQ(command_of(said, plan, why)->state, "corner");
+  said.save = "corner";
+  EXPECT_FALSE(command_of(said, plan, why));
+  EXPECT_EQ(why, "a state to save and a reset at once");
+  said.resets = false;
+  said.state = "";
+  why.clear();
+  said.fields[1] = 0.0;
+  EXPECT_EQ(command_of(said, plan, why)->save, "corner");
   said.others = {{"rain", 1.0}};
   EXPECT_FALSE(command_of(said, plan, why));
   EXPECT_EQ(why, "a name that is no command of this run");

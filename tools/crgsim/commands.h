@@ -21,7 +21,7 @@ struct InfoCommand {
 int info(const InfoCommand& command, Terminal& terminal);
 
 struct RunCommand {
-  std::string unit_path, inputs_path, out_path;
+  std::string unit_path, road_path, inputs_path, out_path;
   std::vector<std::string> starts, record, opponents;
   double start_s = kFromTheUnit, stop_s = kFromTheUnit, step_s = kFromTheUnit;
   static constexpr double kFromTheUnit = -1e300;

@@ -34,7 +34,9 @@ struct CommandLine {
 void add_info(const CommandLine& line, crgsim::InfoCommand& info) {
   CLI::App* const info_app =
       line.app.add_subcommand("info", "Lists the variables of a unit; runs nothing of it");
-  command::add_input(*info_app, "unit", info.unit_path, "The unit, .fmu")->required();
+  command::add_input(*info_app, "unit", info.unit_path,
+                     "The unit, .fmu, or the vehicle file of a car, .yaml")
+      ->required();
   info_app->footer("Example:\n  crgsim info car.fmu");
   info_app->callback(
       [&, line] { line.run = [&, line] { return crgsim::info(info, line.terminal); }; });
@@ -43,9 +45,13 @@ void add_info(const CommandLine& line, crgsim::InfoCommand& info) {
 void add_run(const CommandLine& line, crgsim::RunCommand& run) {
   CLI::App* const run_app = line.app.add_subcommand(
       "run", "Steps a unit and records its outputs; the unit's code runs in a process of its own");
-  command::add_input(*run_app, "unit", run.unit_path, "The unit, .fmu")->required();
+  command::add_input(*run_app, "unit", run.unit_path,
+                     "The unit, .fmu, or the vehicle file of a car, .yaml")
+      ->required();
   command::add_output_file(*run_app, run.out_path, "CSV to write: time_s and a column per value")
       ->required();
+  command::add_input(*run_app, "--road", run.road_path,
+                     "Of a vehicle file: the road that the car drives on, .crg; else the plane");
   command::add_input(
       *run_app, "--inputs", run.inputs_path,
       "CSV with time_s and columns called like inputs of the unit (name[1] of an "
@@ -75,7 +81,9 @@ void add_run(const CommandLine& line, crgsim::RunCommand& run) {
 void add_serve(const CommandLine& line, crgsim::ServeCommand& serve) {
   CLI::App* const serve_app = line.app.add_subcommand(
       "serve", "Steps a unit for a program that drives it: commands in, measurements out");
-  command::add_input(*serve_app, "unit", serve.unit_path, "The unit, .fmu")->required();
+  command::add_input(*serve_app, "unit", serve.unit_path,
+                     "The unit, .fmu, or the vehicle file of a car, .yaml")
+      ->required();
   command::add_output_file(*serve_app, serve.out_path,
                            "CSV to write: every measurement, with the commands that acted");
   serve_app->add_option("--socket", serve.socket_path, "Path of a Unix datagram socket to make");
@@ -106,7 +114,8 @@ void add_serve(const CommandLine& line, crgsim::ServeCommand& serve) {
   add_names("--safe", serve.safe,
             "NAME=NUMBER: what a command becomes when commands stay out; else its start");
   command::add_input(*serve_app, "--road", serve.road_path,
-                     "The road of the unit, .crg: scans and edges of the devices look at it, and "
+                     "The road of the unit, .crg, on which the car of a vehicle file drives: scans "
+                     "and edges of the devices look at it, and "
                      "its header says where their positions lie on the Earth");
   command::add_input(*serve_app, "--inputs", serve.inputs_path,
                      "CSV with time_s and columns called like inputs or tunable parameters: what "

@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
 #include "base/write_file.h"
 #include "commands.h"
 #include "sim/run_unit.h"
+#include "sim/unpack.h"
 
 namespace crgsim {
 namespace {
@@ -18,6 +20,11 @@ std::optional<double> said(double value) {
 
 int run(const RunCommand& command, Terminal& terminal) {
   sim::UnitRunOptions options;
+  if (!command.road_path.empty() && !sim::is_vehicle_file(command.unit_path))
+    throw command::UsageError(
+        "--road is of a vehicle file; a unit has its road in it, and --set road=FILE is another");
+  if (!command.road_path.empty())
+    options.starts.emplace_back("road", std::filesystem::absolute(command.road_path).string());
   for (const std::string& start : command.starts)
     options.starts.push_back(assignment("--set", start));
   options.inputs = read_inputs(command.inputs_path);

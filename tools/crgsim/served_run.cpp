@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "crg/surface.h"
 #include "road/projection.h"
 #include "sim/dds.h"
+#include "sim/unpack.h"
 
 namespace crgsim {
 namespace {
@@ -64,10 +66,13 @@ sim::ServeOptions options_of(const ServeCommand& command) {
   if (!command.devices_path.empty())
     options.devices = vehicle::read_signal_sensors(command.devices_path);
   options.devices.seed = command.seed.value_or(options.devices.seed);
+  const bool drives_on_it = !command.road_path.empty() && sim::is_vehicle_file(command.unit_path);
+  if (drives_on_it)
+    options.starts.emplace_back("road", std::filesystem::absolute(command.road_path).string());
   if (!command.road_path.empty()) {
     crg::Crg road = crg::read(command.road_path);
     options.to_latitude_longitude_deg =
-        map_of(road, command.road_path, options.devices.road.empty());
+        map_of(road, command.road_path, options.devices.road.empty() && !drives_on_it);
     if (!options.devices.road.empty())
       options.road = std::make_shared<const crg::Surface>(std::move(road));
   }

@@ -104,25 +104,35 @@ std::vector<double> starts(const std::vector<Variable>& list, const UnitFile& un
   return out;
 }
 
+/// With an empty token.
+Description describe(const ExportOptions& options, const UnitFile& unit,
+                     const vehicle::Vehicle& car) {
+  Description out;
+  out.name = car.name;
+  out.generation_tool = options.generation_tool;
+  out.step_s = options.step_s;
+  out.texts = unit.texts;
+  out.starts = starts(variables(), unit, car);
+  return out;
+}
+
+std::string token_of(const std::string& everything) {
+  const std::string hash = base::sha256(everything);
+  return fmt::format("{{{}-{}-{}-{}-{}}}", hash.substr(0, 8), hash.substr(8, 4), hash.substr(12, 4),
+                     hash.substr(16, 4), hash.substr(20, 12));
+}
+
 /// Description, binary and resources, with a token that stands for all of them.
 void pack(const ExportOptions& options, const vehicle::Vehicle& car, UnitFile& unit,
           std::vector<ArchiveFile> resources, Exported& out) {
   const bool second = options.version == Version::kFmi2;
   const std::string binary = base::read_file(options.binary_path);
   const std::vector<Variable> list = variables();
-  Description description;
-  description.name = car.name;
-  description.generation_tool = options.generation_tool;
-  description.step_s = options.step_s;
-  description.texts = unit.texts;
-  description.starts = starts(list, unit, car);
+  Description description = describe(options, unit, car);
   // The token stands for everything in the unit, the description with an empty token included.
   std::string all = model_description(description, options.version) + base::sha256(binary);
   for (const ArchiveFile& file : resources) all += file.name + '\n' + base::sha256(file.bytes);
-  const std::string hash = base::sha256(all);
-  unit.token = fmt::format("{{{}-{}-{}-{}-{}}}", hash.substr(0, 8), hash.substr(8, 4),
-                           hash.substr(12, 4), hash.substr(16, 4), hash.substr(20, 12));
-  description.token = unit.token;
+  unit.token = description.token = token_of(all);
 
   std::vector<ArchiveFile> files{
       {"modelDescription.xml", model_description(description, options.version)},
@@ -181,6 +191,27 @@ Exported export_unit(const ExportOptions& options) {
 
   pack(options, car, unit, std::move(resources), out);
   return out;
+}
+
+UnitInPlace unit_in_place(const ExportOptions& options) {
+  const vehicle::Vehicle car = vehicle::read_vehicle(options.vehicle_path);
+  vehicle::check_car(car.files, car.parameters, car.terms);
+  vehicle::check_step(car.parameters, {.step_s = options.step_s});
+  UnitFile unit;
+  const auto name = [&](Text which, const std::string& path) {
+    if (!path.empty()) unit.texts[static_cast<std::size_t>(which)] = fs::absolute(path).string();
+  };
+  name(Text::kVehicle, options.vehicle_path);
+  name(Text::kRoad, options.road_path);
+  name(Text::kFriction, options.friction_path);
+  unit.texts[static_cast<std::size_t>(Text::kContact)] = options.contact;
+  unit.texts[static_cast<std::size_t>(Text::kIntegrator)] = options.integrator;
+  unit.numbers.push_back({"solver.step", options.step_s});
+  if (!options.road_path.empty())
+    choose_start(car, vehicle::read_road(options.road_path, options.friction_path).surface, unit);
+  Description description = describe(options, unit, car);
+  unit.token = description.token = token_of(model_description(description, options.version));
+  return {model_description(description, options.version), format_unit_file(unit)};
 }
 
 }  // namespace fmu

@@ -1,4 +1,7 @@
 // The functions of FMI 2.0 for co-simulation.
+#include <algorithm>
+#include <vector>
+
 #include "component.h"
 #include "fmi2_types.h"
 #include "fmu/resource_path.h"
@@ -205,10 +208,21 @@ FMU_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi
   return code(guarded(component, [&](Component& c) { return read_state(c, bytes, size, state); }));
 }
 
-FMU_EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference*,
-                                                   std::size_t, const fmi2ValueReference*,
-                                                   std::size_t, const fmi2Real*, fmi2Real*) {
-  return not_provided(c, "directional derivative");
+FMU_EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component component,
+                                                   const fmi2ValueReference* unknowns,
+                                                   std::size_t unknown_count,
+                                                   const fmi2ValueReference* knowns,
+                                                   std::size_t known_count, const fmi2Real* seed,
+                                                   fmi2Real* sensitivity) {
+  return code(guarded(component, [&](Component& c) {
+    want((unknown_count == 0 || (unknowns != nullptr && sensitivity != nullptr)) &&
+             (known_count == 0 || (knowns != nullptr && seed != nullptr)),
+         "no variables or no values were given");
+    const std::vector<double> out = c.instance->derivatives(
+        {unknowns, unknown_count}, {knowns, known_count}, {seed, known_count});
+    std::copy(out.begin(), out.end(), sensitivity);
+    return Status::kOk;
+  }));
 }
 FMU_EXPORT fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference*,
                                                   std::size_t, const fmi2Integer*,

@@ -1,5 +1,8 @@
 // The functions of FMI 3.0: those of co-simulation, and the others of the standard, which an
 // importer may look for, as errors.
+#include <algorithm>
+#include <vector>
+
 #include "component.h"
 #include "fmi3_types.h"
 #include "fmu/resource_path.h"
@@ -31,6 +34,18 @@ fmi3Status each_value(fmi3Instance component, References references, std::size_t
     want(at == value_count, "more values than the variables have");
     return worst;
   }));
+}
+
+/// Of each value of the variables, one after another.
+std::vector<std::uint32_t> values_of(Component& c, References references, std::size_t count) {
+  std::vector<std::uint32_t> out;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Variable& v = c.instance->variable(references[k]);
+    want(v.reference == references[k], "a value reference within an array; wanted its own");
+    for (std::size_t i = 0; i < v.size; ++i)
+      out.push_back(static_cast<std::uint32_t>(v.reference + i));
+  }
+  return out;
 }
 
 template <class Value>
@@ -251,6 +266,26 @@ FMU_EXPORT fmi3Status fmi3GetVariableDependencies(fmi3Instance component,
   }));
 }
 
+FMU_EXPORT fmi3Status fmi3GetDirectionalDerivative(fmi3Instance component, References unknowns,
+                                                   std::size_t unknown_count, References knowns,
+                                                   std::size_t known_count, const fmi3Float64* seed,
+                                                   std::size_t seed_count, fmi3Float64* sensitivity,
+                                                   std::size_t sensitivity_count) {
+  return code(guarded(component, [&](Component& c) {
+    want((unknown_count == 0 || (unknowns != nullptr && sensitivity != nullptr)) &&
+             (known_count == 0 || (knowns != nullptr && seed != nullptr)),
+         "no variables or no values were given");
+    const auto unknown_values = values_of(c, unknowns, unknown_count),
+               known_values = values_of(c, knowns, known_count);
+    want(unknown_values.size() == sensitivity_count && known_values.size() == seed_count,
+         "another number of values than the variables have");
+    const std::vector<double> out =
+        c.instance->derivatives(unknown_values, known_values, {seed, seed_count});
+    std::copy(out.begin(), out.end(), sensitivity);
+    return Status::kOk;
+  }));
+}
+
 // What this unit has none of. Parameters are those of the standard, in its order.
 #define FMU_NONE(name, ...)                                               \
   FMU_EXPORT fmi3Status name(fmi3Instance c __VA_OPT__(, ) __VA_ARGS__) { \
@@ -272,8 +307,6 @@ FMU_NONE(fmi3GetBinary, References, std::size_t, std::size_t*, fmi3Binary*, std:
 FMU_NONE(fmi3SetBinary, References, std::size_t, const std::size_t*, const fmi3Binary*, std::size_t)
 FMU_NONE(fmi3GetClock, References, std::size_t, fmi3Clock*)
 FMU_NONE(fmi3SetClock, References, std::size_t, const fmi3Clock*)
-FMU_NONE(fmi3GetDirectionalDerivative, References, std::size_t, References, std::size_t,
-         const fmi3Float64*, std::size_t, fmi3Float64*, std::size_t)
 FMU_NONE(fmi3GetAdjointDerivative, References, std::size_t, References, std::size_t,
          const fmi3Float64*, std::size_t, fmi3Float64*, std::size_t)
 FMU_NONE(fmi3GetOutputDerivatives, References, std::size_t, const std::int32_t*, fmi3Float64*,

@@ -245,13 +245,15 @@ void Instance::reset() { start_again(); }
 double Instance::number(std::uint32_t reference, Type type) {
   // Between steps, when everything shows already: what an importer asks hundreds of times.
   if (!changed_ && reference < type_of_.size() && type_of_[reference] == type &&
-      type != Type::kString)
+      type != Type::kString &&
+      reference - first_[static_cast<std::size_t>(Source::kRate)] >= vehicle::kStateSize)
     return now_.numbers[reference];
   const Variable& v = variable(reference);
   if (v.type != type)
     throw base::Error(fmt::format("{} is {}, but {} was asked for",
                                   value_name(v, reference - v.reference), word(v.type),
                                   word(type)));
+  if (v.source == Source::kRate) return rate(v.index + (reference - v.reference));
   if (changed_ && v.source != Source::kInput && v.source != Source::kStart) prepare();
   return now_.numbers[reference];
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <map>
@@ -119,13 +120,42 @@ std::string unit_definitions(const std::vector<Variable>& list) {
   return out + "  </UnitDefinitions>\n";
 }
 
+bool is_unknown_at_the_begin(const Variable& v) {
+  return v.causality == Causality::kOutput || v.source == Source::kState ||
+         v.source == Source::kRate;
+}
+
 constexpr const char* kLogCategories =
     "  <LogCategories>\n"
     "    <Category name=\"logStatusError\" description=\"what could not be done\"/>\n"
     "    <Category name=\"logStatusWarning\" description=\"what was done otherwise\"/>\n"
     "  </LogCategories>\n";
 
-std::string scalar_variable(const Description& d, const Variable& v, std::size_t i) {
+/// Reference of the first state; those of the others follow.
+std::uint32_t first_state(const std::vector<Variable>& list) {
+  return std::find_if(list.begin(), list.end(),
+                      [](const Variable& v) { return v.source == Source::kState; })
+      ->reference;
+}
+
+/// Of the values themselves, as FMI 2 counts them: from 1.
+std::string state_indices(const std::vector<Variable>& list, const Variable& v, std::size_t i) {
+  std::string out;
+  for (const std::size_t state : states_behind(v, i))
+    out += fmt::format("{}{}", out.empty() ? "" : " ", first_state(list) + state + 1);
+  return out;
+}
+
+/// Of the arrays.
+std::string state_references(const std::vector<Variable>& list, const Variable& v) {
+  std::string out;
+  for (const std::size_t state : states_behind(v, 0))
+    out += fmt::format("{}{}", out.empty() ? "" : " ", first_state(list) + state);
+  return out;
+}
+
+std::string scalar_variable(const Description& d, const Variable& v, std::size_t i,
+                            std::uint32_t first_state_reference) {
   std::string out = fmt::format(
       "    <ScalarVariable name=\"{}\" valueReference=\"{}\" description=\"{}\" causality=\"{}\" "
       "variability=\"{}\"",
@@ -136,6 +166,8 @@ std::string scalar_variable(const Description& d, const Variable& v, std::size_t
   static constexpr const char* kTypes[] = {"Real", "Integer", "Boolean", "String"};
   out += fmt::format("><{}", kTypes[static_cast<std::size_t>(v.type)]);
   if (v.type == Type::kReal) out += fmt::format(" unit=\"{}\"", xml(v.unit));
+  if (v.source == Source::kRate)
+    out += fmt::format(" derivative=\"{}\"", first_state_reference + v.index + i + 1);
   if (v.type == Type::kString) {
     out += fmt::format(" start=\"{}\"", xml(d.texts[v.index]));
   } else if (has_start(v)) {
@@ -144,7 +176,8 @@ std::string scalar_variable(const Description& d, const Variable& v, std::size_t
   return out + "/></ScalarVariable>\n";
 }
 
-std::string array_variable(const Description& d, const Variable& v) {
+std::string array_variable(const Description& d, const Variable& v,
+                           std::uint32_t first_state_reference) {
   static constexpr const char* kTypes[] = {"Float64", "Int32", "Boolean", "String"};
   const char* const type = kTypes[static_cast<std::size_t>(v.type)];
   std::string out = fmt::format(
@@ -154,6 +187,8 @@ std::string array_variable(const Description& d, const Variable& v) {
   if (v.causality == Causality::kOutput || v.causality == Causality::kLocal)
     out += " initial=\"calculated\"";
   if (v.type == Type::kReal) out += fmt::format(" unit=\"{}\"", xml(v.unit));
+  if (v.source == Source::kRate)
+    out += fmt::format(" derivative=\"{}\"", first_state_reference + v.index);
   if (v.type == Type::kString)
     return out + fmt::format("><Start value=\"{}\"/></String>\n", xml(d.texts[v.index]));
   if (has_start(v)) {
@@ -172,25 +207,29 @@ std::string fmi2(const Description& d, const std::vector<Variable>& list) {
       "generationTool=\"{}\" variableNamingConvention=\"structured\">\n"
       "  <CoSimulation modelIdentifier=\"{}\" canHandleVariableCommunicationStepSize=\"true\" "
       "canInterpolateInputs=\"false\" maxOutputDerivativeOrder=\"0\" canGetAndSetFMUstate=\"true\" "
-      "canSerializeFMUstate=\"true\" providesDirectionalDerivative=\"false\" "
+      "canSerializeFMUstate=\"true\" providesDirectionalDerivative=\"true\" "
       "canNotUseMemoryManagementFunctions=\"true\"/>\n",
       xml(d.name), xml(d.token), xml(d.generation_tool), kModelIdentifier);
   out += unit_definitions(list) + kLogCategories;
   out += fmt::format("  <DefaultExperiment startTime=\"0\" stopTime=\"10\" stepSize=\"{}\"/>\n",
                      d.step_s);
   out += "  <ModelVariables>\n";
-  std::string outputs, unknowns;
+  std::string outputs, rates, unknowns;
   std::size_t index = 0;
   for (const Variable& v : list)
     for (std::size_t i = 0; i < v.size; ++i) {
       ++index;
-      out += scalar_variable(d, v, i);
-      if (v.causality != Causality::kOutput) continue;
-      outputs += fmt::format("      <Unknown index=\"{}\" dependencies=\"\"/>\n", index);
-      unknowns += fmt::format("      <Unknown index=\"{}\"/>\n", index);
+      out += scalar_variable(d, v, i, first_state(list));
+      if (v.causality == Causality::kOutput)
+        outputs += fmt::format("      <Unknown index=\"{}\" dependencies=\"{}\"/>\n", index,
+                               state_indices(list, v, i));
+      if (v.source == Source::kRate) rates += fmt::format("      <Unknown index=\"{}\"/>\n", index);
+      if (is_unknown_at_the_begin(v))
+        unknowns += fmt::format("      <Unknown index=\"{}\"/>\n", index);
     }
   return out + "  </ModelVariables>\n  <ModelStructure>\n    <Outputs>\n" + outputs +
-         "    </Outputs>\n    <InitialUnknowns>\n" + unknowns +
+         "    </Outputs>\n    <Derivatives>\n" + rates +
+         "    </Derivatives>\n    <InitialUnknowns>\n" + unknowns +
          "    </InitialUnknowns>\n  </ModelStructure>\n</fmiModelDescription>\n";
 }
 
@@ -199,21 +238,26 @@ std::string fmi3(const Description& d, const std::vector<Variable>& list) {
       "<fmiModelDescription fmiVersion=\"3.0\" modelName=\"{}\" instantiationToken=\"{}\" "
       "generationTool=\"{}\" variableNamingConvention=\"structured\">\n"
       "  <CoSimulation modelIdentifier=\"{}\" canGetAndSetFMUState=\"true\" "
-      "canSerializeFMUState=\"true\" canHandleVariableCommunicationStepSize=\"true\" "
+      "canSerializeFMUState=\"true\" providesDirectionalDerivatives=\"true\" "
+      "canHandleVariableCommunicationStepSize=\"true\" "
       "fixedInternalStepSize=\"{}\"/>\n",
       xml(d.name), xml(d.token), xml(d.generation_tool), kModelIdentifier, d.step_s);
   out += unit_definitions(list) + kLogCategories;
   out += fmt::format("  <DefaultExperiment startTime=\"0\" stopTime=\"10\" stepSize=\"{}\"/>\n",
                      d.step_s);
   out += "  <ModelVariables>\n";
-  std::string outputs, unknowns;
+  std::string outputs, rates, unknowns;
   for (const Variable& v : list) {
-    out += array_variable(d, v);
-    if (v.causality != Causality::kOutput) continue;
-    outputs += fmt::format("    <Output valueReference=\"{}\" dependencies=\"\"/>\n", v.reference);
-    unknowns += fmt::format("    <InitialUnknown valueReference=\"{}\"/>\n", v.reference);
+    out += array_variable(d, v, first_state(list));
+    if (v.causality == Causality::kOutput)
+      outputs += fmt::format("    <Output valueReference=\"{}\" dependencies=\"{}\"/>\n",
+                             v.reference, state_references(list, v));
+    if (v.source == Source::kRate)
+      rates += fmt::format("    <ContinuousStateDerivative valueReference=\"{}\"/>\n", v.reference);
+    if (is_unknown_at_the_begin(v))
+      unknowns += fmt::format("    <InitialUnknown valueReference=\"{}\"/>\n", v.reference);
   }
-  return out + "  </ModelVariables>\n  <ModelStructure>\n" + outputs + unknowns +
+  return out + "  </ModelVariables>\n  <ModelStructure>\n" + outputs + rates + unknowns +
          "  </ModelStructure>\n</fmiModelDescription>\n";
 }
 

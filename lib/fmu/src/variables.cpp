@@ -46,6 +46,7 @@ class List {
     reference_ += static_cast<std::uint32_t>(variable.size);
     all_.push_back(std::move(variable));
   }
+  std::vector<Variable> all() const { return all_; }
   std::vector<Variable> take() { return std::move(all_); }
 
  private:
@@ -119,6 +120,23 @@ void add_states(List& list) {
     v.size = name.of_wheel ? 4 : 1;
     v.index = i;
     i += v.size;
+    list.add(std::move(v));
+  }
+}
+
+std::string rate_unit(const std::string& unit) {
+  if (unit.ends_with("/s")) return unit + "2";
+  return (unit == "1" ? "1" : unit) + "/s";
+}
+
+/// Made of the states of the list.
+void add_rates(List& list) {
+  for (Variable v : list.all()) {
+    if (v.source != Source::kState) continue;
+    v.name = "der(" + v.name + ")";
+    v.unit = rate_unit(v.unit);
+    v.text = "rate of the state as the next step has it: " + v.text;
+    v.source = Source::kRate;
     list.add(std::move(v));
   }
 }
@@ -255,6 +273,7 @@ std::vector<Variable> variables() {
   add_telemetry(list);
   add_forces(list);
   add_states(list);
+  add_rates(list);
   add_inputs(list);
   add_start(list);
   add_parameters(list);
@@ -264,6 +283,16 @@ std::vector<Variable> variables() {
 
 std::uint32_t count_values(const std::vector<Variable>& list) {
   return list.empty() ? 0 : list.back().reference + static_cast<std::uint32_t>(list.back().size);
+}
+
+std::vector<std::size_t> states_behind(const Variable& variable, std::size_t i) {
+  if (variable.source != Source::kTelemetry) return {};
+  const std::string& channel = vehicle::telemetry_channels()[variable.index + i];
+  if (channel == "u_m" || channel == "v_m") return {vehicle::kX, vehicle::kY};
+  if (channel == "boost") return {};  // of the last step, whatever the engine
+  for (std::size_t k = 0; k < vehicle::kStateSize; ++k)
+    if (vehicle::kStates[k].channel == channel) return {k};
+  return {};
 }
 
 std::string value_name(const Variable& variable, std::size_t i) {

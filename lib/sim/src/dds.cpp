@@ -204,6 +204,9 @@ class Participant {
     said.ends = message.end_;
     said.pauses = message.pause_;
     said.resets = message.reset_;
+    for (const auto& [from, to] :
+         {std::pair{message.save_, &said.save}, {message.state_, &said.state}})
+      if (from != nullptr) *to = from;
     const auto& plan = message.plan_;
     if (plan._length > kMostPlanPoints) {
       out.why = "a plan of more than 500 points";

@@ -46,6 +46,10 @@ struct Fmi2 {
   Status (*exit)(void*);
   Status (*do_step)(void*, double, double, int);
   Status (*terminate)(void*);
+  Status (*reset)(void*);
+  Status (*get_state)(void*, void**);
+  Status (*set_state)(void*, void*);
+  Status (*free_state)(void*, void**);
   Access<double> get_real;
   Access<const double> set_real;
   Access<int> get_integer, get_boolean;
@@ -54,7 +58,7 @@ struct Fmi2 {
   Access<const char* const> set_string;
   Callbacks2 callbacks{};
 
-  void find_in(Library& library) {
+  void find_in(Library& library, bool keeps_states) {
     library.find(instantiate, "fmi2Instantiate");
     library.find(release, "fmi2FreeInstance");
     library.find(setup, "fmi2SetupExperiment");
@@ -62,6 +66,12 @@ struct Fmi2 {
     library.find(exit, "fmi2ExitInitializationMode");
     library.find(do_step, "fmi2DoStep");
     library.find(terminate, "fmi2Terminate");
+    if (keeps_states) {
+      library.find(reset, "fmi2Reset");
+      library.find(get_state, "fmi2GetFMUstate");
+      library.find(set_state, "fmi2SetFMUstate");
+      library.find(free_state, "fmi2FreeFMUstate");
+    }
     library.find(get_real, "fmi2GetReal");
     library.find(set_real, "fmi2SetReal");
     library.find(get_integer, "fmi2GetInteger");

@@ -29,6 +29,10 @@ struct Fmi3 {
   Status (*exit)(void*);
   Status (*do_step)(void*, double, double, bool, bool*, bool*, bool*, double*);
   Status (*terminate)(void*);
+  Status (*reset)(void*);
+  Status (*get_state)(void*, void**);
+  Status (*set_state)(void*, void*);
+  Status (*free_state)(void*, void**);
   Access<double> float64;
   Access<float> float32;
   Access<std::int8_t> int8;
@@ -48,13 +52,19 @@ struct Fmi3 {
     library.find(access.set, ("fmi3Set" + type).c_str());
   }
 
-  void find_in(Library& library) {
+  void find_in(Library& library, bool keeps_states) {
     library.find(instantiate, "fmi3InstantiateCoSimulation");
     library.find(release, "fmi3FreeInstance");
     library.find(enter, "fmi3EnterInitializationMode");
     library.find(exit, "fmi3ExitInitializationMode");
     library.find(do_step, "fmi3DoStep");
     library.find(terminate, "fmi3Terminate");
+    if (keeps_states) {
+      library.find(reset, "fmi3Reset");
+      library.find(get_state, "fmi3GetFMUState");
+      library.find(set_state, "fmi3SetFMUState");
+      library.find(free_state, "fmi3FreeFMUState");
+    }
     find_access(library, float64, "Float64");
     find_access(library, float32, "Float32");
     find_access(library, int8, "Int8");

@@ -13,7 +13,8 @@ namespace {
 using nlohmann::json;
 
 constexpr std::string_view kCommand = "KSC1", kMeasurement = "KSM1";
-constexpr std::uint32_t kEnds = 1, kResets = 2, kPauses = 4, kPlans = 8, kSafe = 1, kWasReset = 2;
+constexpr std::uint32_t kEnds = 1, kResets = 2, kPauses = 4, kPlans = 8, kSaves = 16,
+                        kGoesBack = 32, kSafe = 1, kWasReset = 2;
 
 template <class Value>
 bool take(std::string_view& bytes, Value& value) {
@@ -36,6 +37,19 @@ bool is_finite(const std::vector<PlanPoint>& plan, std::string& why) {
       why = "a value that is not finite";
       return false;
     }
+  return true;
+}
+
+constexpr const char* kNoName = "a state without a name of 1 to 64 bytes";
+
+bool take_name(std::string_view& bytes, std::string& name, std::string& why) {
+  std::uint32_t size = 0;
+  if (!take(bytes, size) || size == 0 || size > kLongestStateName || size > bytes.size()) {
+    why = kNoName;
+    return false;
+  }
+  name = bytes.substr(0, size);
+  bytes.remove_prefix(size);
   return true;
 }
 
@@ -70,7 +84,7 @@ std::optional<CommandMessage> read_binary(std::string_view bytes, std::size_t co
   message.resets = (flags & kResets) != 0;
   message.pauses = (flags & kPauses) != 0;
   if (values != count || bytes.size() < count * sizeof(double) ||
-      ((flags & kPlans) == 0 && bytes.size() != count * sizeof(double))) {
+      ((flags & (kPlans | kSaves | kGoesBack)) == 0 && bytes.size() != count * sizeof(double))) {
     why = "another number of values than commands were named";
     return std::nullopt;
   }
@@ -82,7 +96,14 @@ std::optional<CommandMessage> read_binary(std::string_view bytes, std::size_t co
       return std::nullopt;
     }
   }
+  message.resets = message.resets || (flags & kGoesBack) != 0;
+  if ((flags & kSaves) != 0 && !take_name(bytes, message.save, why)) return std::nullopt;
+  if ((flags & kGoesBack) != 0 && !take_name(bytes, message.state, why)) return std::nullopt;
   if ((flags & kPlans) != 0 && !take_plan(bytes, message.plan.emplace(), why)) return std::nullopt;
+  if ((flags & kPlans) == 0 && (flags & (kSaves | kGoesBack)) != 0 && !bytes.empty()) {
+    why = "bytes after its end";
+    return std::nullopt;
+  }
   return message;
 }
 
@@ -149,20 +170,35 @@ std::optional<CommandMessage> read_json(std::string_view bytes,
       if (!value.is_object()) return refuse("reset is no object of starts");
       message.resets = true;
       for (const auto& [name, number] : value.items()) {
+        if (name == "state" && number.is_string()) {
+          message.state = number.get<std::string>();
+          if (message.state.empty()) return refuse(kNoName);
+          continue;
+        }
         if (!number.is_number() || !std::isfinite(number.get<double>()))
           return refuse("a value that is not finite");
         message.starts.emplace_back(name, number.get<double>());
       }
+    } else if (key == "save") {
+      if (!value.is_string() || value.get_ref<const std::string&>().empty()) return refuse(kNoName);
+      message.save = value.get<std::string>();
     } else if (key == "plan") {
       if (!read_plan(value, message.plan.emplace(), why)) return std::nullopt;
     } else {
-      return refuse("a key that is not sequence, set, plan, pause, reset or end");
+      return refuse("a key that is not sequence, set, plan, pause, save, reset or end");
     }
   }
   return message;
 }
 
 }  // namespace
+
+std::string wrong_with_states(const CommandMessage& message) {
+  if (std::max(message.save.size(), message.state.size()) > kLongestStateName) return kNoName;
+  if (!message.save.empty() && message.resets) return "a state to save and a reset at once";
+  if (!message.state.empty() && !message.starts.empty()) return "starts for a state that was saved";
+  return {};
+}
 
 std::optional<CommandMessage> read_command(std::string_view bytes,
                                            const std::vector<std::string>& names,
@@ -171,10 +207,16 @@ std::optional<CommandMessage> read_command(std::string_view bytes,
     why = "longer than 60 kB";
     return std::nullopt;
   }
-  if (bytes.starts_with(kCommand)) return read_binary(bytes, names.size(), why);
-  if (bytes.starts_with('{')) return read_json(bytes, names, why);
-  why = "neither JSON nor KSC1";
-  return std::nullopt;
+  std::optional<CommandMessage> message;
+  if (bytes.starts_with(kCommand))
+    message = read_binary(bytes, names.size(), why);
+  else if (bytes.starts_with('{'))
+    message = read_json(bytes, names, why);
+  else
+    why = "neither JSON nor KSC1";
+  if (!message) return std::nullopt;
+  why = wrong_with_states(*message);
+  return why.empty() ? message : std::nullopt;
 }
 
 std::string write_measurement(const MeasurementMessage& message,

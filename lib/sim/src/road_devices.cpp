@@ -181,14 +181,14 @@ RoadDevices::RoadDevices(std::shared_ptr<const crg::Surface> road,
 }
 
 void RoadDevices::restart() {
-  on_the_way_.clear();
-  looks_.assign(file_.scans.size() + file_.edges.size(), 0);
-  steps_ = 0;
+  is_.on_the_way.clear();
+  is_.looks.assign(file_.scans.size() + file_.edges.size(), 0);
+  is_.steps = 0;
 }
 
 bool RoadDevices::is_due(const vehicle::SensorClock& clock, std::uint64_t looks) const {
   // Half a step, so that the rounding of times decides nothing.
-  return static_cast<double>(steps_) * step_s_ >=
+  return static_cast<double>(is_.steps) * step_s_ >=
          static_cast<double>(looks) / clock.rate_hz - 0.5 * step_s_;
 }
 
@@ -199,23 +199,23 @@ base::Random RoadDevices::random_of(const std::string& name, std::uint64_t look)
 template <class Sees>
 void RoadDevices::look(const vehicle::SensorClock& clock, Sees sees) {
   if (!waits_ && static_cast<std::size_t>(std::count_if(
-                     on_the_way_.begin(), on_the_way_.end(),
-                     [&](const Look& one) { return one.due_step < steps_; })) >= kMostLate) {
+                     is_.on_the_way.begin(), is_.on_the_way.end(),
+                     [&](const Look& one) { return one.due_step < is_.steps; })) >= kMostLate) {
     ++left_out_;
     return;
   }
   // The queue of the worker wants functions that can be copied.
   const auto task = std::make_shared<std::packaged_task<ToldSight()>>(
-      [sees, time_s = static_cast<double>(steps_) * step_s_]() -> ToldSight {
+      [sees, time_s = static_cast<double>(is_.steps) * step_s_]() -> ToldSight {
         auto sight = sees();
         sight.time_s = time_s;
         return tell_sight(std::move(sight));
       });
   const std::uint64_t due =
-      steps_ + static_cast<std::uint64_t>(std::llround(clock.delay_s / step_s_));
-  const auto after = std::find_if(on_the_way_.begin(), on_the_way_.end(),
+      is_.steps + static_cast<std::uint64_t>(std::llround(clock.delay_s / step_s_));
+  const auto after = std::find_if(is_.on_the_way.begin(), is_.on_the_way.end(),
                                   [&](const Look& other) { return other.due_step > due; });
-  on_the_way_.insert(after, {due, task->get_future()});
+  is_.on_the_way.insert(after, {due, task->get_future().share()});
   worker_->give([task] { (*task)(); });
 }
 
@@ -223,17 +223,17 @@ void RoadDevices::step(const Pose& pose) {
   if (empty()) return;
   for (std::size_t k = 0; k < file_.scans.size(); ++k) {
     const vehicle::ScanSensor& sensor = file_.scans[k];
-    if (!is_due(sensor.clock, looks_[k])) continue;
-    look(sensor.clock, [this, &sensor, pose, k, random = random_of(sensor.name, looks_[k])] {
+    if (!is_due(sensor.clock, is_.looks[k])) continue;
+    look(sensor.clock, [this, &sensor, pose, k, random = random_of(sensor.name, is_.looks[k])] {
       Scan scan = scan_road(*triangles_, sensor, pose, random);
       scan.sensor = k;
       return scan;
     });
-    ++looks_[k];
+    ++is_.looks[k];
   }
   for (std::size_t k = 0; k < file_.edges.size(); ++k) {
     const vehicle::EdgeSensor& sensor = file_.edges[k];
-    std::uint64_t& looks = looks_[file_.scans.size() + k];
+    std::uint64_t& looks = is_.looks[file_.scans.size() + k];
     if (!is_due(sensor.clock, looks)) continue;
     look(sensor.clock, [this, &sensor, pose, k, random = random_of(sensor.name, looks)] {
       Edges edges = see_edges(*road_, sensor, pose, random);
@@ -242,20 +242,20 @@ void RoadDevices::step(const Pose& pose) {
     });
     ++looks;
   }
-  if (steps_ == 0)
-    for (const Look& one : on_the_way_) one.sight.wait();
-  ++steps_;
+  if (is_.steps == 0)
+    for (const Look& one : is_.on_the_way) one.sight.wait();
+  ++is_.steps;
 }
 
 std::vector<ToldSight> RoadDevices::arrived() {
   std::vector<ToldSight> out;
-  while (!on_the_way_.empty() && on_the_way_.front().due_step < steps_) {
-    const Look& first = on_the_way_.front();
+  while (!is_.on_the_way.empty() && is_.on_the_way.front().due_step < is_.steps) {
+    const Look& first = is_.on_the_way.front();
     if (!waits_ && first.sight.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
       break;
-    if (first.due_step + 1 < steps_) ++late_;
-    out.push_back(on_the_way_.front().sight.get());
-    on_the_way_.pop_front();
+    if (first.due_step + 1 < is_.steps) ++late_;
+    out.push_back(is_.on_the_way.front().sight.get());
+    is_.on_the_way.pop_front();
   }
   return out;
 }

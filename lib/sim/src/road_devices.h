@@ -31,7 +31,19 @@ Edges see_edges(const crg::Surface& road, const vehicle::EdgeSensor& sensor, con
                 base::Random random);
 
 class RoadDevices {
+  struct Look {
+    std::uint64_t due_step = 0;
+    std::shared_future<ToldSight> sight;
+  };
+
  public:
+  /// What changes from step to step: looks that are on the way, and how many there were.
+  struct Progress {
+    std::uint64_t steps = 0;           ///< step() was called so often
+    std::vector<std::uint64_t> looks;  ///< of each scan, then of each camera
+    std::deque<Look> on_the_way;
+  };
+
   /// `step_s` is the time from one step() to the next. Throws Error for a sensor that looks more
   /// often than that, and where there are sensors and no road.
   /// `waits`: for what a sensor sees, when its time has come; else it comes when it is ready, and
@@ -42,6 +54,9 @@ class RoadDevices {
 
   bool empty() const { return file_.empty(); }
   void restart();  ///< as before the first step(), with the same noise
+
+  const Progress& progress() const { return is_; }
+  void restore(const Progress& progress) { is_ = progress; }
 
   /// First at time 0. What a sensor sees is worked out beside this thread, by the time at which it
   /// is told if `delay_s` leaves enough; each look has random numbers of its own, by the seed, the
@@ -54,11 +69,6 @@ class RoadDevices {
   std::uint64_t left_out() const { return left_out_; }  ///< looks
 
  private:
-  struct Look {
-    std::uint64_t due_step = 0;
-    std::future<ToldSight> sight;
-  };
-
   bool is_due(const vehicle::SensorClock& clock, std::uint64_t looks) const;
   template <class Sees>
   void look(const vehicle::SensorClock& clock, Sees sees);
@@ -70,9 +80,7 @@ class RoadDevices {
   double step_s_;
   bool waits_;
   std::uint64_t late_ = 0, left_out_ = 0;
-  std::uint64_t steps_ = 0;           ///< step() was called so often
-  std::vector<std::uint64_t> looks_;  ///< of each scan, then of each camera
-  std::deque<Look> on_the_way_;
+  Progress is_;
   std::unique_ptr<NearbyRoad> triangles_;
   std::unique_ptr<Worker> worker_;  ///< last: it uses the others
 };

@@ -60,7 +60,9 @@ void work(const UnpackedUnit& files, const UnitDescription& description,
 
 UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
                  const base::Progress& progress) {
-  const UnitDescription description = read_unit_description(model_description_of(path), path);
+  const std::string road_path = road_of(options.starts);
+  const UnitDescription description =
+      read_unit_description(model_description_of(path, road_path), path);
   const double start_s = options.start_s.value_or(description.start_s.value_or(0.0));
   UnitRun run;
   run.stop_s = options.stop_s.value_or(description.stop_s.value_or(start_s + kUsualStop_s));
@@ -94,7 +96,7 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
                     "shorter, or in larger steps",
                     path, rows, run.columns.size()));
 
-  const UnpackedUnit files(path);
+  const UnpackedUnit files(path, road_path);
   std::string refused;
   const std::string how = run_apart(
       [&](const std::function<void(Words)>& say) {

@@ -78,7 +78,8 @@ class Served {
  public:
   Served(const std::string& path, const ServeOptions& options)
       : path_(path),
-        description_(read_unit_description(model_description_of(path), path)),
+        description_(
+            read_unit_description(model_description_of(path, road_of(options.starts)), path)),
         options_(options) {
     if (options_.dds_domain) {
       require_dds("topics of ROS 2");
@@ -92,7 +93,7 @@ class Served {
           options_.recorded.push_back(name);
     want_sound(path_, options_);
     run_ = run_of(path_, options_);
-    files_.emplace(path_);
+    files_.emplace(path_, road_of(options_.starts));
   }
 
   void start(Together& together, std::size_t k) {

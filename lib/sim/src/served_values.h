@@ -40,7 +40,9 @@ class Measurements {
   Measurements(Unit& unit, const std::string& path, const ServeOptions& options);
 
   void restart();  ///< as before the first step(), with the same noise
-  void step();     ///< after the initialisation and after every step
+  const vehicle::SignalSensors& sensors() const { return sensors_; }
+  void restore(const vehicle::SignalSensors& sensors) { sensors_ = sensors; }
+  void step();  ///< after the initialisation and after every step
   std::vector<double> get();
 
  private:

@@ -241,6 +241,8 @@ std::optional<CommandMessage> command_of(const CarCommand& said, const TopicPlan
       set(static_cast<std::size_t>(found - plan.command_names.begin()), value);
   }
   if (said.resets) out.starts = said.starts;
+  if (said.resets) out.state = said.state;
+  out.save = said.save;
   if (said.plan.size() > kMostPlanPoints) why = "a plan of more than 500 points";
   for (const PlanPoint& point : said.plan)
     if (!std::isfinite(point.x_m) || !std::isfinite(point.y_m) || !std::isfinite(point.speed_mps))
@@ -248,6 +250,7 @@ std::optional<CommandMessage> command_of(const CarCommand& said, const TopicPlan
   if (!said.plan.empty()) out.plan = said.plan;
   for (const auto& [name, value] : out.starts)
     if (!std::isfinite(value)) why = "a value that is not finite";
+  if (why.empty()) why = wrong_with_states(out);
   return why.empty() ? std::optional(out) : std::nullopt;
 }
 

@@ -40,6 +40,7 @@ struct CarCommand {
   std::vector<std::pair<std::string, double>> others, starts;
   bool ends = false, pauses = false, resets = false;
   std::vector<PlanPoint> plan;  ///< none: not told
+  std::string save, state;      ///< empty: nothing is saved; a reset begins at 0 s
 };
 
 struct PlannedTopic {

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <map>
 #include <variant>
 #include <vector>
 
 #include "base/error.h"
 #include "fmi2.h"
 #include "fmi3.h"
+#include "own_car.h"
 #include "unit_library.h"
 
 namespace sim {
@@ -48,10 +50,11 @@ struct Unit::Loaded {
   std::string path;
   UnitDescription description;
   Log log;
-  std::variant<Fmi2, Fmi3> functions;
+  std::variant<Fmi2, Fmi3, OwnCar> functions;
   std::optional<Library> library;
   void* instance = nullptr;
   std::string resources;
+  std::map<std::string, void*> states;
   bool is_ready = false, is_broken = false;
 
   [[noreturn]] void refuse(const std::string& what) const { throw base::Error(path + ": " + what); }
@@ -67,11 +70,13 @@ struct Unit::Loaded {
   void free() {
     if (instance == nullptr) return;
     const auto with = [&](const auto& of_version) {
+      for (auto& [name, state] : states)
+        if (!is_broken) of_version.free_state(instance, &state);
       if (is_ready && !is_broken) of_version.terminate(instance);
       of_version.release(instance);
     };
-    if (const auto* const two = std::get_if<Fmi2>(&functions)) with(*two);
-    if (const auto* const three = std::get_if<Fmi3>(&functions)) with(*three);
+    std::visit(with, functions);
+    states.clear();
     instance = nullptr;
     is_ready = false;
   }
@@ -95,6 +100,12 @@ Unit::Unit(const UnpackedUnit& files, UnitDescription description,
   const bool is_2 = unit.description.version == 2;
   if (unit.description.needs_its_tool)
     unit.refuse("needs the tool that made it (needsExecutionTool); export it self-contained");
+  if (is_vehicle_file(unit.path)) {
+    unit.functions.emplace<OwnCar>();
+    unit.resources = files.folder() + "/resources";
+    unit.make();
+    return;
+  }
   const std::string binary =
       fmt::format("{}/binaries/{}/{}.so", files.folder(), is_2 ? "linux64" : "x86_64-linux",
                   unit.description.identifier);
@@ -104,11 +115,11 @@ Unit::Unit(const UnpackedUnit& files, UnitDescription description,
                     "export it for this platform",
                     unit.description.identifier, is_2 ? "linux64" : "x86_64-linux"));
   unit.library.emplace(binary, unit.path);
+  const bool keeps_states = unit.description.keeps_states;
   if (is_2)
-    unit.functions.emplace<Fmi2>();
+    unit.functions.emplace<Fmi2>().find_in(*unit.library, keeps_states);
   else
-    unit.functions.emplace<Fmi3>();
-  std::visit([&](auto& functions) { functions.find_in(*unit.library); }, unit.functions);
+    unit.functions.emplace<Fmi3>().find_in(*unit.library, keeps_states);
   unit.library->want_all();
   std::filesystem::create_directories(files.folder() + "/resources");
   unit.resources = files.folder() + (is_2 ? "/resources" : "/resources/");
@@ -118,8 +129,43 @@ Unit::Unit(const UnpackedUnit& files, UnitDescription description,
 Unit::~Unit() { loaded_->free(); }
 
 void Unit::restart() {
-  loaded_->free();
-  loaded_->make();
+  Loaded& unit = *loaded_;
+  if (unit.states.empty()) {
+    unit.free();
+    unit.make();
+    return;
+  }
+  // States are of the instance that made them.
+  unit.is_ready = false;
+  unit.want(
+      std::visit([&](auto& functions) { return functions.reset(unit.instance); }, unit.functions),
+      "reset");
+}
+
+void Unit::save(const std::string& name) {
+  Loaded& unit = *loaded_;
+  if (!unit.description.keeps_states) unit.refuse("it cannot save its state");
+  // What is there already is used again.
+  void* state = has_saved(name) ? unit.states.at(name) : nullptr;
+  const Status status = std::visit(
+      [&](auto& functions) { return functions.get_state(unit.instance, &state); }, unit.functions);
+  if (state != nullptr) unit.states[name] = state;
+  unit.want(status, "saving its state");
+  if (state == nullptr) unit.refuse("saving its state: ok from the unit, but there is none");
+}
+
+bool Unit::has_saved(const std::string& name) const { return loaded_->states.contains(name); }
+
+std::size_t Unit::saved_states() const { return loaded_->states.size(); }
+
+void Unit::restore(const std::string& name) {
+  Loaded& unit = *loaded_;
+  if (!has_saved(name)) unit.refuse("no state was saved as '" + name + "'");
+  const Status status = std::visit(
+      [&](auto& functions) { return functions.set_state(unit.instance, unit.states.at(name)); },
+      unit.functions);
+  unit.want(status, "going back to the state " + name);
+  unit.is_ready = true;
 }
 
 const UnitDescription& Unit::description() const { return loaded_->description; }

@@ -157,6 +157,9 @@ UnitDescription read_unit_description(std::string_view xml, const std::string& w
   out.can_be_instantiated_once_only =
       simulation.attribute("canBeInstantiatedOnlyOncePerProcess").as_bool();
   out.takes_any_step = simulation.attribute("canHandleVariableCommunicationStepSize").as_bool();
+  out.keeps_states =
+      simulation.attribute(out.version == 2 ? "canGetAndSetFMUstate" : "canGetAndSetFMUState")
+          .as_bool();
   const pugi::xml_node experiment = root.child("DefaultExperiment");
   out.start_s = reader.time(experiment, "startTime");
   out.stop_s = reader.time(experiment, "stopTime");

@@ -21,7 +21,7 @@ namespace sim {
 
 using Reference = std::uint32_t;
 using Status = int;  // OK 0, Warning 1, Discard 2, Error 3, Fatal 4, Pending 5
-constexpr Status kWarning = 1;
+constexpr Status kWarning = 1, kError = 3;
 
 /// What a unit said, for messages; units may log from threads of their own.
 struct Log {

@@ -56,6 +56,13 @@ Place place_of(const UnitDescription& unit, const std::string& path, const std::
   return {&known(unit, path, name), 0};
 }
 
+std::string road_of(const std::vector<std::pair<std::string, std::string>>& starts) {
+  std::string road;
+  for (const auto& [name, text] : starts)
+    if (name == "road") road = text;
+  return road;
+}
+
 void set_start(Unit& unit, const std::string& path, const std::string& name,
                const std::string& text) {
   const UnitVariable& variable = known(unit.description(), path, name);

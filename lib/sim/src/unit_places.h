@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "sim/unit.h"
 
@@ -25,6 +27,9 @@ const UnitVariable& known(const UnitDescription& unit, const std::string& path,
 
 /// The number of this name: a variable's with one value, or name[1], name[2] ... of an array.
 Place place_of(const UnitDescription& unit, const std::string& path, const std::string& name);
+
+/// The start called "road": what the car of a vehicle file drives on; empty: none.
+std::string road_of(const std::vector<std::pair<std::string, std::string>>& starts);
 
 /// Sets a variable from text, before initialisation.
 void set_start(Unit& unit, const std::string& path, const std::string& name,

@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -92,7 +93,7 @@ class Server {
     if (received.watches) return false;
     const std::optional<CommandMessage>& message = received.command;
     std::string why = received.why;
-    if (!message || !takes_starts(*message, why)) {
+    if (!message || !takes_starts(*message, why) || !takes_states(*message, why)) {
       if (++counts_.broken == 1) tell('B', why);
       return false;
     }
@@ -106,14 +107,16 @@ class Server {
     ++counts_.commands;
     sequence_ = message->sequence;
     if (message->pauses) together_.pause(*message->pauses);
-    if (message->resets) reset(message->starts);
+    if (!message->save.empty()) save(message->save);
+    if (message->resets && message->state.empty()) reset(message->starts);
+    if (message->resets && !message->state.empty()) go_back(message->state);
     for (std::size_t k = 0; k < asked_.size(); ++k)
       if (!std::isnan(message->values[k])) asked_[k] = message->values[k];
     counts_.asked_to_end = counts_.asked_to_end || message->ends;
     commanded_at_ = counts_.steps;
     connection_.answer_here();
     if (message->plan) show(tell_sight(Plan{sequence_, time_s(), *message->plan}));
-    if (message->resets) look();
+    if (message->resets && message->state.empty()) look();
     return true;
   }
 
@@ -185,6 +188,49 @@ class Server {
       return false;
     }
     return true;
+  }
+
+  bool takes_states(const CommandMessage& message, std::string& why) const {
+    if (!message.save.empty() && !unit_.description().keeps_states)
+      why = "a state to save, which this unit cannot (its description says so)";
+    else if (!message.save.empty() && !unit_.has_saved(message.save) &&
+             unit_.saved_states() >= kMostSavedStates)
+      why = "a 17th state to save; save under a name that is there already";
+    else if (!message.state.empty() && !unit_.has_saved(message.state))
+      why = "a state that was not saved";
+    else
+      return true;
+    return false;
+  }
+
+  /// What changes beside the unit.
+  struct Kept {
+    vehicle::SignalSensors sensors;
+    RoadDevices::Progress road_devices;
+    OpponentInputs opponents;
+    std::vector<double> asked;
+    std::uint64_t steps;  ///< since the unit's time was 0
+  };
+
+  void save(const std::string& name) {
+    unit_.save(name);
+    kept_.insert_or_assign(name, Kept{measurements_.sensors(), road_devices_.progress(), opponents_,
+                                      asked_, counts_.steps - began_at_});
+  }
+
+  /// As it was when it was saved; sensors go on from there.
+  void go_back(const std::string& name) {
+    const Kept& kept = kept_.at(name);
+    unit_.restore(name);
+    measurements_.restore(kept.sensors);
+    road_devices_.restore(kept.road_devices);
+    opponents_ = kept.opponents;
+    asked_ = kept.asked;
+    inputs_.restart();
+    acting_.clear();
+    began_at_ = counts_.steps - kept.steps;
+    was_reset_ = true;
+    ++counts_.resets;
   }
 
   /// The unit begins anew at 0 s.
@@ -326,6 +372,7 @@ class Server {
   RoadDevices road_devices_;
   ServeCounts counts_;
   std::vector<double> asked_, safe_, acting_;
+  std::map<std::string, Kept> kept_;
   MeasurementMessage last_;
   std::uint32_t sequence_ = 0;
   std::uint64_t commanded_at_ = 0;

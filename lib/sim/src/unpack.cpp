@@ -14,6 +14,7 @@
 #include "base/error.h"
 #include "base/read_file.h"
 #include "base/write_file.h"
+#include "fmu/export_unit.h"
 
 namespace sim {
 namespace {
@@ -103,14 +104,43 @@ class Zip {
   unzFile file_;
 };
 
-}  // namespace
+fmu::UnitInPlace car_of(const std::string& path, const std::string& road_path) {
+  fmu::ExportOptions options;
+  options.vehicle_path = path;
+  options.road_path = road_path;
+  options.generation_tool = "kerbstone";
+  return fmu::unit_in_place(options);
+}
 
-UnpackedUnit::UnpackedUnit(const std::string& path) : path_(path) {
-  Zip zip(path);
+std::string make_folder() {
   std::string made = (fs::temp_directory_path() / "kerbstone-unit-XXXXXX").string();
   if (::mkdtemp(made.data()) == nullptr)
     throw base::Error(made + ": the folder cannot be made; TMPDIR names where");
-  folder_ = made;
+  return made;
+}
+
+}  // namespace
+
+bool is_vehicle_file(const std::string& path) {
+  return path.ends_with(".yaml") || path.ends_with(".yml");
+}
+
+UnpackedUnit::UnpackedUnit(const std::string& path, const std::string& road_path) : path_(path) {
+  if (is_vehicle_file(path)) {
+    const std::string unit_file = car_of(path, road_path).unit_file;
+    folder_ = make_folder();
+    try {
+      fs::create_directories(folder_ + "/resources");
+      base::write_file(folder_ + "/resources/unit.txt", unit_file);
+    } catch (...) {
+      std::error_code ignored;
+      fs::remove_all(folder_, ignored);
+      throw;
+    }
+    return;
+  }
+  Zip zip(path);
+  folder_ = make_folder();
   try {
     std::uint64_t left = kMostBytes;
     bool described = false;
@@ -142,7 +172,8 @@ UnpackedUnit::~UnpackedUnit() {
   fs::remove_all(folder_, ignored);
 }
 
-std::string model_description_of(const std::string& path) {
+std::string model_description_of(const std::string& path, const std::string& road_path) {
+  if (is_vehicle_file(path)) return car_of(path, road_path).description;
   Zip zip(path);
   std::string xml;
   bool found = false;

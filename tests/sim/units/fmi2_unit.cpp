@@ -63,6 +63,24 @@ int fmi2DoStep(void* instance, double time_s, double step_s, int) {
   return of(instance).model.step(time_s, step_s, ends);
 }
 int fmi2Terminate(void*) { return 0; }
+int fmi2Reset(void* instance) {
+  of(instance).model = Model{of(instance).model.kind, {}, {}};
+  return 0;
+}
+int fmi2GetFMUstate(void* instance, void** state) {
+  if (*state == nullptr) *state = new Model;
+  *static_cast<Model*>(*state) = of(instance).model;
+  return 0;
+}
+int fmi2SetFMUstate(void* instance, void* state) {
+  of(instance).model = *static_cast<Model*>(state);
+  return 0;
+}
+int fmi2FreeFMUstate(void*, void** state) {
+  delete static_cast<Model*>(*state);
+  *state = nullptr;
+  return 0;
+}
 int fmi2GetReal(void* i, const unsigned* r, std::size_t n, double* v) { return get(i, r, n, v); }
 int fmi2SetReal(void* i, const unsigned* r, std::size_t n, const double* v) {
   return set(i, r, n, v);

@@ -75,6 +75,24 @@ int fmi3DoStep(void* instance, double time_s, double step_s, bool, bool* event, 
   return of(instance).model.step(time_s, step_s, *ends);
 }
 int fmi3Terminate(void*) { return 0; }
+int fmi3Reset(void* instance) {
+  of(instance).model = Model{of(instance).model.kind, {}, {}};
+  return 0;
+}
+int fmi3GetFMUState(void* instance, void** state) {
+  if (*state == nullptr) *state = new Model;
+  *static_cast<Model*>(*state) = of(instance).model;
+  return 0;
+}
+int fmi3SetFMUState(void* instance, void* state) {
+  of(instance).model = *static_cast<Model*>(state);
+  return 0;
+}
+int fmi3FreeFMUState(void*, void** state) {
+  delete static_cast<Model*>(*state);
+  *state = nullptr;
+  return 0;
+}
 ACCESS(Float64, double)
 ACCESS(Float32, float)
 ACCESS(Int8, std::int8_t)

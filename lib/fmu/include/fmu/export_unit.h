@@ -36,4 +36,13 @@ struct Exported {
 /// absolute paths, which another machine has not.
 Exported export_unit(const ExportOptions& options);
 
+/// The same unit for this machine alone: its files stay where they lie.
+struct UnitInPlace {
+  std::string description;  ///< modelDescription.xml
+  std::string unit_file;    ///< resources/unit.txt
+};
+
+/// Of the options it takes the vehicle, road, friction, contact, integrator, step and version.
+UnitInPlace unit_in_place(const ExportOptions& options);
+
 }  // namespace fmu

@@ -4,6 +4,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,13 @@ class Instance {
   void step(double time_s, double step_s);
   double time_s() const;
 
+  /// How real outputs and rates of states change, at the time reached, where real inputs and states
+  /// change along a direction, `seed`, one number for each of `knowns`. Outputs of the last step do
+  /// not. Throws base::Error before and after the stepping, and for other variables.
+  std::vector<double> derivatives(std::span<const std::uint32_t> unknowns,
+                                  std::span<const std::uint32_t> knowns,
+                                  std::span<const double> seed);
+
   SavedState save() const;
   void restore(const SavedState& state);
   const std::string& token() const { return unit_.token; }
@@ -64,13 +72,17 @@ class Instance {
                     const vehicle::Controls<double>& controls);
   double input(Input which, std::size_t i = 0) const;
   double start(Start which) const;
+  void be_current();
+  double rate(std::size_t state);
+  vehicle::Controls<double> change_of_controls(std::span<const double> along,
+                                               const vehicle::Controls<double>& asked);
   void want_settable(const Variable& variable) const;
 
   std::string resources_;
   std::vector<Variable> list_;
   std::vector<std::size_t> variable_of_;   ///< by value reference
   std::vector<Type> type_of_;              ///< the same
-  std::array<std::uint32_t, 8> first_{};   ///< reference of the first value of each source
+  std::array<std::uint32_t, 9> first_{};   ///< reference of the first value of each source
   std::array<std::uint32_t, 11> input_{};  ///< reference of the first value of each input
   UnitFile unit_;
   SavedState now_;

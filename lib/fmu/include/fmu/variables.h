@@ -16,7 +16,7 @@ enum class Causality { kIndependent, kInput, kOutput, kParameter, kLocal };
 enum class Variability { kContinuous, kDiscrete, kTunable, kFixed };
 
 /// The list that a variable stands in, and so where its value comes from or goes to.
-enum class Source { kTelemetry, kForces, kState, kInput, kStart, kParameter, kTerm, kText };
+enum class Source { kTelemetry, kForces, kState, kRate, kInput, kStart, kParameter, kTerm, kText };
 
 /// Inputs, in the order of the list.
 enum class Input : std::size_t {
@@ -69,6 +69,10 @@ std::vector<Variable> variables();
 
 /// How many values a list has: one more than the last reference.
 std::uint32_t count_values(const std::vector<Variable>& list);
+
+/// The states, by their places, of which value `i` of an output is a function at the time reached;
+/// the first alone is all of it but for u and v. None: it is of the last step.
+std::vector<std::size_t> states_behind(const Variable& variable, std::size_t i);
 
 /// Name of value `i` of a variable: "wheel.fl.fz" of "wheel.*.fz".
 std::string value_name(const Variable& variable, std::size_t i);

@@ -13,6 +13,7 @@
 
 namespace sim {
 
+constexpr std::size_t kMostSavedStates = 16, kLongestStateName = 64;
 constexpr std::size_t kLongestMessage = 60'000;  ///< bytes; what a datagram takes everywhere
 
 /// Values for the commands of a run, in its order; NaN where the message says nothing of one.
@@ -24,6 +25,10 @@ struct CommandMessage {
   /// The unit shall begin anew at 0 s, with these starts besides those of the run: name and number.
   bool resets = false;
   std::vector<std::pair<std::string, double>> starts;
+  /// With resets: not at 0 s, but in the state that was saved under this name; empty: at 0 s.
+  std::string state;
+  /// The state in which the command finds the unit is kept under this name; empty: it is not.
+  std::string save;
   /// The way that is going to be taken, at most kMostPlanPoints; nothing: not told.
   std::optional<std::vector<PlanPoint>> plan;
   bool is_binary = false;
@@ -36,6 +41,10 @@ struct MeasurementMessage {
   bool was_reset = false;  ///< the unit began anew since the measurement before
   std::vector<double> values;
 };
+
+/// Empty, or why a message with such names of states is none. A name has 1 to kLongestStateName
+/// bytes; `save` and `state` are empty where nothing is saved or gone back to.
+std::string wrong_with_states(const CommandMessage& message);
 
 /// Reads either form: what begins with '{' is JSON. Nothing, and the reason in `why`, for what is
 /// longer than kLongestMessage, broken, or holds unknown names or numbers that are not finite.

@@ -16,9 +16,10 @@ namespace sim {
 
 class Unit {
  public:
-  /// Loads the binary of this platform and instantiates it. `log` gets the unit's messages, one
-  /// line each. Throws Error when there is no binary for this platform, functions are missing, or
-  /// the unit refuses; the message ends with what the unit logged.
+  /// Loads the binary of this platform and instantiates it; of a vehicle file, makes its car. `log`
+  /// gets the unit's messages, one line each. Throws Error when there is no binary for this
+  /// platform, functions are missing, or the unit refuses; the message ends with what the unit
+  /// logged.
   Unit(const UnpackedUnit& files, UnitDescription description,
        std::function<void(const std::string&)> log = {});
   Unit(const Unit&) = delete;
@@ -34,8 +35,16 @@ class Unit {
   void set_text(const UnitVariable& variable, const std::string& text);
   std::string get_text(const UnitVariable& variable);
 
-  /// A new instance in the place of this one, as it was made: to be set and initialised again.
+  /// As it was made: to be set and initialised again. Saved states stay.
   void restart();
+
+  /// Keeps all that changes in it under a name, instead of what was kept there; where the
+  /// description says that it keeps states.
+  void save(const std::string& name);
+  bool has_saved(const std::string& name) const;
+  std::size_t saved_states() const;
+  /// Back to what was saved under a name.
+  void restore(const std::string& name);
 
   /// From instantiated to ready to be stepped; parameters and starts are set before.
   void initialise(double start_s, std::optional<double> stop_s = {});

@@ -46,6 +46,7 @@ struct UnitDescription {
   bool needs_its_tool = false;
   bool can_be_instantiated_once_only = false;
   bool takes_any_step = false;
+  bool keeps_states = false;                      ///< they can be saved and set while it runs
   std::optional<double> start_s, stop_s, step_s;  ///< of the default experiment
   std::vector<UnitVariable> variables;
 

@@ -1,4 +1,5 @@
-// A Functional Mock-up Unit is a zip; what is needed of it, unpacked.
+// A Functional Mock-up Unit is a zip; what is needed of it, unpacked. The car of a vehicle file is
+// a unit too: its binary is linked in.
 #pragma once
 
 #include <string>
@@ -11,7 +12,8 @@ class UnpackedUnit {
  public:
   /// Throws Error on what is no zip, holds names that lead out of the folder (absolute, "..", a
   /// backslash), a name twice, more than 20,000 files or more than 2 GB, and on damaged files.
-  explicit UnpackedUnit(const std::string& path);
+  /// Of a vehicle file only what the car is told at its begin is there.
+  explicit UnpackedUnit(const std::string& path, const std::string& road_path = {});
   UnpackedUnit(const UnpackedUnit&) = delete;
   UnpackedUnit& operator=(const UnpackedUnit&) = delete;
   ~UnpackedUnit();
@@ -24,8 +26,11 @@ class UnpackedUnit {
   std::string path_, folder_;
 };
 
-/// The model description in the zip alone. Throws Error where there is none, or it is larger than
-/// 100 MB.
-std::string model_description_of(const std::string& path);
+/// By its name: .yaml or .yml.
+bool is_vehicle_file(const std::string& path);
+
+/// The model description in the zip alone, or of the car of a vehicle file on a road (none: the
+/// level plane). Throws Error where there is none, or it is larger than 100 MB.
+std::string model_description_of(const std::string& path, const std::string& road_path = {});
 
 }  // namespace sim
