@@ -16,9 +16,14 @@ namespace {
 
 using namespace trials;
 
+const Track& circle() {
+  static const Track track = make_track(300, 0, 0, 0, 0);
+  return track;
+}
+
 /// Round a circle at the speed that pedals hold, until nothing changes any more.
 struct Steady {
-  static inline const Track track = make_track(300, 0, 0, 0, 0);
+  const Track& track = circle();
   State x{};
   Output o{};
   explicit Steady(const TruthCar& car, double speed_mps = 40) {

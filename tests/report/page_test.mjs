@@ -101,30 +101,42 @@ const coarse = (page, selector) => page.$eval(selector, (canvas) => {
 });
 const picture = (page, selector) => page.$eval(selector, (canvas) => canvas.toDataURL());
 
-try {
-  for (const name of ['clean', 'defects']) {
-    check(statSync(join(dir, name, 'report.html')).size < 15e6, `${name}: the page is under 15 MB`);
-    const { page, context, problems } = await open(name);
-    for (const view of ['verdict', 'findings', 'plan', 'scene', 'curve-elevation_m', 'curve-slope', 'curve-banking', 'curve-curvature_1pm', 'curve-width_m', 'seam',
-      'errors', 'kerbs', 'roughness', 'psd', 'iri', 'health']) {
-      check(await page.$(`[data-view="${view}"]`) !== null, `${name}: view ${view} is present`);
-    }
-    check(await page.getAttribute('[data-view="scene"]', 'data-webgl') === 'yes', `${name}: the 3-D view has WebGL`);
-    check(await painted(page, '[data-view="plan"] canvas') > 0.005, `${name}: the plan is drawn`);
-    check(await painted(page, '[data-view="scene"] canvas') > 0.005, `${name}: the 3-D view is drawn`);
-    for (const selector of ['[data-view="curve-elevation_m"] canvas', '[data-view="psd"] canvas', '[data-view="iri"] canvas']) {
-      check(await painted(page, selector) > 0.005, `${name}: ${selector} is drawn`);
-    }
-    // The word NaN may stand in a finding of the file check, never as a number.
-    check(!/undefined|\[object|NaN ?(mm|m\b|%|\n|$)/.test(await page.innerText('main')), `${name}: no NaN number, undefined or object in the text`);
-    const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
-    check(wide <= 0, `${name}: nothing sticks out to the right (${wide} px)`);
-    check(problems.length === 0, `${name}: no console message: ${problems.join(' | ')}`);
-    await context.close();
+/// What every report shows, just opened.
+async function checkWhole(name, page) {
+  check(statSync(join(dir, name, 'report.html')).size < 15e6, `${name}: the page is under 15 MB`);
+  for (const view of ['verdict', 'findings', 'plan', 'scene', 'curve-elevation_m', 'curve-slope', 'curve-banking', 'curve-curvature_1pm', 'curve-width_m', 'seam',
+    'errors', 'kerbs', 'roughness', 'psd', 'iri', 'health']) {
+    check(await page.$(`[data-view="${view}"]`) !== null, `${name}: view ${view} is present`);
   }
+  check(await page.getAttribute('[data-view="scene"]', 'data-webgl') === 'yes', `${name}: the 3-D view has WebGL`);
+  check(await painted(page, '[data-view="plan"] canvas') > 0.005, `${name}: the plan is drawn`);
+  check(await painted(page, '[data-view="scene"] canvas') > 0.005, `${name}: the 3-D view is drawn`);
+  for (const selector of ['[data-view="curve-elevation_m"] canvas', '[data-view="psd"] canvas', '[data-view="iri"] canvas']) {
+    check(await painted(page, selector) > 0.005, `${name}: ${selector} is drawn`);
+  }
+  // The word NaN may stand in a finding of the file check, never as a number.
+  check(!/undefined|\[object|NaN ?(mm|m\b|%|\n|$)/.test(await page.innerText('main')), `${name}: no NaN number, undefined or object in the text`);
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+  check(wide <= 0, `${name}: nothing sticks out to the right (${wide} px)`);
+}
 
+/// Printed.
+async function checkPrinted(page) {
+  // What the browser does at the start of printing: every chart has to fit the paper then.
+  await page.evaluate(() => dispatchEvent(new Event('beforeprint')));
+  await settle(page);
+  const widest = await page.$$eval('.chart canvas', (nodes) => Math.max(...nodes.map((node) => node.getBoundingClientRect().right)));
+  check(widest <= 182 / 25.4 * 96 + 1, `print: charts end within the paper (${widest.toFixed(0)} px)`);
+  await page.evaluate(() => dispatchEvent(new Event('afterprint')));
+  await settle(page);
+  const pdf = await page.pdf({ path: shots ? join(shots, 'defects.pdf') : undefined, preferCSSPageSize: true, printBackground: true });
+  check(pdf.length > 50_000, `the page prints (${pdf.length} bytes)`);
+}
+
+try {
   {
     const { page, context, problems } = await open('clean');
+    await checkWhole('clean', page);
     check((await page.innerText('[data-view="verdict"]')).startsWith('Usable'), 'the clean road is usable');
     check(await page.$eval('#verdict', (node) => node.classList.contains('usable')), 'the clean verdict is green');
     // A clean verdict says no more than what was looked for, and the numbers are those of report.json.
@@ -138,11 +150,12 @@ try {
       await page.screenshot({ path: join(shots, 'clean-light-full.png'), fullPage: true });
     }
     await context.close();
-    check(problems.length === 0, 'clean again: no console message');
+    check(problems.length === 0, `clean: no console message: ${problems.join(' | ')}`);
   }
 
   {
     const { page, context, problems } = await open('defects');
+    await checkWhole('defects', page);
     check((await page.innerText('[data-view="verdict"]')).startsWith('Not usable'), 'the road with defects is not usable');
     for (const view of ['rough', 'heat-mesh', 'heat-against', 'heat-before', 'histogram-mesh', 'worst', 'curve-largest_error_mesh_m']) {
       check(await page.$(`[data-view="${view}"]`) !== null, `view ${view} is present`);
@@ -249,27 +262,12 @@ try {
       check(background === 'rgb(20, 24, 28)', `${name}: the page is dark (${background})`);
     }
     check(await painted(page, '[data-view="plan"] canvas') > 0.005, `${name}: the plan is drawn`);
-    check(problems.length === 0, `${name}: no console message: ${problems.join(' | ')}`);
     if (shots) {
       await page.screenshot({ path: join(shots, `defects-${name}.png`) });
       await page.screenshot({ path: join(shots, `defects-${name}-full.png`), fullPage: true });
     }
-    await context.close();
-  }
-
-  {
-    // Printed from a dark page.
-    const { page, context, problems } = await open('defects', { colorScheme: 'dark' });
-    // What the browser does at the start of printing: every chart has to fit the paper then.
-    await page.evaluate(() => dispatchEvent(new Event('beforeprint')));
-    await settle(page);
-    const widest = await page.$$eval('.chart canvas', (nodes) => Math.max(...nodes.map((node) => node.getBoundingClientRect().right)));
-    check(widest <= 182 / 25.4 * 96 + 1, `print: charts end within the paper (${widest.toFixed(0)} px)`);
-    await page.evaluate(() => dispatchEvent(new Event('afterprint')));
-    await settle(page);
-    const pdf = await page.pdf({ path: shots ? join(shots, 'defects.pdf') : undefined, preferCSSPageSize: true, printBackground: true });
-    check(pdf.length > 50_000, `the page prints (${pdf.length} bytes)`);
-    check(problems.length === 0, `print: no console message: ${problems.join(' | ')}`);
+    if (name === 'dark') await checkPrinted(page);
+    check(problems.length === 0, `${name}: no console message: ${problems.join(' | ')}`);
     await context.close();
   }
 

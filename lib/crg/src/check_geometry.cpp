@@ -10,11 +10,6 @@
 #include "text.h"
 
 namespace crg {
-namespace {
-
-constexpr double kPi = std::numbers::pi;
-
-}  // namespace
 
 // END_X, END_Y, END_Z against where headings and slopes lead, and the turns on the way.
 void Checker::check_line() {
@@ -53,9 +48,9 @@ void Checker::check_line() {
 
   std::size_t sharp = 0, first = 0;
   for (std::size_t i = 2; i < line_.size(); ++i) {
-    const double turn =
-        std::abs(std::remainder(line_.heading_rad[i] - line_.heading_rad[i - 1], 2.0 * kPi));
-    if (turn > kPi / 4.0 && sharp++ == 0) first = i;
+    const double turn = std::abs(
+        std::remainder(line_.heading_rad[i] - line_.heading_rad[i - 1], 2.0 * std::numbers::pi));
+    if (turn > std::numbers::pi / 4.0 && sharp++ == 0) first = i;
   }
   if (sharp > 0)
     add(Severity::Warning, "line.turn", "the line turns by more than 45 degrees between two rows",

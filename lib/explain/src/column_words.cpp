@@ -14,7 +14,6 @@ struct Unit {
   double scale;
   double zero = 0.0;
 };
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr std::array<Unit, 56> kUnits{{{"time", "s", 1},
                                        {"time", "unixtime", 1},
                                        {"time", "ms", 1e-3},

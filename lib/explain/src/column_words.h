@@ -1,12 +1,15 @@
 // The words of other loggers: names of columns and of units.
 #pragma once
 
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace explain {
+
+constexpr double kDegree = std::numbers::pi / 180.0;  ///< rad
 
 /// What others call a channel.
 struct Alias {

@@ -8,11 +8,12 @@
 #include <limits>
 #include <numbers>
 
+#include "column_words.h"
+
 namespace explain {
 namespace {
 
 using vehicle::Table;
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 /// Slope of y over x through zero, and the correlation.
 struct Fit {

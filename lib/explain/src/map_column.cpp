@@ -15,7 +15,6 @@ namespace explain {
 namespace {
 
 using vehicle::Table;
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 double share_repeated(const std::vector<double>& values) {
   std::size_t same = 0, seen = 0;

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <set>
 
+#include "column_words.h"
 #include "confirm_mapping.h"
 #include "map_column.h"
 #include "vehicle/error.h"
@@ -17,7 +17,6 @@ namespace {
 
 using vehicle::Error;
 using vehicle::Table;
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 /// The origin of a plane for latitudes and longitudes: the same for all logs of one place, nearly
 /// always.

@@ -36,8 +36,8 @@ double value_at(std::string_view bytes, std::size_t at, int type) {
 }
 
 /// A count or place of the header; they are signed in the file.
-std::size_t number(std::string_view bytes, std::size_t at, const char* what,
-                   const std::string& name) {
+std::size_t whole_at(std::string_view bytes, std::size_t at, const char* what,
+                     const std::string& name) {
   const auto value = little<std::int32_t>(bytes, at);
   if (value < 0)
     throw base::Error(
@@ -54,8 +54,8 @@ Variable variable_at(std::string_view bytes, std::size_t at, std::size_t record_
         fmt::format("{}: variable '{}' is of type {}, wanted 0 to 5; the file is "
                     "damaged or newer than this reader",
                     name, word, type));
-  const Variable out{type, number(bytes, at + 4, "a variable's place", name),
-                     number(bytes, at + 8, "a variable's count", name)};
+  const Variable out{type, whole_at(bytes, at + 4, "a variable's place", name),
+                     whole_at(bytes, at + 8, "a variable's count", name)};
   if (out.offset > record_bytes ||
       out.count > (record_bytes - out.offset) / kTypeBytes[static_cast<std::size_t>(type)])
     throw base::Error(
@@ -81,10 +81,10 @@ Log parse_iracing_ibt(std::string_view bytes, const std::string& name) {
         fmt::format("{}: {} bytes, an iRacing log begins with {}; the file was cut "
                     "off",
                     name, bytes.size(), kHeaderBytes));
-  const std::size_t variables = number(bytes, 24, "the number of variables", name),
-                    first = number(bytes, 28, "the place of the variables", name),
-                    record_bytes = number(bytes, 36, "the length of a record", name),
-                    data = number(bytes, 52, "the place of the records", name);
+  const std::size_t variables = whole_at(bytes, 24, "the number of variables", name),
+                    first = whole_at(bytes, 28, "the place of the variables", name),
+                    record_bytes = whole_at(bytes, 36, "the length of a record", name),
+                    data = whole_at(bytes, 52, "the place of the records", name);
   if (first > bytes.size() || variables > (bytes.size() - first) / kVariableBytes)
     throw base::Error(
         fmt::format("{}: {} variables described from byte {} on, the file ends at {}; "

@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kDeepest = 32, kLongestPath = 500;
+constexpr std::size_t kDeepestValue = 32, kLongestPath = 500;
 
 /// Follows the way through a text as nlohmann's reader walks it.
 class Numbers : public nlohmann::json_sax<json> {
@@ -80,7 +80,7 @@ class Numbers : public nlohmann::json_sax<json> {
   }
 
   bool begin(bool array) {
-    const bool here = followed() && element() && depth_ < kDeepest && short_enough();
+    const bool here = followed() && element() && depth_ < kDeepestValue && short_enough();
     ++depth_;
     if (here) levels_.push_back({array, path_.size(), 0});
     return true;

@@ -17,7 +17,7 @@
 namespace recording {
 namespace {
 
-constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
+constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8);
 constexpr std::size_t kRecordHead = 9, kMostNotes = 100;
 constexpr std::string_view kOwnMetadata = "kerbstone";  // of files that crgdrive writes
 
@@ -93,7 +93,7 @@ class Reader {
   };
 
   void read_top() {
-    std::size_t at = kMagic.size();
+    std::size_t at = kMcapMagic.size();
     while (at < bytes_.size()) {
       if (bytes_.size() - at < kRecordHead) return note_cut_off(at);
       const int opcode = static_cast<unsigned char>(bytes_[at]);
@@ -277,7 +277,7 @@ class Reader {
 
 }  // namespace
 
-bool is_mcap(std::string_view bytes) { return bytes.starts_with(kMagic); }
+bool is_mcap(std::string_view bytes) { return bytes.starts_with(kMcapMagic); }
 
 FileTopics topics_of_mcap(std::string_view bytes, const std::string& name) {
   return Reader(bytes, name).topics();

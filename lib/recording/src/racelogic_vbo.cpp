@@ -71,14 +71,14 @@ void give_units(const std::vector<std::string>& units, std::vector<Channel>& cha
   }
 }
 
-std::vector<double>* find(Log& log, std::string_view name) {
+std::vector<double>* channel_of(Log& log, std::string_view name) {
   for (Channel& channel : log.channels)
     if (channel.name == name) return &channel.values;
   return nullptr;
 }
 
 void to_plain_units(Log& log, const std::string& name) {
-  std::vector<double>* const time = find(log, "time");
+  std::vector<double>* const time = channel_of(log, "time");
   if (time == nullptr)
     throw base::Error(name + ": no column 'time' under [column names]; the file is damaged");
   double days = 0.0, last = 0.0;
@@ -89,9 +89,9 @@ void to_plain_units(Log& log, const std::string& name) {
     if (t + days < last - 43200.0) days += 86400.0;  // midnight
     last = t += days;
   }
-  if (std::vector<double>* const latitude = find(log, "lat"))
+  if (std::vector<double>* const latitude = channel_of(log, "lat"))
     for (double& value : *latitude) value /= 60.0;
-  if (std::vector<double>* const longitude = find(log, "long"))
+  if (std::vector<double>* const longitude = channel_of(log, "long"))
     for (double& value : *longitude) value /= -60.0;
 }
 
@@ -134,7 +134,7 @@ Log parse_racelogic_vbo(std::string_view text, const std::string& name) {
   }
   if (log.channels[0].values.empty()) throw base::Error(name + ": no whole line under [data]");
   to_plain_units(log, name);
-  set_rates(log, *find(log, "time"));
+  set_rates(log, *channel_of(log, "time"));
   number_names(log.channels);
   return log;
 }

@@ -19,7 +19,7 @@
 namespace recording {
 namespace {
 
-constexpr std::string_view kMagic("SQLite format 3\0", 16);
+constexpr std::string_view kSqliteMagic("SQLite format 3\0", 16);
 constexpr std::size_t kMostTopics = 65536;
 
 using Database = std::unique_ptr<sqlite3, decltype(&sqlite3_close)>;
@@ -188,7 +188,7 @@ class Bag {
 
 }  // namespace
 
-bool is_rosbag2(std::string_view bytes) { return bytes.starts_with(kMagic); }
+bool is_rosbag2(std::string_view bytes) { return bytes.starts_with(kSqliteMagic); }
 
 FileTopics topics_of_rosbag2(std::string_view bytes, const std::string& name) {
   return Bag(bytes, name).read();

@@ -13,7 +13,7 @@
 namespace recording {
 namespace {
 
-constexpr std::size_t kDeepest = 32;
+constexpr std::size_t kDeepestType = 32;
 constexpr std::size_t kMostParts = 4 * kMostFields;
 
 /// Bytes of a value; 0: of what has no size of its own.
@@ -64,8 +64,8 @@ class Layer {
 
  private:
   static void want_depth(const std::string& type, std::size_t depth) {
-    if (depth > kDeepest)
-      throw base::Error(fmt::format("type {} is nested more than {} deep", type, kDeepest));
+    if (depth > kDeepestType)
+      throw base::Error(fmt::format("type {} is nested more than {} deep", type, kDeepestType));
   }
 
   const std::vector<MessageField>& fields_of(const std::string& type) const {
@@ -257,7 +257,7 @@ class Walk {
 
   /// Nothing that is there has more parts than bytes, but types without fields (ROS 1).
   bool walk(std::size_t way, std::size_t depth) {
-    if (depth > kDeepest || ++walked_ > bytes_.size() + kMostParts) return false;
+    if (depth > kDeepestType || ++walked_ > bytes_.size() + kMostParts) return false;
     for (Step& step : way_.ways[way]) {
       std::size_t many = step.count;
       if (step.many == Many::sequence && !count(many)) return false;

@@ -17,7 +17,7 @@
 namespace recording {
 namespace {
 
-constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
+constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8);
 constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
 
 enum Opcode {
@@ -121,7 +121,7 @@ class Writer {
   }
 
   std::string write(const std::vector<std::string>& columns, const std::string& about) {
-    out_ = kMagic;
+    out_ = kMcapMagic;
     std::string header;
     put_text(header, "");
     put_text(header, "kerbstone");
@@ -137,7 +137,7 @@ class Writer {
     put4(end, crc_of(out_));
     put_record(out_, kDataEnd, end);
     add_summary();
-    out_ += kMagic;
+    out_ += kMcapMagic;
     return std::move(out_);
   }
 
