@@ -319,8 +319,7 @@ vehicle::Car<double> drawn_car(const Racer& racer, std::uint64_t seed) {
 }
 
 // One car is off in one way, so that its intervals hold all or none of a force. Over many cars that
-// are off as their file says they hold what they say. Without wheel loads; with them the mass is
-// found.
+// are off as their file says they hold what they say. Half of them with wheel loads.
 TEST(Forces, OfCarsThatAreOffHoldTheirIntervals) {
   if (std::getenv("KERBSTONE_HEAVY") == nullptr)
     GTEST_SKIP() << "minutes; KERBSTONE_HEAVY=1 runs it";
@@ -338,11 +337,6 @@ TEST(Forces, OfCarsThatAreOffHoldTheirIntervals) {
     options.prior = racer.vehicle.prior;
     const Forces f = identify::estimate_forces(racer.car, racer.road, recording, options);
     EXPECT_EQ(f.lost, 0u);
-    for (const identify::StatedUse& s : f.stated)
-      fmt::print("{} {}: {:+.4f} +- {:.4f} of {:.4f}\n", seed, s.name, s.mean, s.sd, s.prior_sd);
-    if (loads) {
-      EXPECT_LT(f.stated[0].sd, 0.2 * f.stated[0].prior_sd);
-    }
     const auto look = [&](const std::string& name, const identify::Estimated& e,
                           const auto& truth) {
       inside[name] += test_drive::compare(e, drive.wheel.size(), truth).inside / kCars;

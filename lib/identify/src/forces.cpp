@@ -190,33 +190,14 @@ void describe_rolling(const Work& work, std::size_t axle, Forces& out) {
         name, 100.0 * radius));
 }
 
-/// What of the car stays as it is: what the file leaves open, and what the log says of it.
-class StatedSums {
- public:
-  void add(const SmoothedRow& row) {
-    for (std::size_t i = 0; i < kStated.size(); ++i) {
-      mean_[i] += row.point.at(kPlaceStated + i);
-      square_[i] += row.point_sd[kPlaceStated + i] * row.point_sd[kPlaceStated + i];
-    }
-  }
-
-  void describe(const Work& work, Forces& out) const {
-    const auto rows = static_cast<double>(out.rows);
-    for (std::size_t i = 0; i < kStated.size(); ++i)
-      out.stated.push_back({kStated[i].name, work.begin_sd[static_cast<Index>(kPlaceStated + i)],
-                            mean_[i] / rows, std::sqrt(square_[i] / rows)});
-  }
-
- private:
-  std::array<double, kStated.size()> mean_{}, square_{};
-};
-
 void describe_use(const Work& work, Forces& out) {
   out.remarks = work.channels.said;
   for (const PartName& part : kParts)
     out.parts.push_back({part.name, work.mean[static_cast<Index>(rest_of(part.place))],
                          work.begin_sd[static_cast<Index>(part.place)]});
   for (std::size_t a = 0; a < 2; ++a) describe_rolling(work, a, out);
+  for (std::size_t i = 0; i < kStated.size(); ++i)
+    out.stated.push_back({kStated[i].name, work.begin_sd[static_cast<Index>(kPlaceStated + i)]});
   for (const Sensor& s : work.channels.sensors) {
     std::size_t rows = 0;
     for (const double v : *work.recording.table.find(s.channel)) rows += std::isfinite(v) ? 1 : 0;
@@ -273,7 +254,6 @@ Forces estimate_forces(const vehicle::Car<double>& car, const vehicle::Road& roa
   learn_noises(work, pieces);
   make_room(out, *recording.table.find("time_s"));
   const std::array<double, 2> off = side_off(work);
-  StatedSums stated;
   const auto kept = smooth_all(work, pieces, out);
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     for (std::size_t k = 0; k < kept[i].size(); ++k) {
@@ -282,7 +262,6 @@ Forces estimate_forces(const vehicle::Car<double>& car, const vehicle::Road& roa
         continue;
       }
       write_row(out, pieces[i].begin + k, *kept[i][k], off);
-      stated.add(*kept[i][k]);
     }
   }
   if (out.rows == 0)
@@ -290,7 +269,6 @@ Forces estimate_forces(const vehicle::Car<double>& car, const vehicle::Road& roa
         "the simulated car could not follow any piece of the recording: see whether car, road and "
         "the mapping's signs are those of this log (crgdrive replay shows it)");
   describe_use(work, out);
-  stated.describe(work, out);
   place_rows(work, road, out);
   return out;
 }

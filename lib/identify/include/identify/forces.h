@@ -54,11 +54,11 @@ struct PartUse {
   double mean = 0.0, freedom = 0.0;
 };
 
-/// A number of the vehicle file that stays as it is: how far it may be off by the file, how far it
-/// is by the log, and what is left open; shares. A number that is 0 stays 0.
+/// A number of the vehicle file that is taken as stated, and how far it may be off: a share, one
+/// standard deviation. It counts in those of all rows. A number that is 0 stays 0.
 struct StatedUse {
   std::string name;
-  double prior_sd = 0.0, mean = 0.0, sd = 0.0;
+  double sd = 0.0;
 };
 
 struct Forces {
