@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <string>
 
 #include "crg/file.h"
@@ -85,6 +86,7 @@ Errors errors_of(const identify::Forces& f, const identify::Estimated& e, const 
   return out;
 }
 
+/// Errors within 1.5 times the own car's bounds; forces inside their intervals.
 void judge(const Trial& trial, const identify::Forces& f, double most_alpha_deg) {
   const auto say = [](const std::string& name, const Errors& e) {
     fmt::print("  {:14} {:8.4g}, {:5.2f} % of the peak, {:5.1f} % inside\n", name, e.rmse,
@@ -140,6 +142,7 @@ TEST(ForcesOfTrials, AreThoseOfTheirTyres) {
                  optical ? "100 Hz, with" : "50 Hz, without");
       identify::ForcesOptions options;
       options.fuel_kg = 0.0;
+      options.prior = stated.prior;
       if (!heavy) options.noise_rounds = 3;
       const vehicle::Recording log = trial.log(optical ? 100.0 : 50.0, optical, heavy ? 1e4 : 16.0);
       const identify::Forces f = identify::estimate_forces(car, road, log, options);
@@ -149,6 +152,62 @@ TEST(ForcesOfTrials, AreThoseOfTheirTyres) {
       for (const std::string& remark : f.remarks) fmt::print("  {}\n", remark);
       fmt::print("  {} rows, {} lost, {} of {} wild\n", f.rows, f.lost, f.wild, f.measurements);
       judge(trial, f, optical ? 0.225 : 0.6);
+    }
+  }
+}
+
+// Over ten cars that are off what is stated as trials are (up to 4 %, places 1.6 %).
+TEST(ForcesOfTrials, HoldTheirIntervals) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr)
+    GTEST_SKIP() << "minutes; KERBSTONE_HEAVY=1 runs it";
+  constexpr double kSeeds = 5.0;
+  for (const bool third : {false, true}) {
+    std::map<std::string, double> inside;
+    for (unsigned long long seed = 1; seed <= static_cast<unsigned long long>(kSeeds); ++seed) {
+      Trial trial(third, 1, seed);
+      const vehicle::Vehicle stated = vehicle::read_vehicle(trial.folder.path("vehicle.yaml"));
+      const vehicle::Car<double> car =
+          make_car(stated.files, stated.parameters, stated.terms, stated.contact);
+      const crg::Surface surface(crg::read(trial.folder.path("track.crg")));
+      identify::ForcesOptions options;
+      options.fuel_kg = 0.0;
+      options.prior = stated.prior;
+      options.noise_rounds = 3;
+      const identify::Forces f = identify::estimate_forces(car, vehicle::Road(surface),
+                                                           trial.log(50.0, true, 16.0), options);
+      const auto look = [&](const std::string& name, const identify::Estimated& e,
+                            const auto& truth) {
+        inside[name] += errors_of(f, e, truth).inside / kSeeds;
+      };
+      for (std::size_t i = 0; i < vehicle::kWheels; ++i) {
+        const auto own = [&](std::size_t what) {
+          return [&trial, i, what](double t) { return trial.of(t, i, what); };
+        };
+        look(fmt::format("fx of wheel {}", i), f.wheel[i].fx_n, own(0));
+        look(fmt::format("fy of wheel {}", i), f.wheel[i].fy_n, own(1));
+        look(fmt::format("fz of wheel {}", i), f.wheel[i].fz_n, own(2));
+        look(fmt::format("kappa {}", i), f.wheel[i].kappa, own(3));
+        look(fmt::format("alpha {}", i), f.wheel[i].alpha_rad,
+             [&trial, i](double t) { return std::atan(trial.of(t, i, 4)); });
+      }
+      for (std::size_t a = 0; a < 2; ++a) {
+        const auto sum = [&](std::size_t what) {
+          return [&trial, a, what](double t) {
+            return trial.of(t, 2 * a, what) + trial.of(t, 2 * a + 1, what);
+          };
+        };
+        look(fmt::format("fx of axle {}", a), f.axle_fx_n[a], sum(0));
+        look(fmt::format("fy of axle {}", a), f.axle_fy_n[a], sum(1));
+      }
+    }
+    for (const auto& [name, share] : inside) {
+      fmt::print("{} car, {:14} {:5.1f} % inside\n", third ? "third" : "second", name,
+                 100.0 * share);
+      // Measured: fy and fz 94 to 100 %. What slip ratios and forces along the car lack is in
+      // docs/accuracy.md.
+      if (name.starts_with("fy") || name.starts_with("fz")) {
+        EXPECT_GT(share, 0.85) << name;
+      }
     }
   }
 }

@@ -10,9 +10,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "base/error.h"
+#include "base/random.h"
 #include "crg/file.h"
 #include "identify/proving_road.h"
 #include "recorded_drive.h"
@@ -296,6 +299,71 @@ TEST(Forces, HoldTheirIntervalsOnKerbs) {
   EXPECT_GT(inside[2], 0.85);
   EXPECT_LT(inside[2], 0.95);
   EXPECT_GT(inside[1], 0.80);
+}
+
+/// A racer that is off its file as far as the file says that it may be.
+vehicle::Car<double> drawn_car(const Racer& racer, std::uint64_t seed) {
+  base::Random random = base::random_of(seed, "car");
+  vehicle::Parameters<double> p = racer.vehicle.parameters;
+  for (const P which :
+       {P::chassis_mass_kg, P::chassis_cog_behind_front_m, P::chassis_cog_height_m,
+        P::chassis_yaw_inertia_kgm2, P::aero_drag_area_m2, P::front_lift_area_m2,
+        P::rear_lift_area_m2, P::front_spring_npm, P::rear_spring_npm, P::front_anti_roll_npm,
+        P::front_tyre_grip, P::rear_tyre_grip, P::front_tyre_cornering_stiffness,
+        P::rear_tyre_cornering_stiffness, P::front_tyre_slip_stiffness, P::rear_tyre_slip_stiffness,
+        P::front_brake_friction, P::rear_brake_friction, P::engine_torque}) {
+    const auto at = static_cast<std::size_t>(which);
+    p.value[at] *= 1.0 + 0.5 * racer.vehicle.prior[at] * random.normal();
+  }
+  return make_car(racer.vehicle.files, p, racer.vehicle.terms, racer.vehicle.contact);
+}
+
+// One car is off in one way, so that its intervals hold all or none of a force. Over many cars that
+// are off as their file says they hold what they say. Half of them with wheel loads.
+TEST(Forces, OfCarsThatAreOffHoldTheirIntervals) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr)
+    GTEST_SKIP() << "minutes; KERBSTONE_HEAVY=1 runs it";
+  const Racer racer;
+  constexpr std::size_t kCars = 10;
+  std::map<std::string, double> inside;
+  for (std::uint64_t seed = 1; seed <= kCars; ++seed) {
+    const Drive drive =
+        test_drive::drive_car(drawn_car(racer, seed), racer.road, 20, 1, 12.0, 0.001);
+    const bool loads = seed % 2 == 0;
+    const auto recording =
+        vehicle::make_recording(test_drive::logged(drive, true, seed, loads), "log");
+    ForcesOptions options;
+    options.noise_rounds = 3;
+    options.prior = racer.vehicle.prior;
+    const Forces f = identify::estimate_forces(racer.car, racer.road, recording, options);
+    EXPECT_EQ(f.lost, 0u);
+    const auto look = [&](const std::string& name, const identify::Estimated& e,
+                          const auto& truth) {
+      inside[name] += test_drive::compare(e, drive.wheel.size(), truth).inside / kCars;
+    };
+    for (std::size_t a = 0; a < 2; ++a)
+      for (const std::size_t q : {0u, 1u, 2u})
+        look(fmt::format("{} of axle {}", kQuantities[q], a),
+             *std::array{&f.axle_fx_n[a], &f.axle_fy_n[a], &f.axle_fz_n[a]}[q], [&](std::size_t k) {
+               return drive.wheel[k][2 * a][q] + drive.wheel[k][2 * a + 1][q];
+             });
+    for (std::size_t i = 0; i < kWheels; ++i) {
+      const identify::WheelForces& w = f.wheel[i];
+      const std::array<const identify::Estimated*, 6> all{&w.fx_n,  &w.fy_n,      &w.fz_n,
+                                                          &w.kappa, &w.alpha_rad, &w.camber_rad};
+      for (std::size_t q = 0; q < all.size(); ++q)
+        look(fmt::format("{} of wheel {}", kQuantities[q], i), *all[q],
+             [&](std::size_t k) { return drive.wheel[k][i][q]; });
+    }
+  }
+  double sum = 0.0;
+  for (const auto& [name, share] : inside) {
+    fmt::print("{:18} {:5.1f} % inside\n", name, 100.0 * share);
+    sum += share / static_cast<double>(inside.size());
+  }
+  fmt::print("all {:.1f} %\n", 100.0 * sum);
+  EXPECT_GT(sum, 0.85);
+  EXPECT_LT(sum, 0.95);
 }
 
 }  // namespace

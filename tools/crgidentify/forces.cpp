@@ -103,6 +103,9 @@ std::string said(const std::string& log, const std::string& written, const ident
   for (const identify::PartUse& part : f.parts)
     out += fmt::format("{:34} {:9.1f}% {:11.1f}%\n", part.part, 100.0 * part.mean,
                        100.0 * part.freedom);
+  out += fmt::format("{:34} {:>10} {:>12}\n", "what is taken as stated", "", "may be off");
+  for (const identify::StatedUse& s : f.stated)
+    out += fmt::format("{:34} {:>10} {:11.1f}%\n", s.name, "", 100.0 * s.sd);
   out += "what the columns rest on:\n";
   for (const auto& [columns, basis] : forces_basis(f))
     out += fmt::format("  {}: {}\n", columns, basis);
@@ -132,6 +135,8 @@ ordered_json numbers(const std::string& log, const std::string& written,
   }
   for (const identify::PartUse& part : f.parts)
     out["parts"].push_back({{"part", part.part}, {"mean", part.mean}, {"freedom", part.freedom}});
+  for (const identify::StatedUse& s : f.stated)
+    out["stated"].push_back({{"name", s.name}, {"sd", s.sd}});
   for (const identify::ChannelUse& c : f.channels)
     out["channels"].push_back({{"channel", c.channel}, {"rows", c.rows}, {"noise", c.noise}});
   for (const auto& [columns, basis] : forces_basis(f))
@@ -176,6 +181,7 @@ int forces(const ForcesCommand& command, Terminal& terminal) {
   options.imu_ahead_m = mapping.imu_ahead_m;
   options.imu_yaw_rad = mapping.imu_yaw_rad;
   options.noise_rounds = command.noise_rounds;
+  options.prior = v.prior;
   options.threads = command.threads;
   options.progress = terminal.progress();
   bool doubted = false;

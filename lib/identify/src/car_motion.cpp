@@ -39,21 +39,30 @@ struct JetPoint {
   }
 };
 
-/// The car whose parts differ from the vehicle file as the point says.
+/// The car that differs from the vehicle file as the point says; `lifted` is the stated one.
 template <class T, class Point>
-void set_parts(const vehicle::Car<double>& stated, Point& x, vehicle::Car<T>& car) {
-  const auto scale = [&](P p, const T& share) {
-    car.parameters[p] = stated.parameters[p] * (1.0 + share);
+vehicle::Car<T> car_at(const vehicle::Car<T>& lifted, Point& x) {
+  vehicle::Parameters<T> p = lifted.parameters;
+  for (std::size_t i = 0; i < kStated.size(); ++i)
+    p[kStated[i].parameter] *= 1.0 + x.at(kPlaceStated + i);
+  vehicle::Car<T> out = vehicle::make_car(*lifted.files, p, lifted.terms);
+  out.contact = lifted.contact;
+  out.strip = lifted.strip;
+  out.cams = lifted.cams;
+  out.tyre_options = lifted.tyre_options;
+  const auto scale_part = [&](P which, const T& share) {
+    out.parameters[which] = lifted.parameters[which] * (1.0 + share);
   };
-  scale(P::front_tyre_grip, x.at(kPlaceGrip));
-  scale(P::rear_tyre_grip, x.at(kPlaceGrip + 1));
-  scale(P::front_tyre_cornering_stiffness, x.at(kPlaceCornering));
-  scale(P::rear_tyre_cornering_stiffness, x.at(kPlaceCornering + 1));
-  scale(P::front_tyre_slip_stiffness, x.at(kPlaceSlipStiffness));
-  scale(P::rear_tyre_slip_stiffness, x.at(kPlaceSlipStiffness + 1));
-  scale(P::front_brake_area_m2, x.at(kPlaceBrakes));
-  scale(P::rear_brake_area_m2, x.at(kPlaceBrakes + 1));
-  scale(P::engine_torque, x.at(kPlaceDrive));
+  scale_part(P::front_tyre_grip, x.at(kPlaceGrip));
+  scale_part(P::rear_tyre_grip, x.at(kPlaceGrip + 1));
+  scale_part(P::front_tyre_cornering_stiffness, x.at(kPlaceCornering));
+  scale_part(P::rear_tyre_cornering_stiffness, x.at(kPlaceCornering + 1));
+  scale_part(P::front_tyre_slip_stiffness, x.at(kPlaceSlipStiffness));
+  scale_part(P::rear_tyre_slip_stiffness, x.at(kPlaceSlipStiffness + 1));
+  scale_part(P::front_brake_area_m2, x.at(kPlaceBrakes));
+  scale_part(P::rear_brake_area_m2, x.at(kPlaceBrakes + 1));
+  scale_part(P::engine_torque, x.at(kPlaceDrive));
+  return out;
 }
 
 template <class T, class Point>
@@ -124,14 +133,17 @@ bool drive(const vehicle::Car<T>& car, const vehicle::Road& road, const Span& sp
   return true;
 }
 
-/// What is not a state of the car, at the end of `dt_s`.
+/// What of a part is left of its difference from its rest after `dt_s`.
+double kept_of_parts(double dt_s) { return std::exp(-dt_s / kForgetPart_s); }
+
+/// What is not a state of the car, at the end of `dt_s`; `before` has what parts return to.
 template <class T, class Point>
-void move_rest(Point& x, double dt_s, const PlaceVector& rest) {
+void move_rest(Point& x, double dt_s, const CarPoint& before) {
   x.at(kPlaceSteer) += dt_s * x.at(kPlaceSteerRate);
   x.at(kPlaceSteerRate) *= std::exp(-dt_s / kForgetSteer_s);
-  const double kept = std::exp(-dt_s / kForgetPart_s);
-  for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i)
-    x.at(i) = kept * x.at(i) + T((1.0 - kept) * rest[static_cast<Eigen::Index>(i)]);
+  const double kept = kept_of_parts(dt_s);
+  for (std::size_t i = kPlaceParts; i < kChangingPlaces; ++i)
+    x.at(i) = kept * x.at(i) + T((1.0 - kept) * before.at(rest_of(i)));
 }
 
 }  // namespace
@@ -150,30 +162,31 @@ CarMotion::CarMotion(const vehicle::Car<double>& car, const vehicle::Road& road,
 
 CarMotion::~CarMotion() = default;
 
-bool CarMotion::move(CarPoint& point, double dt_s, int gear, int next_gear, const PlaceVector& rest,
-                     vehicle::RoadCursors& cursors, PlaceMatrix& by) const {
+bool CarMotion::move(CarPoint& point, double dt_s, int gear, int next_gear,
+                     vehicle::RoadCursors& cursors, StepMatrix& by) const {
   JetPoint x(point);
-  vehicle::Car<Jet> slow = in_->car;
-  set_parts(in_->stated, x, slow);
+  const vehicle::Car<Jet> slow = car_at(in_->car, x);
   if (!drive(slow, in_->road, {dt_s, in_->most_step_s, gear, next_gear}, x, cursors)) return false;
-  move_rest<Jet>(x, dt_s, rest);
-  by.setIdentity();
-  for (std::size_t i = 0; i < kMovingPlaces; ++i)
+  move_rest<Jet>(x, dt_s, point);
+  by.setZero();
+  for (std::size_t i = 0; i < kChangingPlaces; ++i)
     by.row(static_cast<Eigen::Index>(i)).head<kMovingPlaces>() = x.at(i).v.transpose();
+  constexpr auto kParts = static_cast<Eigen::Index>(kChangingPlaces - kPlaceParts);
+  by.block<kParts, kParts>(kPlaceParts, kPlaceRest)
+      .diagonal()
+      .setConstant(1.0 - kept_of_parts(dt_s));
 
-  vehicle::Car<double> car = in_->stated;
-  set_parts(in_->stated, point, car);
+  const vehicle::Car<double> car = car_at(in_->stated, point);
   const double fine_s = std::min(in_->most_step_s, kFineStep_s);
   if (!drive(car, in_->road, {dt_s, fine_s, gear, next_gear}, point, cursors)) return false;
-  move_rest<double>(point, dt_s, rest);
+  move_rest<double>(point, dt_s, point);
   return by.allFinite();
 }
 
 Seen CarMotion::look(const CarPoint& point, int gear, vehicle::RoadCursors& cursors) const {
   using std::atan;
   JetPoint x(point);
-  vehicle::Car<Jet> car = in_->car;
-  set_parts(in_->stated, x, car);
+  const vehicle::Car<Jet> car = car_at(in_->car, x);
   vehicle::State<Jet> rate;
   vehicle::Detail<Jet> d;
   vehicle::derivative(car, x.state, inputs_of<Jet>(x, 0.0, gear, 0), in_->road, cursors, rate, d);

@@ -12,7 +12,8 @@
 namespace identify {
 
 /// Places in the vector that is estimated: states of the car, what the driver does, how far the
-/// car's parts are from the vehicle file, and offsets of sensors.
+/// car's parts are from the vehicle file, now and on the whole, what of the car stays as it is, and
+/// offsets of sensors.
 enum EstimatedPlace : std::size_t {
   kPlaceOfCar = 0,
   kPlaceSteer = 34,          ///< mean angle of the road wheels, rad
@@ -25,14 +26,35 @@ enum EstimatedPlace : std::size_t {
   kPlaceSlipStiffness = 45,  ///< the same for their longitudinal stiffness
   kPlaceBrakes = 47,         ///< the same for the brakes' torque
   kPlaceDrive = 49,          ///< the same for the engine's torque
-  kMovingPlaces = 50,        ///< what moves the car ends here
-  kPlaceAxOffset = 50,       ///< m/s2
-  kPlaceAyOffset = 51,
-  kPlaceYawRateOffset = 52,  ///< rad/s
-  kPlaceSteerOffset = 53,    ///< rad
-  kPlaceRolling = 54,        ///< both axles' wheels turn faster than stated radii say, share
-  kPlaces = 56
+  kChangingPlaces = 50,      ///< what changes between rows but for its noise ends here
+  kPlaceStated = 50,         ///< shares beyond the vehicle file's, as kStated has them
+  kMovingPlaces = 60,        ///< what moves the car ends here
+  kPlaceAxOffset = 60,       ///< m/s2
+  kPlaceAyOffset = 61,
+  kPlaceYawRateOffset = 62,  ///< rad/s
+  kPlaceSteerOffset = 63,    ///< rad
+  kPlaceRolling = 64,        ///< both axles' wheels turn faster than stated radii say, share
+  kPlaceRest = 66,           ///< what each of the car's parts returns to
+  kPlaces = kPlaceRest + (kChangingPlaces - kPlaceParts)
 };
+
+/// What of a car is known by its file only, is wrong by some per cent and stays so over a drive, in
+/// the order of the places.
+struct StatedPlace {
+  vehicle::Parameter parameter;
+  const char* name;
+};
+inline constexpr std::array<StatedPlace, kMovingPlaces - kPlaceStated> kStated{
+    {{vehicle::Parameter::chassis_mass_kg, "mass"},
+     {vehicle::Parameter::chassis_cog_behind_front_m, "centre of mass behind the front axle"},
+     {vehicle::Parameter::chassis_cog_height_m, "height of the centre of mass"},
+     {vehicle::Parameter::chassis_yaw_inertia_kgm2, "yaw inertia"},
+     {vehicle::Parameter::aero_drag_area_m2, "drag area"},
+     {vehicle::Parameter::front_lift_area_m2, "front lift area"},
+     {vehicle::Parameter::rear_lift_area_m2, "rear lift area"},
+     {vehicle::Parameter::front_spring_npm, "front springs"},
+     {vehicle::Parameter::rear_spring_npm, "rear springs"},
+     {vehicle::Parameter::front_anti_roll_npm, "front anti-roll bar"}}};
 
 /// The states of the car that are estimated, in the order of their places. The others
 /// (temperatures, fuel, the air path of a full turbo) only follow.
@@ -54,8 +76,13 @@ constexpr std::size_t place_of(std::size_t state) {
   return kPlaces;
 }
 
+/// The place of what a part of the car returns to.
+constexpr std::size_t rest_of(std::size_t part) { return kPlaceRest + part - kPlaceParts; }
+
 using PlaceVector = Eigen::Matrix<double, kPlaces, 1>;
 using PlaceMatrix = Eigen::Matrix<double, kPlaces, kPlaces>;
+/// d what changes after / d all before; the other places stay as they are.
+using StepMatrix = Eigen::Matrix<double, kChangingPlaces, kPlaces>;
 
 /// The car and everything else that is estimated, at one moment.
 struct CarPoint {
@@ -108,6 +135,9 @@ struct ImuPlace {
 /// grip would never be seen to have some again.
 constexpr double kMostOff = 0.6;
 
+/// The same of what kStated has: it is known within some per cent.
+constexpr double kMostStatedOff = 0.3;
+
 /// How long a part's difference from the vehicle file stays as it is, and a turning of the
 /// steering.
 inline constexpr double kForgetPart_s = 0.5, kForgetSteer_s = 0.5;
@@ -126,10 +156,10 @@ class CarMotion {
   ~CarMotion();
 
   /// Moves the point on by `dt_s`, in equal steps of at most most_step_s, and gives d after /
-  /// d before. Parts return to what `rest` says of them. `next_gear`: the gear to come while `gear`
-  /// is 0. False where the car lost the road or ran away; the point is of no use then.
-  bool move(CarPoint& point, double dt_s, int gear, int next_gear, const PlaceVector& rest,
-            vehicle::RoadCursors& cursors, PlaceMatrix& by) const;
+  /// d before. `next_gear`: the gear to come while `gear` is 0. False where the car lost the road
+  /// or ran away; the point is of no use then.
+  bool move(CarPoint& point, double dt_s, int gear, int next_gear, vehicle::RoadCursors& cursors,
+            StepMatrix& by) const;
 
   Seen look(const CarPoint& point, int gear, vehicle::RoadCursors& cursors) const;
 

@@ -1,5 +1,6 @@
 #include "car_smoother.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +9,8 @@ namespace {
 
 using Index = Eigen::Index;
 constexpr double kAround_s = 0.25, kEnough = 50.0;  // measurements that tell whether noises hold
-constexpr double kWild = 4.0;  // standard deviations from which a measurement counts less
+constexpr double kHeld = 0.03;  // of their uncertainty, what the filter lets stated numbers have
+constexpr double kWild = 4.0;   // standard deviations from which a measurement counts less
 
 /// One number that was measured, as the filter took it.
 struct Update {
@@ -24,7 +26,7 @@ struct Update {
 struct Passed {
   CarPoint predicted;
   PlaceMatrix covariance;  ///< of the prediction
-  PlaceMatrix by;          ///< d this row / d the row before
+  StepMatrix by;           ///< d this row / d the row before
   std::vector<Update> updates;
   double squares = 0.0;  ///< of the innovations over their variances, before wild ones were tamed
 };
@@ -72,9 +74,9 @@ PlaceVector take(const std::vector<Sensor>& sensors, const SmootherRow& row, con
     u.gain = spread / u.variance;
     moved += u.innovation * u.gain;
     // Joseph's form: what rounding does to the gain counts in the second order only.
-    covariance.noalias() -= u.gain * spread.transpose();
-    covariance.noalias() -= spread * u.gain.transpose();
-    covariance.noalias() += (u.variance * u.gain) * u.gain.transpose();
+    const PlaceVector half = spread - 0.5 * u.variance * u.gain;
+    covariance.noalias() -= u.gain * half.transpose();
+    covariance.noalias() -= half * u.gain.transpose();
     passed.updates.push_back(u);
   }
   covariance = 0.5 * (covariance + covariance.transpose()).eval();
@@ -83,8 +85,10 @@ PlaceVector take(const std::vector<Sensor>& sensors, const SmootherRow& row, con
 
 void move_by(CarPoint& point, const PlaceVector& by) {
   for (std::size_t i = 0; i < kPlaces; ++i) point.at(i) += by[static_cast<Index>(i)];
-  for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i)
+  for (std::size_t i = kPlaceParts; i < kChangingPlaces; ++i)
     point.at(i) = std::clamp(point.at(i), -kMostOff, kMostOff);
+  for (std::size_t i = kPlaceStated; i < kMovingPlaces; ++i)
+    point.at(i) = std::clamp(point.at(i), -kMostStatedOff, kMostStatedOff);
 }
 
 bool any_seen(const std::vector<Sensor>& sensors, const SmootherRow& row) {
@@ -114,19 +118,41 @@ void describe(SmoothedRow& out, const PlaceMatrix& covariance) {
     }
 }
 
+constexpr auto kChange = static_cast<Index>(kChangingPlaces),
+               kStay = static_cast<Index>(kPlaces - kChangingPlaces);
+
 /// From a row to the next one; a change of gear lies between them.
 bool pass(const CarMotion& motion, const SmootherRow& last, const SmootherRow& next,
-          const PlaceVector& rest, CarPoint& point, vehicle::RoadCursors& cursors,
-          PlaceMatrix& by) {
+          CarPoint& point, vehicle::RoadCursors& cursors, StepMatrix& by) {
   const double dt = next.time_s - last.time_s;
-  if (last.gear == next.gear)
-    return motion.move(point, dt, last.gear, last.next_gear, rest, cursors, by);
-  PlaceMatrix second;
-  if (!motion.move(point, 0.5 * dt, last.gear, last.next_gear, rest, cursors, by) ||
-      !motion.move(point, 0.5 * dt, next.gear, next.next_gear, rest, cursors, second))
+  if (last.gear == next.gear) return motion.move(point, dt, last.gear, last.next_gear, cursors, by);
+  StepMatrix second;
+  if (!motion.move(point, 0.5 * dt, last.gear, last.next_gear, cursors, by) ||
+      !motion.move(point, 0.5 * dt, next.gear, next.next_gear, cursors, second))
     return false;
-  by = (second * by).eval();
+  by = (second.leftCols<kChange>() * by).eval();
+  by.rightCols<kStay>() += second.rightCols<kStay>();
   return true;
+}
+
+/// The covariance behind a step: what stays keeps its own.
+void carry(const StepMatrix& by, PlaceMatrix& covariance) {
+  const StepMatrix half = by * covariance;
+  covariance.topLeftCorner<kChange, kChange>().noalias() = half * by.transpose();
+  covariance.topRightCorner<kChange, kStay>() = half.rightCols<kStay>();
+  covariance.bottomLeftCorner<kStay, kChange>() = half.rightCols<kStay>().transpose();
+}
+
+/// What later rows say, and how firmly, as seen from before a step.
+void carry_back(const StepMatrix& by, PlaceVector& pull, PlaceMatrix& firm) {
+  const Eigen::Matrix<double, kStay, 1> stay = pull.tail<kStay>();
+  pull = (by.transpose() * pull.head<kChange>()).eval();
+  pull.tail<kStay>() += stay;
+  PlaceMatrix half;
+  half.noalias() = firm.leftCols<kChange>() * by;
+  half.rightCols<kStay>() += firm.rightCols<kStay>();
+  firm.noalias() = by.transpose() * half.topRows<kChange>();
+  firm.bottomRows<kStay>() += half.bottomRows<kStay>();
 }
 
 /// Factors on the deviations of all rows: above 1 where, a quarter of a second around, measurements
@@ -158,18 +184,83 @@ void widen(SmoothedRow& row, double factor) {
     for (double& sd : axle) sd *= factor;
 }
 
-/// What stays as it is over the stretch, by its first row.
-void add_constants(const SmoothedRow& row, const SmootherBegin& begin, NoiseSums& sums) {
+/// What stays as it is over the stretch, by its first row. Of parts without an uncertain rest see
+/// add_parts. `variance`: of the row, the stated numbers being right.
+void add_constants(const CarPoint& point, const PlaceVector& variance, const SmootherBegin& begin,
+                   NoiseSums& sums) {
   for (std::size_t i = kPlaceRolling; i < kPlaces; ++i) {
     const auto at = static_cast<Index>(i);
-    const double off = row.point.at(i) - begin.rest[at], sd = row.point_sd[i];
-    const double known = std::max(0.0, 1.0 - std::pow(sd / begin.sd[at], 2));
-    sums.part[i] += known * row.point.at(i);
+    if (!(begin.sd[at] > 0.0)) continue;
+    const double off = point.at(i) - begin.point.at(i);
+    const double known = std::max(0.0, 1.0 - variance[at] / (begin.sd[at] * begin.sd[at]));
+    sums.part[i] += known * point.at(i);
     sums.part_weight[i] += known;
-    sums.about[i] += off * off + sd * sd;
+    sums.about[i] += off * off + variance[at];
   }
   ++sums.stretches;
 }
+
+/// Rests that are held, by how the parts are about them.
+void add_parts(const CarPoint& point, const PlaceVector& variance, const SmootherBegin& begin,
+               NoiseSums& sums) {
+  for (std::size_t i = kPlaceParts; i < kChangingPlaces; ++i) {
+    const auto at = static_cast<Index>(i);
+    const std::size_t rest = rest_of(i);
+    if (begin.sd[static_cast<Index>(rest)] > 0.0) continue;
+    const double known = std::max(0.0, 1.0 - variance[at] / (begin.sd[at] * begin.sd[at]));
+    sums.part[rest] += known * point.at(i);
+    sums.part_weight[rest] += known;
+  }
+}
+
+/// Of the begin: a part is as far off as its rest, and differs from it; stated numbers hardly move.
+PlaceMatrix begin_covariance(PlaceVector sd) {
+  sd.segment<kMovingPlaces - kPlaceStated>(kPlaceStated) *= kHeld;
+  PlaceMatrix out = sd.cwiseAbs2().asDiagonal();
+  for (std::size_t i = kPlaceParts; i < kChangingPlaces; ++i) {
+    const auto part = static_cast<Index>(i), rest = static_cast<Index>(rest_of(i));
+    out(part, part) += out(rest, rest);
+    out(part, rest) = out(rest, part) = out(rest, rest);
+  }
+  return out;
+}
+
+/// The estimate for stated numbers as they are stated, and what they may be off by: considered, not
+/// estimated (S. F. Schmidt, Application of state-space methods to navigation problems, 1966). A
+/// car of other equations than the recorded one's would turn them into whatever mends these.
+class Considered {
+ public:
+  explicit Considered(const SmootherBegin& begin) : begin_(begin) {
+    for (std::size_t i = kPlaceStated; i < kMovingPlaces; ++i)
+      if (begin.sd[static_cast<Index>(i)] > 0.0) places_.push_back(static_cast<Index>(i));
+  }
+
+  /// Moves the estimate; `covariance` becomes that of the stated numbers being right, the return
+  /// value is what their uncertainty adds to it.
+  PlaceMatrix hold(const CarPoint& predicted, PlaceVector& moved, PlaceMatrix& covariance) const {
+    if (places_.empty()) return PlaceMatrix::Zero();
+    const auto n = static_cast<Index>(places_.size());
+    Eigen::MatrixXd across(kPlaces, n), own(n, n);
+    Eigen::VectorXd back(n), sd(n);
+    for (Index j = 0; j < n; ++j) {
+      const Index at = places_[static_cast<std::size_t>(j)];
+      const auto place = static_cast<std::size_t>(at);
+      across.col(j) = covariance.col(at);
+      back[j] = begin_.point.at(place) - predicted.at(place) - moved[at];
+      sd[j] = begin_.sd[at];
+    }
+    for (Index j = 0; j < n; ++j) own.row(j) = across.row(places_[static_cast<std::size_t>(j)]);
+    const Eigen::MatrixXd slope = own.ldlt().solve(across.transpose()).transpose();
+    moved += slope * back;
+    covariance -= slope * across.transpose();
+    const Eigen::MatrixXd spread = slope * sd.asDiagonal();
+    return spread * spread.transpose();
+  }
+
+ private:
+  const SmootherBegin& begin_;
+  std::vector<Index> places_;
+};
 
 /// Whether too many of the last quarter of a second's measurements are wild.
 class Watch {
@@ -196,15 +287,14 @@ bool filter(const CarMotion& motion, const std::vector<Sensor>& sensors,
             const std::vector<SmootherRow>& rows, const SmootherBegin& begin,
             vehicle::RoadCursors& cursors, std::vector<Passed>& passed) {
   CarPoint point = begin.point;
-  PlaceMatrix covariance = begin.sd.cwiseAbs2().asDiagonal();
+  PlaceMatrix covariance = begin_covariance(begin.sd);
   passed.resize(rows.size());
   Watch watch(begin.most_wild);
   for (std::size_t k = 0; k < rows.size(); ++k) {
     Passed& now = passed[k];
     if (k > 0) {
-      if (!pass(motion, rows[k - 1], rows[k], begin.rest, point, cursors, now.by)) return false;
-      const PlaceMatrix half = now.by * covariance;
-      covariance.noalias() = half * now.by.transpose();
+      if (!pass(motion, rows[k - 1], rows[k], point, cursors, now.by)) return false;
+      carry(now.by, covariance);
       covariance.diagonal() += rows[k].noise;
     }
     now.predicted = point;
@@ -247,6 +337,7 @@ Smoothed smooth(const CarMotion& motion, const std::vector<Sensor>& sensors,
   out.sums.measured.assign(sensors.size(), 0.0);
   out.sums.count.assign(sensors.size(), 0);
   const std::vector<double> doubt = doubts(rows, passed);
+  const Considered considered(begin);
   PlaceVector pull = PlaceVector::Zero();  // what the rows from here on say, and how firmly
   PlaceMatrix firm = PlaceMatrix::Zero();
   for (std::size_t k = rows.size(); k-- > 0;) {
@@ -254,21 +345,22 @@ Smoothed smooth(const CarMotion& motion, const std::vector<Sensor>& sensors,
     for (auto u = now.updates.rbegin(); u != now.updates.rend(); ++u) {
       const PlaceVector across = firm * u->gain;
       const double along = u->gain.dot(across) + 1.0 / u->variance;
-      firm.noalias() -= across * u->by.transpose();
-      firm.noalias() -= u->by * across.transpose();
-      firm.noalias() += (along * u->by) * u->by.transpose();
+      const PlaceVector half = across - 0.5 * along * u->by;
+      firm.noalias() -= half * u->by.transpose();
+      firm.noalias() -= u->by * half.transpose();
       pull -= (u->gain.dot(pull) + u->innovation / u->variance) * u->by;
     }
     firm = 0.5 * (firm + firm.transpose()).eval();
-    const PlaceVector moved = -(now.covariance * pull);
+    PlaceVector moved = -(now.covariance * pull);
     const PlaceMatrix half = now.covariance * firm;
     PlaceMatrix covariance = now.covariance;
     covariance.noalias() -= half * now.covariance;
+    const PlaceMatrix more = considered.hold(now.predicted, moved, covariance);
     SmoothedRow& row = out.row[k];
     row.point = now.predicted;
     move_by(row.point, moved);
     row.seen = motion.look(row.point, rows[k].gear, cursors);
-    describe(row, covariance);
+    describe(row, covariance + more);
     for (const Update& u : now.updates) {
       if (u.wild) {
         ++out.sums.wild;
@@ -278,13 +370,9 @@ Smoothed smooth(const CarMotion& motion, const std::vector<Sensor>& sensors,
       out.sums.measured[u.sensor] += left * left + std::max(0.0, u.by.dot(covariance * u.by));
       ++out.sums.count[u.sensor];
     }
-    for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i) {
-      const double known =
-          std::max(0.0, 1.0 - std::pow(row.point_sd[i] / begin.sd[static_cast<Index>(i)], 2));
-      out.sums.part[i] += known * row.point.at(i);
-      out.sums.part_weight[i] += known;
-    }
-    if (k == 0) add_constants(row, begin, out.sums);
+    const PlaceVector variance = covariance.diagonal();
+    add_parts(row.point, variance, begin, out.sums);
+    if (k == 0) add_constants(row.point, variance, begin, out.sums);
     widen(row, doubt[k]);
     if (k == 0) break;
     for (std::size_t i = 0; i < kPlaces; ++i) {
@@ -293,9 +381,7 @@ Smoothed smooth(const CarMotion& motion, const std::vector<Sensor>& sensors,
       out.sums.came_in[i] += q * q * (pull[at] * pull[at] - firm(at, at)) + q;
       out.sums.assumed[i] += q;
     }
-    pull = (now.by.transpose() * pull).eval();
-    const PlaceMatrix carried = firm * now.by;
-    firm.noalias() = now.by.transpose() * carried;
+    carry_back(now.by, pull, firm);
   }
   return out;
 }

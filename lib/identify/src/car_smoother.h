@@ -33,11 +33,10 @@ struct SmootherRow {
   PlaceVector noise;  ///< variance that came in since the row before
 };
 
-/// How a stretch begins, and where its parts tend to.
+/// How a stretch begins.
 struct SmootherBegin {
-  CarPoint point;    ///< at the first row
-  PlaceVector sd;    ///< of it
-  PlaceVector rest;  ///< of the car's parts
+  CarPoint point;  ///< at the first row
+  PlaceVector sd;  ///< of it; of the car's parts: about what they return to
   /// The car is lost where, over a quarter of a second, more than this share of the measurements
   /// are further than four standard deviations from what was expected. 1: never.
   double most_wild = 1.0;
@@ -58,7 +57,7 @@ struct NoiseSums {
   std::array<double, kPlaces> came_in{}, assumed{};
   std::vector<double> measured;  ///< per sensor: squares of what is left, with their variance
   std::vector<std::size_t> count;
-  /// Of the car's parts: their mean, each row counted by how well it knows the part.
+  /// Of what stays as it is: its mean, each stretch counted by how well it knows it.
   std::array<double, kPlaces> part{}, part_weight{};
   /// Of what stays as it is over a stretch: squares of it less what it tends to, with their
   /// variance; stretches.

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kHeldFrom = 0.75;  ///< share of a drive after which rows judge
 constexpr double kMostMore = 20.0;  ///< a row cannot be noisier than that
+constexpr double kFirm = 0.1;       ///< share of large forces that are known best
 constexpr double kEnds = 0.01;      ///< share of cambers and loads at either end that kerbs make
 
 /// How much larger each number is than the median one, 1 at least.
@@ -26,6 +27,20 @@ std::vector<double> more_than_median(const std::vector<double>& sd) {
   for (const double v : sd)
     out.push_back(std::isfinite(v) ? std::clamp(v / middle, 1.0, kMostMore) : kMostMore);
   return out;
+}
+
+/// By how much the larger half of an axle's forces is uncertain at least: what rows share, because
+/// the car's mass is not known better, and not what comes and goes with their noise.
+double shared_by_rows(const std::vector<double>& force, const std::vector<double>& sd) {
+  std::vector<double> size, share;
+  for (const double f : force)
+    if (std::isfinite(f)) size.push_back(std::abs(f));
+  if (size.empty()) return 0.0;
+  const double large = 0.5 * base::quantile(size, 0.95);
+  for (std::size_t k = 0; k < force.size(); ++k)
+    if (std::isfinite(sd[k]) && std::abs(force[k]) > large && large > 0.0)
+      share.push_back(sd[k] / std::abs(force[k]));
+  return share.empty() ? 0.0 : base::quantile(share, kFirm);
 }
 
 /// Cambers and loads of nearly all rows of two wheels.
@@ -60,7 +75,13 @@ void add_drive_tyres(DriveTyres& out, const vehicle::Table& forces, std::size_t 
   const std::vector<double>& time_s = column("time_s");
   if (time_s.empty()) return;
   const double from_s = time_s.front() + kHeldFrom * (time_s.back() - time_s.front());
-  const std::string end = axle == 0 ? "f" : "r";
+  const std::string end = axle == 0 ? "f" : "r", whole = axle == 0 ? "front" : "rear";
+  const auto together = [&](const std::string& force, double& share) {
+    share = std::max(share,
+                     shared_by_rows(column(force + whole + "_n"), column(force + whole + "_sd_n")));
+  };
+  together("fx_", out.fit.fx_share);
+  together("fy_", out.fit.fy_share);
   const Usual rows =
       usual({&column("camber_" + end + "l_rad"), &column("camber_" + end + "r_rad")},
             {&column("fz_" + end + "l_n"), &column("fz_" + end + "r_n")}, left_side ? 1.0 : -1.0);
@@ -95,13 +116,13 @@ void add_drive_tyres(DriveTyres& out, const vehicle::Table& forces, std::size_t 
 }
 
 HeldOut held_out(const vehicle::TyreCoefficients& tyre, const TyreSamples& samples,
-                 vehicle::AlphaConvention alpha) {
+                 vehicle::AlphaConvention alpha, const vehicle::TyreFactors<double>& factors) {
   HeldOut out;
   out.rows = samples.rows();
   if (out.rows == 0) return out;
   for (std::size_t i = 0; i < samples.rows(); ++i) {
-    const auto f =
-        vehicle::tyre_forces(tyre, samples.conditions[i], {}, {.alpha = alpha, .moments = false});
+    const auto f = vehicle::tyre_forces(tyre, samples.conditions[i], factors,
+                                        {.alpha = alpha, .moments = false});
     out.fx_left_n += std::pow(f.fx_n - samples.fx_n[i], 2.0);
     out.fy_left_n += std::pow(f.fy_n - samples.fy_n[i], 2.0);
     out.fx_n += std::pow(samples.fx_n[i], 2.0);

@@ -252,6 +252,26 @@ void set_noises(const vehicle::Recording& recording, const vehicle::Car<double>&
   }
 }
 
+/// What the vehicle file leaves open of what stays as it is, and of what its parts are on the
+/// whole. Priors are two standard deviations.
+void set_stated(const std::array<double, vehicle::kParameterCount>& prior, PlaceVector& sd) {
+  const auto of = [&](P p) { return 0.5 * prior[static_cast<std::size_t>(p)]; };
+  for (std::size_t i = 0; i < kStated.size(); ++i)
+    sd[static_cast<Index>(kPlaceStated + i)] = of(kStated[i].parameter);
+  const auto rest = [&](std::size_t part, double value) {
+    sd[static_cast<Index>(rest_of(part))] = value;
+  };
+  rest(kPlaceGrip, of(P::front_tyre_grip));
+  rest(kPlaceGrip + 1, of(P::rear_tyre_grip));
+  rest(kPlaceCornering, of(P::front_tyre_cornering_stiffness));
+  rest(kPlaceCornering + 1, of(P::rear_tyre_cornering_stiffness));
+  rest(kPlaceSlipStiffness, of(P::front_tyre_slip_stiffness));
+  rest(kPlaceSlipStiffness + 1, of(P::rear_tyre_slip_stiffness));
+  rest(kPlaceBrakes, std::hypot(of(P::front_brake_area_m2), of(P::front_brake_friction)));
+  rest(kPlaceBrakes + 1, std::hypot(of(P::rear_brake_area_m2), of(P::rear_brake_friction)));
+  rest(kPlaceDrive, of(P::engine_torque));
+}
+
 }  // namespace
 
 double noise_of(const std::vector<double>& values) {
@@ -267,7 +287,7 @@ double noise_of(const std::vector<double>& values) {
   return 1.4826 * *middle / std::sqrt(20.0);
 }
 
-PlaceVector begin_deviations() {
+PlaceVector begin_deviations(const std::array<double, vehicle::kParameterCount>& prior) {
   PlaceVector sd = PlaceVector::Constant(1.0);
   const auto set = [&](std::size_t state, std::size_t count, double value) {
     for (std::size_t i = 0; i < count; ++i) sd[static_cast<Index>(place_of(state + i))] = value;
@@ -289,7 +309,8 @@ PlaceVector begin_deviations() {
   sd[kPlaceSteerRate] = 0.3;
   sd[kPlaceThrottle] = 0.1;
   for (std::size_t i = kPlaceBrake; i < kPlaceParts; ++i) sd[static_cast<Index>(i)] = 3e5;
-  for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i) sd[static_cast<Index>(i)] = 0.03;
+  for (std::size_t i = kPlaceParts; i < kChangingPlaces; ++i) sd[static_cast<Index>(i)] = 0.03;
+  set_stated(prior, sd);
   sd[kPlaceAxOffset] = sd[kPlaceAyOffset] = 0.1;
   sd[kPlaceYawRateOffset] = 0.003;
   sd[kPlaceSteerOffset] = 0.001;
@@ -316,7 +337,7 @@ PlaceVector noise_per_second() {
   sd[kPlaceSteerRate] = 2.0;
   sd[kPlaceThrottle] = 1.0;
   for (std::size_t i = kPlaceBrake; i < kPlaceParts; ++i) sd[static_cast<Index>(i)] = 5e6;
-  for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i)
+  for (std::size_t i = kPlaceParts; i < kChangingPlaces; ++i)
     sd[static_cast<Index>(i)] = 0.03 * std::sqrt(2.0 / kForgetPart_s);
   return sd.cwiseAbs2();
 }

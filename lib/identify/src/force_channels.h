@@ -2,6 +2,7 @@
 // rows. Private to forces.cpp.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -27,8 +28,8 @@ ForceChannels read_force_channels(const vehicle::Recording& recording,
 double noise_of(const std::vector<double>& values);
 
 /// What each estimated number is uncertain by at a begin, and the variance that comes into it per
-/// second.
-PlaceVector begin_deviations();
+/// second. `prior`: two standard deviations of what the vehicle file says, as ParameterInfo has it.
+PlaceVector begin_deviations(const std::array<double, vehicle::kParameterCount>& prior);
 PlaceVector noise_per_second();
 
 }  // namespace identify

@@ -68,10 +68,9 @@ CarPoint begin_of(const Work& work, std::size_t row, vehicle::RoadCursors& curso
     const Sensor& s = work.channels.sensors[m.sensor];
     if (!s.seen && s.place >= kPlaceSteer) out.at(s.place) = m.value;
   }
-  for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i)
-    out.at(i) = work.rest[static_cast<Index>(i)];
   for (std::size_t i = kPlaceRolling; i < kPlaces; ++i)
-    out.at(i) = work.rest[static_cast<Index>(i)];
+    out.at(i) = work.mean[static_cast<Index>(i)];
+  for (std::size_t i = kPlaceParts; i < kChangingPlaces; ++i) out.at(i) = out.at(rest_of(i));
   return out;
 }
 
@@ -133,17 +132,17 @@ void move_noises(Work& work, const NoiseSums& sums, std::vector<LearntNoise>& le
     for (SmootherRow& row : work.channels.rows)
       row.noise.segment(at, static_cast<Index>(l.count)) *= factor;
   }
-  for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i)
+  for (std::size_t i = kPlaceRest; i < kPlaces; ++i)
     if (sums.part_weight[i] > 0.0)
-      work.rest[static_cast<Index>(i)] =
+      work.mean[static_cast<Index>(i)] =
           std::clamp(sums.part[i] / sums.part_weight[i], -kMostOff, kMostOff);
-  for (std::size_t i = kPlaceRolling; i < kPlaces; ++i) {
+  for (std::size_t i = kPlaceRolling; i < kPlaceRest; ++i) {
     const auto at = static_cast<Index>(i);
     if (!(sums.part_weight[i] > 0.0)) continue;
     // About the mean of before: what the mean moves by is found in the next round.
     work.begin_sd[at] =
         std::max(kLeastRolling, std::sqrt(sums.about[i] / static_cast<double>(sums.stretches)));
-    work.rest[at] = sums.part[i] / sums.part_weight[i];
+    work.mean[at] = sums.part[i] / sums.part_weight[i];
   }
   for (std::size_t i = 0; i < work.channels.sensors.size() && i < sums.count.size(); ++i) {
     Sensor& s = work.channels.sensors[i];
@@ -179,7 +178,7 @@ Work make_work(const CarMotion& motion, const vehicle::Car<double>& car, const v
             recording,
             options,
             read_force_channels(recording, car),
-            begin_deviations(),
+            begin_deviations(options.prior),
             PlaceVector::Zero(),
             filled(recording, "x_m"),
             filled(recording, "y_m"),
@@ -222,8 +221,7 @@ Smoothed smooth_piece(const Work& work, const Piece& piece, double most_wild) {
   const auto at = [&](std::size_t row) { return all.begin() + static_cast<std::ptrdiff_t>(row); };
   const std::vector<SmootherRow> rows(at(piece.from), at(piece.to));
   vehicle::RoadCursors cursors;
-  const SmootherBegin begin{begin_of(work, piece.from, cursors), work.begin_sd, work.rest,
-                            most_wild};
+  const SmootherBegin begin{begin_of(work, piece.from, cursors), work.begin_sd, most_wild};
   return smooth(work.motion, work.channels.sensors, rows, begin, cursors);
 }
 
@@ -241,7 +239,7 @@ void learn_noises(Work& work, const std::vector<Piece>& pieces) {
                                   {place_of(vehicle::kRollRate), 3},
                                   {place_of(vehicle::kTravelRate), kWheels},
                                   {place_of(vehicle::kSpin), 2}};
-  for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i) learnt.push_back({i});
+  for (std::size_t i = kPlaceParts; i < kChangingPlaces; ++i) learnt.push_back({i});
   for (int round = 0; round < work.options.noise_rounds; ++round) {
     if (work.options.progress)
       work.options.progress("noises", static_cast<double>(round) / work.options.noise_rounds);

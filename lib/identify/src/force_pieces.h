@@ -22,7 +22,7 @@ struct Work {
   const ForcesOptions& options;
   ForceChannels channels;
   PlaceVector begin_sd;
-  PlaceVector rest;                                                       ///< of the car's parts
+  PlaceVector mean;  ///< of what stays as it is, from kPlaceRolling on
   std::vector<double> x_m, y_m, yaw_rad, vx_mps, vy_mps, yaw_rate_radps;  ///< without empty cells
   /// Temperatures, fuel and boost that a simulation without smoothing goes through, by state.
   std::vector<std::pair<std::size_t, std::vector<double>>> kept;

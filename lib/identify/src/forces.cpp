@@ -173,7 +173,7 @@ std::array<double, 2> side_off(const Work& work) {
 /// By how much the rolling radius of an axle differs, and whether that can be.
 void describe_rolling(const Work& work, std::size_t axle, Forces& out) {
   const auto place = static_cast<Index>(kPlaceRolling + axle);
-  const double faster = work.rest[place], radius = -faster / (1.0 + faster),
+  const double faster = work.mean[place], radius = -faster / (1.0 + faster),
                sd = work.begin_sd[place];
   const std::string name =
       fmt::format("rolling radius of the {} tyres", axle == 0 ? "front" : "rear");
@@ -193,9 +193,11 @@ void describe_rolling(const Work& work, std::size_t axle, Forces& out) {
 void describe_use(const Work& work, Forces& out) {
   out.remarks = work.channels.said;
   for (const PartName& part : kParts)
-    out.parts.push_back({part.name, work.rest[static_cast<Index>(part.place)],
+    out.parts.push_back({part.name, work.mean[static_cast<Index>(rest_of(part.place))],
                          work.begin_sd[static_cast<Index>(part.place)]});
   for (std::size_t a = 0; a < 2; ++a) describe_rolling(work, a, out);
+  for (std::size_t i = 0; i < kStated.size(); ++i)
+    out.stated.push_back({kStated[i].name, work.begin_sd[static_cast<Index>(kPlaceStated + i)]});
   for (const Sensor& s : work.channels.sensors) {
     std::size_t rows = 0;
     for (const double v : *work.recording.table.find(s.channel)) rows += std::isfinite(v) ? 1 : 0;
@@ -255,10 +257,11 @@ Forces estimate_forces(const vehicle::Car<double>& car, const vehicle::Road& roa
   const auto kept = smooth_all(work, pieces, out);
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     for (std::size_t k = 0; k < kept[i].size(); ++k) {
-      if (kept[i][k])
-        write_row(out, pieces[i].begin + k, *kept[i][k], off);
-      else
+      if (!kept[i][k]) {
         ++out.lost;
+        continue;
+      }
+      write_row(out, pieces[i].begin + k, *kept[i][k], off);
     }
   }
   if (out.rows == 0)

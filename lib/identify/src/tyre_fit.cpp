@@ -223,15 +223,17 @@ TyreStage fit_stage(const Work& work, SlipKind kind, const TyreSamples& rows,
 }
 
 /// Covariance of p at the solution: what the loss leaves of every row, fewer where rows repeat each
-/// other, and the prior.
+/// other, and the prior; and what all forces may be off together, which no row more mends.
 Eigen::MatrixXd covariance_of(const Work& work, const Unknowns& unknowns, const TyreSamples& rows,
                               const TyreFit& fit, const std::vector<double>& p) {
   const auto n = static_cast<Eigen::Index>(unknowns.size());
   Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(n, n);
+  // How far the fit moves by larger forces of either direction.
+  Eigen::MatrixXd larger = Eigen::MatrixXd::Zero(n, 2);
   std::vector<double> slopes(2 * unknowns.size());
   for (std::size_t i = 0; i < rows.rows(); ++i) {
-    const RowCost cost(unknowns, rows.conditions[i], rows.fx_n[i], rows.fy_n[i],
-                       noise_of(rows, i, {fit.fx.noise_n, fit.fy.noise_n}), work.law);
+    const Noise noise = noise_of(rows, i, {fit.fx.noise_n, fit.fy.noise_n});
+    const RowCost cost(unknowns, rows.conditions[i], rows.fx_n[i], rows.fy_n[i], noise, work.law);
     double values[2] = {0.0, 0.0};
     const double* parameters[] = {p.data()};
     double* jacobians[] = {slopes.data()};
@@ -241,11 +243,16 @@ Eigen::MatrixXd covariance_of(const Work& work, const Unknowns& unknowns, const 
     for (int k = 0; k < cost.num_residuals(); ++k) {
       const bool is_fx = k == 0 && !std::isnan(rows.fx_n[i]);
       const Eigen::Map<const Eigen::VectorXd> row(slopes.data() + k * n, n);
-      normal.selfadjointView<Eigen::Lower>().rankUpdate(
-          row, weight / (is_fx ? fit.fx.repeats : fit.fy.repeats));
+      const double counts = weight / (is_fx ? fit.fx.repeats : fit.fy.repeats);
+      normal.selfadjointView<Eigen::Lower>().rankUpdate(row, counts);
+      const double force = is_fx ? rows.fx_n[i] * rows.fx_share / noise.fx_n
+                                 : rows.fy_n[i] * rows.fy_share / noise.fy_n;
+      larger.col(is_fx ? 0 : 1) += counts * force * row;
     }
   }
-  return normal.selfadjointView<Eigen::Lower>().ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  const auto solver = normal.selfadjointView<Eigen::Lower>().ldlt();
+  const Eigen::MatrixXd moved = solver.solve(larger);
+  return solver.solve(Eigen::MatrixXd::Identity(n, n)) + moved * moved.transpose();
 }
 
 void write_coefficients(TyreFit& fit, const Unknowns& unknowns, const std::vector<double>& p,
@@ -362,35 +369,6 @@ TyreFit fit_tyre(const TyreSamples& samples, const TyreCoefficients& reference,
   std::tie(fit.fx, fit.fy) = residuals(rows, fit.tyre, law);
   write_coefficients(fit, unknowns, p, covariance_of(work, unknowns, rows, fit, p));
   return fit;
-}
-
-ForceBand force_band(const TyreFit& fit, const vehicle::TyreInput<double>& condition) {
-  const vehicle::TyreOptions law{.alpha = fit.alpha, .moments = false};
-  const auto at = vehicle::tyre_forces(fit.tyre, condition, {}, law);
-  ForceBand out{at.fx_n, at.fy_n, 0.0, 0.0};
-  const auto n = static_cast<Eigen::Index>(fit.coefficients.size());
-  Eigen::VectorXd dfx(n), dfy(n);
-  TyreCoefficients tyre = fit.tyre;
-  for (const TyreUnknown& one : tyre_unknowns()) {
-    const auto found = std::find_if(fit.coefficients.begin(), fit.coefficients.end(),
-                                    [&](const auto& c) { return c.keyword == one.keyword; });
-    if (found == fit.coefficients.end()) continue;
-    const double step = 1e-5 * std::max(one.spread, 0.5 * std::abs(found->reference));
-    double& member = tyre.*(one.member);
-    const double kept = member;
-    member = kept + step;
-    const auto up = vehicle::tyre_forces(tyre, condition, {}, law);
-    member = kept - step;
-    const auto down = vehicle::tyre_forces(tyre, condition, {}, law);
-    member = kept;
-    const auto i = found - fit.coefficients.begin();
-    dfx(i) = (up.fx_n - down.fx_n) / (2.0 * step);
-    dfy(i) = (up.fy_n - down.fy_n) / (2.0 * step);
-  }
-  const Eigen::Map<const Eigen::MatrixXd> covariance(fit.covariance.data(), n, n);
-  out.fx_sd_n = std::sqrt(std::max(0.0, dfx.dot(covariance * dfx)));
-  out.fy_sd_n = std::sqrt(std::max(0.0, dfy.dot(covariance * dfy)));
-  return out;
 }
 
 }  // namespace identify

@@ -57,6 +57,8 @@ void add_tyre_samples(TyreSamples& samples, const vehicle::Table& table, const s
 TyreSamples thinned(const TyreSamples& samples, std::size_t most) {
   TyreSamples out;
   out.left_out = samples.left_out;
+  out.fx_share = samples.fx_share;
+  out.fy_share = samples.fy_share;
   const std::size_t every = (samples.rows() + most - 1) / most;
   for (std::size_t i = 0; i < samples.rows(); i += every) {
     out.conditions.push_back(samples.conditions[i]);

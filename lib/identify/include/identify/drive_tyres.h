@@ -18,7 +18,8 @@ struct DriveTyres {
 
 /// Appends both wheels of an axle (0 front, 1 rear) of a table that forces_table made, `name`
 /// standing for it. Forces of the wheel on the other side than the file's are mirrored. Rows count
-/// less, the larger the standard deviations of their forces are beside the median one. Rows with
+/// less, the larger the standard deviations of their forces are beside the median one. By as much
+/// as the axle's largest forces are uncertain, all of them may be off together. Rows with
 /// less than `least_load_n`, without forces, or at the outer hundredths of camber and load (kerbs,
 /// which would stretch what counts as measured) are counted and left out. Throws base::Error where
 /// columns are missing.
@@ -31,6 +32,6 @@ struct HeldOut {
   double fx_left_n = 0.0, fy_left_n = 0.0, fx_n = 0.0, fy_n = 0.0;
 };
 HeldOut held_out(const vehicle::TyreCoefficients& tyre, const TyreSamples& samples,
-                 vehicle::AlphaConvention alpha);
+                 vehicle::AlphaConvention alpha, const vehicle::TyreFactors<double>& factors = {});
 
 }  // namespace identify

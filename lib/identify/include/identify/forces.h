@@ -17,6 +17,9 @@ namespace identify {
 struct ForcesOptions {
   double fuel_kg = 30.0, tyre_k = 360.0, disc_k = 500.0;  ///< at the begin, where not recorded
   double imu_ahead_m = 0.0, imu_yaw_rad = 0.0;            ///< as vehicle::Mapping says
+  /// How far the car's numbers may be off, as vehicle::ParameterInfo has it: two standard
+  /// deviations. 0: the car is exactly the stated one.
+  std::array<double, vehicle::kParameterCount> prior{};
   double step_s = 0.002;         ///< of the derivatives, at most; the car has finer steps itself
   double least_mps = 5.0;        ///< slower rows are left out: slips are regularised there
   int noise_rounds = 8;          ///< of estimating noises from the log; 0: as a first look says
@@ -51,6 +54,13 @@ struct PartUse {
   double mean = 0.0, freedom = 0.0;
 };
 
+/// A number of the vehicle file that is taken as stated, and how far it may be off: a share, one
+/// standard deviation. It counts in those of all rows. A number that is 0 stays 0.
+struct StatedUse {
+  std::string name;
+  double sd = 0.0;
+};
+
 struct Forces {
   std::vector<double> time_s, u_m, v_m;
   std::array<WheelForces, vehicle::kWheels> wheel;
@@ -58,6 +68,7 @@ struct Forces {
   Estimated vx_mps, vy_mps, yaw_rate_radps, steer_rad, sideslip_rad;
   std::vector<ChannelUse> channels;
   std::vector<PartUse> parts;
+  std::vector<StatedUse> stated;
   std::vector<std::string> remarks;
   std::vector<std::string> doubts;  ///< why these forces must not be used; empty: none was found
   std::size_t rows = 0;             ///< that have forces

@@ -54,7 +54,8 @@ struct TyreFit {
   vehicle::TyreCoefficients tyre;  ///< the reference with the fitted values
   vehicle::AlphaConvention alpha = vehicle::AlphaConvention::kTangent;
   std::vector<FittedCoefficient> coefficients;
-  std::vector<double> covariance;  ///< of coefficients[i] and [j] at i * n + j
+  /// Of coefficients[i] and [j] at i * n + j, with what all forces may be off together.
+  std::vector<double> covariance;
   std::vector<TyreStage> stages;
   TyreResiduals fx, fy;
   std::size_t rows = 0;  ///< that the fit looked at

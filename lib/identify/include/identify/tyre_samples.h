@@ -15,6 +15,8 @@ struct TyreSamples {
   std::vector<vehicle::TyreInput<double>> conditions;
   std::vector<double> fx_n, fy_n;        ///< of each condition; NaN: not measured
   std::vector<double> fx_more, fy_more;  ///< how much noisier than the others; empty: as noisy
+  /// By how much all forces may be off together, as shares; standard deviations.
+  double fx_share = 0.0, fy_share = 0.0;
   std::size_t left_out = 0;  ///< rows of the tables without a load, a condition or a force
 
   std::size_t rows() const { return conditions.size(); }
