@@ -185,7 +185,8 @@ TEST(Mechanisms, WhatIsWrittenBackDrivesAsTheRelationsHadIt) {
                                         "vehicle.steering_dead_time", "vehicle.steering_lag",
                                         "vehicle.fuel_burn",          "vehicle.aero_ride_height",
                                         "vehicle.differential",       "parameter.wheel_radius",
-                                        "parameter.throttle_gain",    "parameter.brake_gain"};
+                                        "parameter.throttle_gain",    "parameter.brake_gain",
+                                        "parameter.steering_ratio"};
   const Signals log = log_of(false);
   std::set<std::string> tested;
   for (const bool added : {true, false}) {

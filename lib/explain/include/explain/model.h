@@ -65,6 +65,7 @@ struct Setting {
   double reaction = 0.0;                     ///< share of the wheels' torques on the body, added
   double rolling = 1.0, slip = 1.0;          ///< factors on rolling resistance and rear slip
   double radius_by_load = 1.0;               ///< factor on what loads take from the rolling radius
+  double pressure_by_command = 1.0;          ///< factor on the gain of the brakes between the two
   std::array<double, 2> curve{}, curve2{};   ///< side force of an axle: bend over its use of grip,
                                              ///< and its skew
   std::array<double, 2> load_curve{};        ///< the same over its load
