@@ -94,8 +94,8 @@ struct Explained {
 
 struct Scores {
   int trials = 0;
-  Count alarm, half, full, tied, weak, inside, wrong, tie, outside, both, both_large, both_tied, one,
-      cover;
+  Count alarm, half, full, tied, weak, inside, wrong, tie, outside, both, both_large, both_tied,
+      one, cover;
   std::vector<double> overlap, error, improvement;
   std::map<std::string, Count> by_mechanism;  ///< single effects of 0.5 sd or more
   nlohmann::ordered_json failed_trials = nlohmann::ordered_json::array();
@@ -168,9 +168,9 @@ void count_single(Explained& t, Scores& scores) {
 
 /// Of a finding: what it could not be told from.
 bool is_tied_with(const json& finding, const std::string& effect) {
-  return std::any_of(
-      finding.at("rivals").begin(), finding.at("rivals").end(),
-      [&](const json& r) { return !r.at("separable").get<bool>() && label(r) == effect; });
+  return std::any_of(finding.at("rivals").begin(), finding.at("rivals").end(), [&](const json& r) {
+    return !r.at("separable").get<bool>() && label(r) == effect;
+  });
 }
 
 void count_two(Explained& t, Scores& scores) {

@@ -13,8 +13,8 @@ using P = vehicle::Parameter;
 constexpr double kStep = Signals::kStep_s;
 
 void actuator_rows(std::vector<double>& out, const std::vector<double>& measured,
-                   const std::vector<double>& command, double gain, double most,
-                   double amplitude, const vehicle::Parameters<double>& p, P dead_time) {
+                   const std::vector<double>& command, double gain, double most, double amplitude,
+                   const vehicle::Parameters<double>& p, P dead_time) {
   constexpr int kSubsteps = 20;
   constexpr double kSubstep_s = kStep / kSubsteps;
   const double* const own = &p[dead_time];  // dead time, lag, damping, lead follow one another
