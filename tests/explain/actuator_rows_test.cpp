@@ -50,6 +50,7 @@ TEST(ActuatorRows, GainsAreFoundWhereTheyAct) {
   EXPECT_EQ(named.size(), 3u) << found.at("findings").dump(1);
   EXPECT_NEAR(named["parameter.brake_gain"], 1.22, 0.04);
   EXPECT_NEAR(named["parameter.throttle_gain"], 1.15, 0.01);
+  EXPECT_NEAR(named["parameter.steering_ratio"], 1 / 1.15, 0.003);
   for (const json& p : found.at("parameters"))
     if (p.at("name") == "brake pressure over command, share") {
       EXPECT_NEAR(p.at("value").get<double>(), 1.0, 0.01);

@@ -26,7 +26,7 @@ TEST(FurtherAlong, IsAsManyMetresAwayAsAsked) {
   for (const double shift_m : {-60.0, -7.5, 0.4, 60.0}) {
     const std::vector<double> place = further_along(s, shift_m);
     for (std::size_t i = 150; i < 250; ++i)
-      ASSERT_NEAR(way_m(place[i]) - way_m(static_cast<double>(i)), shift_m, 0.05)
+      ASSERT_NEAR(way_m(place[i]) - way_m(static_cast<double>(i)), shift_m, 0.002)
           << shift_m << " m from step " << i;
   }
 }
