@@ -1,6 +1,7 @@
-// A filter is not taken for a delay because undoing it makes noise louder.
+// What noise alone makes of a filter that is undone does not rule it out.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -42,13 +43,20 @@ TEST(Louder, ADrawOfNoiseIsAsLargeAsThatOfTheSamples) {
   EXPECT_LT(rms(explain::noise_like(swing, kHalf_s, x)), 0.05 * wanted);
 }
 
-TEST(Louder, AFilterOfTheAccelerometerIsNamedAsOne) {
+// At 20 ms and 50 Hz it is named as a delay, and not told from a filter.
+TEST(Louder, AFilterOfTheAccelerometerIsAmongWhatItCannotBeToldFrom) {
   Proof proof("filtered");
   const json found = proof.explain();
-  ASSERT_FALSE(found.at("findings").empty());
+  ASSERT_EQ(found.at("findings").size(), 1u) << found.at("findings").dump(1);
   const json& first = found.at("findings").at(0);
-  EXPECT_EQ(first.at("mechanism"), "sensor.low_pass") << first.dump(1);
   EXPECT_NEAR(value(first), 0.02, 0.002);
+  EXPECT_EQ(first.at("channel"), "ax_mps2");
+  const auto is_filter = [](const json& x) { return x.at("mechanism") == "sensor.low_pass"; };
+  EXPECT_TRUE(is_filter(first) || std::any_of(first.at("rivals").begin(), first.at("rivals").end(),
+                                              [&](const json& r) {
+                                                return is_filter(r) && r.at("separable") == false;
+                                              }))
+      << first.at("rivals").dump(1);
 }
 
 }  // namespace
