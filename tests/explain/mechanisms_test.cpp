@@ -181,11 +181,11 @@ vehicle::Vehicle written(const Unknown& u, double amount, const vehicle::Vehicle
 // By another way than the relations: files and terms of lib/vehicle. What acts between driver and
 // car, burns, or is written as the nearest map or coupling is tested where that is.
 TEST(Mechanisms, WhatIsWrittenBackDrivesAsTheRelationsHadIt) {
-  const std::set<std::string> elsewhere{"vehicle.throttle_dead_time", "vehicle.brake_dead_time",
-                                        "vehicle.steering_dead_time", "vehicle.steering_lag",
-                                        "vehicle.fuel_burn",          "vehicle.aero_ride_height",
-                                        "vehicle.differential",       "parameter.wheel_radius",
-                                        "parameter.throttle_gain",    "parameter.brake_gain"};
+  const std::set<std::string> elsewhere{
+      "vehicle.throttle_dead_time", "vehicle.brake_dead_time", "vehicle.steering_dead_time",
+      "vehicle.steering_lag",       "vehicle.fuel_burn",       "vehicle.aero_ride_height",
+      "vehicle.differential",       "parameter.wheel_radius",  "parameter.throttle_gain",
+      "parameter.brake_gain",       "parameter.steering_ratio"};
   const Signals log = log_of(false);
   std::set<std::string> tested;
   for (const bool added : {true, false}) {

@@ -270,6 +270,22 @@ bool make_scenario(const std::string& name, const std::filesystem::path& folder)
          t.truth.throttle_dead_s = 0.08;
          return t;
        }},
+      {"gains",
+       [] {
+         Trial t = plain("gains");
+         t.commands = true;
+         t.truth.car.brake_f *= 1.22;
+         t.truth.car.brake_r *= 1.22;
+         t.truth.steer_gain = 1.15;
+         t.truth.throttle_gain = 1.15;
+         return t;
+       }},
+      {"filtered",
+       [] {
+         Trial t = plain("filtered");
+         add(t, {"sensor.low_pass", "ax_mps2", 0.02});
+         return t;
+       }},
       {"play",
        [] {
          Trial t = plain("play");

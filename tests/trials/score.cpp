@@ -94,7 +94,8 @@ struct Explained {
 
 struct Scores {
   int trials = 0;
-  Count alarm, half, full, tied, weak, inside, wrong, tie, outside, both, both_large, one, cover;
+  Count alarm, half, full, tied, weak, inside, wrong, tie, outside, both, both_large, both_tied,
+      one, cover;
   std::vector<double> overlap, error, improvement;
   std::map<std::string, Count> by_mechanism;  ///< single effects of 0.5 sd or more
   nlohmann::ordered_json failed_trials = nlohmann::ordered_json::array();
@@ -165,11 +166,25 @@ void count_single(Explained& t, Scores& scores) {
   if (std::isfinite(t.improvement)) scores.improvement.push_back(t.improvement);
 }
 
+/// Of a finding: what it could not be told from.
+bool is_tied_with(const json& finding, const std::string& effect) {
+  return std::any_of(finding.at("rivals").begin(), finding.at("rivals").end(), [&](const json& r) {
+    return !r.at("separable").get<bool>() && label(r) == effect;
+  });
+}
+
 void count_two(Explained& t, Scores& scores) {
-  int right = 0;
-  for (const std::string& effect : t.truths)
-    right += std::find(t.names.begin(), t.names.end(), effect) != t.names.end() ? 1 : 0;
+  int right = 0, tied = 0;
+  for (const std::string& effect : t.truths) {
+    const bool named = std::find(t.names.begin(), t.names.end(), effect) != t.names.end();
+    right += named ? 1 : 0;
+    tied += named || std::any_of(t.found["findings"].begin(), t.found["findings"].end(),
+                                 [&](const json& f) { return is_tied_with(f, effect); })
+                ? 1
+                : 0;
+  }
   scores.both.add(right == 2);
+  scores.both_tied.add(tied == 2);
   if (std::all_of(t.truth["effects"].begin(), t.truth["effects"].end(),
                   [](const json& e) { return e.at("size_sd").get<double>() >= 0.49; }))
     scores.both_large.add(right == 2);
@@ -289,6 +304,7 @@ std::pair<std::string, Json> metrics_of(const Scores& scores) {
   line("not in the library: unknown or none", scores.outside, "80 %");
   line("two at once: both named", scores.both, "60 %");
   line("the same, both of 0.5 sd or more", scores.both_large, "");
+  line("the same, or among those that it could not be told from", scores.both_tied, "");
   line("two at once: at least one named", scores.one, "90 %");
   line("90 % intervals that hold the truth", scores.cover, "80 to 97 %");
   const auto middle = [&](const char* what, const std::vector<double>& values, double scale,

@@ -1,5 +1,6 @@
 #include "actuator_rows.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -12,7 +13,7 @@ using P = vehicle::Parameter;
 constexpr double kStep = Signals::kStep_s;
 
 void actuator_rows(std::vector<double>& out, const std::vector<double>& measured,
-                   const std::vector<double>& command, double gain, double amplitude,
+                   const std::vector<double>& command, double gain, double most, double amplitude,
                    const vehicle::Parameters<double>& p, P dead_time) {
   constexpr int kSubsteps = 20;
   constexpr double kSubstep_s = kStep / kSubsteps;
@@ -22,11 +23,12 @@ void actuator_rows(std::vector<double>& out, const std::vector<double>& measured
   vehicle::laws::Actuator<double> actuator;
   std::int64_t step = 0;
   for (std::size_t i = 0; i + 1 < measured.size(); ++i) {
-    const double from = gain * command[i], to = gain * command[i + 1];
-    if (!std::isfinite(from) || !std::isfinite(to)) {
+    if (!std::isfinite(command[i]) || !std::isfinite(command[i + 1])) {
       step = 0;
       continue;
     }
+    const double from = std::min(most, gain * command[i]),
+                 to = std::min(most, gain * command[i + 1]);
     if (step == 0) {
       actuator.history.fill(from);
       actuator.place = from;

@@ -162,6 +162,8 @@ class Analysis {
   void add_rivals(Finding& found, const Trial& trial, const Tried& t) const;
   Accepted accepted_of(const Trial& trial, const Tried& t) const;
   double stability(const Fitted& model, const Eigen::VectorXd& column, double amount) const;
+  /// Loss that noise of a sensor costs more than before once its error in time is taken out.
+  double louder(const Unknown& u, double amount, const Eigen::VectorXd& weights) const;
 
   // By cost (by_cost.cpp).
   static Saved saved_by(const Model& m, Eigen::VectorXd column);

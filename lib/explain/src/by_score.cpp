@@ -135,6 +135,7 @@ Analysis::Trial Analysis::trial(Stage stage) const {
     if (exactly[k]) {
       const Saved x = exact(t.unknown, t.amount, out.model, weights(stage));
       if (x.gain > 0) t.gain = x.gain, t.amount = x.amount, t.column = x.column;
+      t.gain += louder(inventory_.unknowns[t.unknown], t.amount, weights(stage));
     }
     progress("tests of mechanisms",
              static_cast<double>(++done) / static_cast<double>(tried.size()));

@@ -29,7 +29,9 @@ vehicle::Map2 engine_of(const vehicle::Vehicle& car, const Setting& set, bool th
 
 vehicle::CarFiles files_with(const Signals& s, const vehicle::Vehicle& car, const Setting& set) {
   vehicle::CarFiles files = car.files;
-  files.engine_torque_nm = engine_of(car, set, !s.commanded[kThrottle]);
+  // With the command beside it the gain lies between the two.
+  files.engine_torque_nm =
+      engine_of(car, set, !s.commanded[kThrottle] && !s.present[kThrottleCommand]);
   for (std::size_t axle = 0; axle < 2; ++axle) {
     vehicle::TyreCoefficients& tyre = files.tyre[axle];
     tyre.qsy1 *= set.rolling;
@@ -246,6 +248,7 @@ bool same_drive(const KnownDrive& known, const Setting& setting, const Lead& by)
     s.throttle_s = s.brake_s = s.steer_s = s.steer_lag_s = s.burn = 0.0;
     s.bank = s.grade = s.vertical = s.shift_u = s.imu_yaw = s.imu_ahead = 0.0;
     s.vy_ahead = s.derived_ax = s.level = s.filter_lead_s = 0.0;
+    s.pressure_by_command = none.pressure_by_command;
     s.along = {};
     return s;
   };

@@ -8,6 +8,7 @@
 #include "actuator_rows.h"
 #include "base/statistics.h"
 #include "corrected_channels.h"
+#include "further_along.h"
 #include "gears.h"
 #include "led_car.h"
 #include "vehicle/magic_formula.h"
@@ -18,6 +19,7 @@ namespace {
 
 using P = vehicle::Parameter;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kAny = std::numeric_limits<double>::infinity();
 constexpr double kStep = Signals::kStep_s;
 constexpr double kBraking_pa = 3e4;  ///< less is the logger's noise
 
@@ -97,6 +99,7 @@ class Relations {
   Lead by_;
   Gears gears_;
   std::array<double, 2> radius_{};   ///< in which standing wheels roll
+  std::vector<double> shifted_;      ///< steps where it is the setting's shift further along
   std::vector<bool> driven_;         ///< what drives is known
   std::vector<bool> pushed_as_led_;  ///< what drives and brakes is known, or little
   std::vector<bool> slip_known_;
@@ -112,15 +115,16 @@ void Relations::compare_commands() {
   if (has(kSteerCommand))
     actuator_rows(out_.r[Relation::kSteering], x[kSteer],
                   lagged(delayed(x[kSteerCommand], set_.steer_s), set_.steer_lag_s),
-                  1 / p[P::steering_ratio], car_.terms[Term::steering_actuator], p,
+                  1 / p[P::steering_ratio], kAny, car_.terms[Term::steering_actuator], p,
                   P::steering_dead_time_s);
   if (has(kThrottleCommand))
     actuator_rows(out_.r[Relation::kThrottleMoves], x[kThrottle],
-                  delayed(x[kThrottleCommand], set_.throttle_s), p[P::throttle_gain],
+                  delayed(x[kThrottleCommand], set_.throttle_s), p[P::throttle_gain], 1.0,
                   car_.terms[Term::throttle_actuator], p, P::throttle_dead_time_s);
   if (has(kBrakeCommand))
     actuator_rows(out_.r[Relation::kBrakeMoves], x[kBrakeFront],
-                  delayed(x[kBrakeCommand], set_.brake_s), p[P::brake_gain],
+                  delayed(x[kBrakeCommand], set_.brake_s),
+                  set_.pressure_by_command * car_.parameters[P::brake_gain], kAny,
                   car_.terms[Term::brake_actuator], p, P::brake_dead_time_s);
 }
 
@@ -173,15 +177,14 @@ double Relations::lateral_mps(std::size_t i, const Motion& m, const Slope& road)
 Slope Relations::slope(std::size_t i, const Motion& m) const {
   Slope out;
   out.grade = s_.grade[i], out.bank = s_.bank[i], out.vertical = s_.curvature_v[i];
-  // A shift reads the road a little earlier or later.
-  if (set_.shift_u != 0 && i > 0 && i + 1 < s_.n) {
-    const double per = set_.shift_u / (s_.x[kVx][i] * 2 * kStep);
-    const auto move = [&](const std::vector<double>& v) {
-      return std::isfinite(v[i + 1] - v[i - 1]) ? per * (v[i + 1] - v[i - 1]) : 0.0;
+  // A shift reads the road where the car was, or will be, that much further along.
+  if (set_.shift_u != 0) {
+    const auto move = [&](const std::vector<double>& v, double& to) {
+      if (const double there = at_step(v, shifted_[i]); std::isfinite(there)) to = there;
     };
-    out.grade += move(s_.grade);
-    out.bank += move(s_.bank);
-    out.vertical += move(s_.curvature_v);
+    move(s_.grade, out.grade);
+    move(s_.bank, out.bank);
+    move(s_.curvature_v, out.vertical);
   }
   // Beside the middle of the road banking that changes along it is grade.
   const double beside = set_.along.bank.empty() || !std::isfinite(s_.v_m[i])
@@ -280,6 +283,7 @@ void Relations::record(std::size_t i, const Motion& m, const Slope& road) {
 
 void Relations::compare_motion() {
   begin_lead();
+  if (set_.shift_u != 0) shifted_ = further_along(s_, set_.shift_u);
   // Where relations hold: decided by the log alone.
   const auto holds = [&](std::size_t i) {
     return i < s_.n && std::isfinite(s_.u_m[i]) && s_.x[kVx][i] > 6.0;

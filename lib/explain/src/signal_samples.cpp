@@ -4,12 +4,29 @@
 #include <cmath>
 #include <limits>
 
+#include "base/random.h"
 #include "explain/signals.h"
 
 namespace explain {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// Median distance of the samples from the smooth signal.
+double beside(const Samples& s, const std::vector<double>& x) {
+  std::vector<double> off;
+  for (std::size_t k = 0; k < s.t.size(); ++k) {
+    const double place = s.t[k] / Signals::kStep_s;
+    if (!(place >= 0) || place >= static_cast<double>(x.size() - 1)) continue;
+    const auto i = static_cast<std::size_t>(place);
+    const double smooth = x[i] + (place - static_cast<double>(i)) * (x[i + 1] - x[i]);
+    if (std::isfinite(smooth)) off.push_back(std::abs(s.x[k] - smooth));
+  }
+  if (off.empty()) return 0.0;
+  const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
+  std::nth_element(off.begin(), middle, off.end());
+  return *middle;
+}
 
 }  // namespace
 
@@ -90,6 +107,17 @@ void smooth(const Samples& s, double t0, std::size_t n, double half_s, std::vect
   // The derivative of what was smoothed, not the slope of the fit: a rate that is logged itself and
   // is smoothed the same way must agree with it at every frequency.
   for (std::size_t i = 0; i < n; ++i) dx[i] = rate_at(x, i);
+}
+
+std::vector<double> noise_like(const Samples& s, double half_s, const std::vector<double>& x) {
+  base::Random dice(20);
+  Samples drawn{s.t, {}, s.column};
+  for (std::size_t k = 0; k < s.t.size(); ++k) drawn.x.push_back(dice.normal());
+  std::vector<double> out, rate;
+  smooth(drawn, 0.0, x.size(), half_s, out, rate);
+  const double scale = beside(s, x) / std::max(1e-12, beside(drawn, out));
+  for (double& value : out) value *= scale;
+  return out;
 }
 
 }  // namespace explain

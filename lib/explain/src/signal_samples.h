@@ -28,4 +28,8 @@ double rate_at(const std::vector<double>& x, std::size_t i);
 void smooth(const Samples& samples, double t0, std::size_t n, double half_s, std::vector<double>& x,
             std::vector<double>& dx);
 
+/// A draw of noise at the times of the samples, as large as theirs against what smooth() made of
+/// them, `x`, and smoothed like them from 0. Always the same draw.
+std::vector<double> noise_like(const Samples& samples, double half_s, const std::vector<double>& x);
+
 }  // namespace explain

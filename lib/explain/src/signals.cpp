@@ -103,6 +103,8 @@ class Channels {
     smooth(samples, 0.0, signals_.n, half_s_, signals_.x[c], signals_.dx[c]);
     signals_.present[c] = true;
     signals_.column[c] = samples.column;
+    if (c == kYawRate || c == kAx || c == kAy)
+      signals_.noise[c] = noise_like(samples, half_s_, signals_.x[c]);
     return true;
   }
 

@@ -65,6 +65,7 @@ struct Setting {
   double reaction = 0.0;                     ///< share of the wheels' torques on the body, added
   double rolling = 1.0, slip = 1.0;          ///< factors on rolling resistance and rear slip
   double radius_by_load = 1.0;               ///< factor on what loads take from the rolling radius
+  double pressure_by_command = 1.0;          ///< factor on the gain of the brakes between the two
   std::array<double, 2> curve{}, curve2{};   ///< side force of an axle: bend over its use of grip,
                                              ///< and its skew
   std::array<double, 2> load_curve{};        ///< the same over its load
@@ -83,10 +84,10 @@ struct Setting {
 
   // Sensors.
   double imu_yaw = 0.0, imu_ahead = 0.0;
-  double vy_ahead = 0.0;    ///< of the centre of mass, where the lateral speed is measured, m
-  double level = 0.0;       ///< 1: the accelerometer stays level with the road, 0: with the body
+  double vy_ahead = 0.0;       ///< of the centre of mass, where the lateral speed is measured, m
+  double level = 0.0;          ///< 1: the accelerometer stays level with the road, 0: with the body
   double filter_lead_s = 0.0;  ///< of filters that a logger reckons from sample to sample
-  double derived_ax = 0.0;  ///< 1: ax is the derivative of the speed
+  double derived_ax = 0.0;     ///< 1: ax is the derivative of the speed
   struct Sensor {
     double bias = 0, gain = 0, delay_s = 0, low_pass_s = 0;
     bool operator==(const Sensor&) const = default;

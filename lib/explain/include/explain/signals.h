@@ -52,6 +52,8 @@ struct Signals {
   std::array<bool, kChannelCount> present{};
   std::array<bool, kChannelCount> commanded{};    ///< a command, not a measurement
   std::array<std::string, kChannelCount> column;  ///< the log's own name
+  std::array<std::vector<double>, kChannelCount>
+      noise;  ///< of yaw rate and accelerations: a draw of what their noise is in x
   bool wheels_in_mps = false;
   double imu_yaw_rad = 0.0, imu_ahead_m = 0.0;  ///< as the mapping states
   std::vector<double> u_m, v_m, grade, bank,

@@ -19,7 +19,7 @@ void list(const Listing& l) {
   if (!(relief > 0.01))
     return untestable(l, kId, "the road file has no slopes whose place could be compared");
   // Beside a road that leans: slopes that are there, elsewhere.
-  constexpr double kShift_m = 10.0;
+  constexpr double kShift_m = 30.0;
   candidate(l, kId, {"shift along u", "m", 2.0, 1.5},
             {"the road file lies shifted along the track", "z(u) -> z(u + shift)",
              "survey two fixed points of the track"},

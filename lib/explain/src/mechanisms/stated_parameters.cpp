@@ -2,7 +2,9 @@
 // beyond it.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "../refit_car.h"
 #include "car_changes.h"
@@ -13,6 +15,11 @@ namespace {
 
 using P = vehicle::Parameter;
 using vehicle::Term;
+
+/// Share of a gain that a command and what was measured of it get wrong: noise of a good logger,
+/// averaged over a lap, and its scale.
+constexpr double kOfActuator = 0.002;
+constexpr const char* kPressureByCommand = "brake pressure over command, share";
 
 /// `form`: share of the value that the simulated car and stated curves get wrong.
 Unknown& parameter(const Listing& l, const char* id, P which, double form) {
@@ -73,6 +80,22 @@ void list_brake_gain(const Listing& l) {
   if (!l.brake || !l.engine)
     return untestable(l, id, "no brake pressure or no throttle in the log");
   parameter(l, id, P::brake_gain, 0.015);
+  if (!has(l, kBrakeCommand)) return;
+  // What the pressure does, the forces say; what the command makes of it, its own relation.
+  Unknown u;
+  u.id = id;
+  u.kind = "parameter";
+  u.name = kPressureByCommand;
+  u.unit = "1";
+  u.role = Role::kParameter;
+  u.stated = 1.0;
+  u.width = l.car.prior[static_cast<std::size_t>(P::brake_gain)];
+  u.step = 0.01;
+  u.form = kOfActuator;
+  u.physics = "the brakes answer the command with another pressure than stated";
+  u.equation = "pressure = share * stated gain * command";
+  u.set = [](Setting& s, double amount) { s.pressure_by_command += amount; };
+  l.out.unknowns.push_back(std::move(u));
 }
 
 void list_cog(const Listing& l) {
@@ -120,6 +143,11 @@ void list_tyre_stiffness(const Listing& l) {
 void list_steering_ratio(const Listing& l) {
   const char* const id = "parameter.steering_ratio";
   if (!l.lateral) return untestable(l, id, kNoSlip);
+  // Beside its command the wheels' angle says it without tyres.
+  if (has(l, kSteerCommand)) {
+    parameter(l, id, P::steering_ratio, kOfActuator);
+    return;
+  }
   if (!commanded(l.logs, kSteer))
     return untestable(l, id, "the log has the road wheels' angle itself: see sensor.gain of it");
   parameter(l, id, P::steering_ratio, 0.02);
@@ -131,13 +159,18 @@ void write(CarChanges& out, const Finding& f) {
 
 /// The gain would not act on measured pressures.
 void write_brake_gain(CarChanges& out, const Finding& f) {
+  if (f.parameters[0].name == kPressureByCommand)
+    return out.set(P::brake_gain, f.parameters[0].value * out.car.parameters[P::brake_gain]);
   const double grown = f.parameters[0].value / out.car.parameters[P::brake_gain];
   for (const P p : brake_strength(out.car)) out.set(p, grown * out.car.parameters[p]);
 }
 
-/// Behind a measured throttle no gain acts: what was found is the engine's torque at part throttle.
+/// Behind a measured throttle alone no gain acts: what was found is the engine's torque at part
+/// throttle.
 void write_throttle_gain(CarChanges& out, const Finding& f) {
-  if (commanded(out.logs, kThrottle)) return write(out, f);
+  const bool beside = std::any_of(out.logs.begin(), out.logs.end(),
+                                  [](const Signals& s) { return s.present[kThrottleCommand]; });
+  if (beside || commanded(out.logs, kThrottle)) return write(out, f);
   const auto& p = out.car.parameters;
   out.maps["engine_torque_nm"] = shaped_engine_map(
       out.car.files.engine_torque_nm,
