@@ -67,7 +67,9 @@ sim::ServeOptions options_of(const support::TemporaryFolder& folder) {
   noisy.bias_walk = 0.1;
   noisy.jitter_s = 0.01;
   noisy.lost = 0.2;
-  options.devices = {1, {noisy}, {}, {}};
+  vehicle::SignalCommand slow{"a", "a"};
+  slow.dead_time_s = 0.03, slow.lag_s = 0.2, slow.damping = 0.7;
+  options.devices = {1, {noisy}, {slow}, {}};
   options.road = flat_road();
   options.devices.road.pose = {"x", "m", "m", "m", "m", "m"};
   vehicle::EdgeSensor edges;

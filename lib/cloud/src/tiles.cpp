@@ -242,8 +242,8 @@ void take(const Cloud& chunk, std::uint16_t pass, PointRuns& runs, TileSet& set)
   set.points_of_pass[pass] += chunk.size();
   for (std::size_t i = 0; i < chunk.size(); ++i) {
     const Eigen::Vector3d p = chunk.origin_m + chunk.point(i);
-    TilePoint point{p.x(), p.y(), p.z(), kNone, static_cast<float>(kNone), pass, 0,
-                    static_cast<float>(kNone)};
+    TilePoint point{
+        p.x(), p.y(), p.z(), kNone, static_cast<float>(kNone), pass, 0, static_cast<float>(kNone)};
     if (!chunk.time_s.empty()) {
       point.time_s = chunk.time_s[i];
       if (std::isfinite(point.time_s)) {

@@ -55,8 +55,10 @@ void write_cloud(const Cloud& cloud, const std::string& path, bool doubles,
   } else {
     const int size = doubles ? 8 : 4;
     bytes = fmt::format(
-        "# .PCD v0.7 - Point Cloud Data file format\n{}VERSION 0.7\nFIELDS x y z{}{}{}{}\nSIZE {} {} "
-        "{}{}{}{}{}\nTYPE F F F{}{}{}{}\nCOUNT 1 1 1{}{}{}{}\nWIDTH {}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 "
+        "# .PCD v0.7 - Point Cloud Data file format\n{}VERSION 0.7\nFIELDS x y z{}{}{}{}\nSIZE {} "
+        "{} "
+        "{}{}{}{}{}\nTYPE F F F{}{}{}{}\nCOUNT 1 1 1{}{}{}{}\nWIDTH {}\nHEIGHT 1\nVIEWPOINT 0 0 0 "
+        "1 0 0 "
         "0\nPOINTS {}\nDATA binary\n",
         head, time ? " time" : "", intensity ? " intensity" : "", classes ? " classification" : "",
         sigma ? " sigma" : "", size, size, size, time ? " 8" : "", intensity ? " 4" : "",

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "base/error.h"
 
@@ -45,20 +46,10 @@ void Numbers::set(const std::vector<double>& values) {
   }
 }
 
-namespace {
-
-std::vector<std::string> signals_of_sensors(const vehicle::SignalSensorFile& file) {
-  std::vector<std::string> out;
-  for (const vehicle::SignalSensor& sensor : file.sensors) out.push_back(sensor.signal);
-  return out;
-}
-
-}  // namespace
-
 Measurements::Measurements(Unit& unit, const std::string& path, const ServeOptions& options)
     : options_(options),
       sensors_(options.devices, options.step_s),
-      truth_(unit, path, signals_of_sensors(options.devices)),
+      truth_(unit, path, vehicle::SignalSensors::signals(options.devices)),
       direct_(unit, path, names_of(options, unit.description(), path)) {}
 
 void Measurements::restart() {
@@ -144,8 +135,17 @@ std::vector<std::string> Measurements::names_of(const ServeOptions& options,
 }
 
 Commands::Commands(Unit& unit, const std::string& path, const ServeOptions& options)
-    : numbers_(unit, path, signals_of(options)) {
+    : numbers_(unit, path, signals_of(options)), step_s_(options.step_s) {
   numbers_.want_settable(path);
+  const double longest_s = step_s_ * (vehicle::laws::Actuator<double>::kCapacity - 2);
+  for (const vehicle::SignalCommand& one : are_) {
+    if (!(one.dead_time_s <= longest_s))
+      throw base::Error(fmt::format(
+          "{}: the command {} has a dead time of {} s, and steps of {} s allow {} s at most", path,
+          one.name, one.dead_time_s, step_s_, longest_s));
+    responses_.push_back(vehicle::laws::actuator_response(one.dead_time_s, one.lag_s, one.damping,
+                                                          one.lead_s, step_s_));
+  }
 }
 
 std::vector<double> Commands::get() {
@@ -154,9 +154,35 @@ std::vector<double> Commands::get() {
   return values;
 }
 
-void Commands::set(std::vector<double> values) {
-  for (std::size_t k = 0; k < values.size(); ++k) values[k] = are_[k].to_signal(values[k]);
+void Commands::restart() {
+  const std::vector<double> values = numbers_.get();
+  moving_ = {};
+  for (const double value : values) {
+    vehicle::laws::Actuator<double> at_rest;
+    at_rest.history.fill(value);
+    at_rest.place = value;
+    moving_.actuators.push_back(at_rest);
+  }
+  written_.clear();
+}
+
+void Commands::restore(const Moving& moving) {
+  moving_ = moving;
+  written_.clear();
+}
+
+void Commands::act(const std::vector<double>& said) {
+  std::vector<double> values;
+  for (std::size_t k = 0; k < said.size(); ++k) {
+    values.push_back(are_[k].to_signal(said[k]));
+    if (are_[k].has_actuator())
+      values[k] = vehicle::laws::move(moving_.actuators[k], moving_.step, values[k], responses_[k],
+                                      step_s_);
+  }
+  ++moving_.step;
+  if (values == written_) return;
   numbers_.set(values);
+  written_ = std::move(values);
 }
 
 std::vector<std::string> Commands::signals_of(const ServeOptions& options) {

@@ -12,6 +12,7 @@
 #include "sim/serve_unit.h"
 #include "sim/unit.h"
 #include "unit_places.h"
+#include "vehicle/laws/actuator.h"
 
 namespace sim {
 
@@ -67,9 +68,18 @@ class Commands {
  public:
   Commands(Unit& unit, const std::string& path, const ServeOptions& options);
 
+  /// Actuators on their way from what is commanded to the unit.
+  struct Moving {
+    std::vector<vehicle::laws::Actuator<double>> actuators;
+    std::int64_t step = 0;
+  };
+
   /// As whoever commands would have said what the unit has.
   std::vector<double> get();
-  void set(std::vector<double> values);
+  void act(const std::vector<double>& said);  ///< before every step
+  void restart();                             ///< at rest, at what the unit has
+  const Moving& moving() const { return moving_; }
+  void restore(const Moving& moving);
 
  private:
   /// Fills are_; gives the names of the unit.
@@ -77,6 +87,10 @@ class Commands {
 
   std::vector<vehicle::SignalCommand> are_;
   Numbers numbers_;
+  double step_s_;
+  Moving moving_;
+  std::vector<vehicle::laws::Response<double>> responses_;
+  std::vector<double> written_;
 };
 
 }  // namespace sim

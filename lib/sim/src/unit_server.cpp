@@ -50,6 +50,7 @@ class Server {
   void run() {
     inputs_.write(unit_, 0.0);
     asked_ = commands_.get();
+    commands_.restart();
     safe_ = asked_;
     for (const auto& [name, value] : options_.safe) {
       const auto found = std::find(options_.commands.begin(), options_.commands.end(), name);
@@ -206,6 +207,7 @@ class Server {
   /// What changes beside the unit.
   struct Kept {
     vehicle::SignalSensors sensors;
+    Commands::Moving moving;
     RoadDevices::Progress road_devices;
     OpponentInputs opponents;
     std::vector<double> asked;
@@ -214,8 +216,9 @@ class Server {
 
   void save(const std::string& name) {
     unit_.save(name);
-    kept_.insert_or_assign(name, Kept{measurements_.sensors(), road_devices_.progress(), opponents_,
-                                      asked_, counts_.steps - began_at_});
+    kept_.insert_or_assign(
+        name, Kept{measurements_.sensors(), commands_.moving(), road_devices_.progress(),
+                   opponents_, asked_, counts_.steps - began_at_});
   }
 
   /// As it was when it was saved; sensors go on from there.
@@ -223,6 +226,7 @@ class Server {
     const Kept& kept = kept_.at(name);
     unit_.restore(name);
     measurements_.restore(kept.sensors);
+    commands_.restore(kept.moving);
     road_devices_.restore(kept.road_devices);
     opponents_ = kept.opponents;
     asked_ = kept.asked;
@@ -246,6 +250,7 @@ class Server {
     inputs_.restart();
     inputs_.write(unit_, 0.0);
     asked_ = commands_.get();
+    commands_.restart();
     acting_.clear();
     began_at_ = counts_.steps;
     was_reset_ = true;
@@ -260,7 +265,7 @@ class Server {
     is_safe_ = is_safe;
     if (is_safe) ++counts_.safe_steps;
     const std::vector<double>& acts = is_safe ? safe_ : asked_;
-    if (acts != acting_) commands_.set(acting_ = acts);
+    commands_.act(acting_ = acts);
     const double begin_s = now_s();
     inputs_.write(unit_, time_s());
     opponents_.write(unit_, time_s(), others_);

@@ -10,4 +10,7 @@ namespace vehicle {
 /// that cannot be.
 RoadSensorFile read_road_sensors(const Section& top);
 
+/// Keys at_m and turned_deg of a sensor.
+Mounting read_mounting(const Section& entry, const std::string& name, const std::string& where);
+
 }  // namespace vehicle

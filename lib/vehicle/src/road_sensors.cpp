@@ -22,22 +22,6 @@ SensorClock read_clock(const Section& entry, double rate_hz) {
   return {entry.number("rate_hz", rate_hz, 0.01, 1000.0), entry.number("delay_s", 0.0, 0.0, 10.0)};
 }
 
-Mounting read_mounting(const Section& entry, const std::string& name, const std::string& where) {
-  Mounting out;
-  const auto read = [&](const char* key, double most, std::array<double, 3>& to, double unit) {
-    const std::vector<double> numbers = entry.numbers(key, 3);
-    for (std::size_t k = 0; k < numbers.size(); ++k) {
-      if (!(std::abs(numbers[k]) <= most))
-        throw Error(fmt::format("{}: {}: {} has {}, wanted -{} to {}", where, name.substr(0, 60),
-                                key, numbers[k], most, most));
-      to[k] = unit * numbers[k];
-    }
-  };
-  read("at_m", 100.0, out.at_m, 1.0);
-  read("turned_deg", 360.0, out.turned_rad, kDegree);
-  return out;
-}
-
 std::vector<double> read_beams(const Section& entry, const std::string& name,
                                const std::string& where) {
   const std::vector<std::string> words = entry.words("beams_deg");
@@ -120,6 +104,22 @@ EdgeSensor read_edges(const Section& entry, const std::string& name, const std::
 
 }  // namespace
 
+Mounting read_mounting(const Section& entry, const std::string& name, const std::string& where) {
+  Mounting out;
+  const auto read = [&](const char* key, double most, std::array<double, 3>& to, double unit) {
+    const std::vector<double> numbers = entry.numbers(key, 3);
+    for (std::size_t k = 0; k < numbers.size(); ++k) {
+      if (!(std::abs(numbers[k]) <= most))
+        throw Error(fmt::format("{}: {}: {} has {}, wanted -{} to {}", where, name.substr(0, 60),
+                                key, numbers[k], most, most));
+      to[k] = unit * numbers[k];
+    }
+  };
+  read("at_m", 100.0, out.at_m, 1.0);
+  read("turned_deg", 360.0, out.turned_rad, kDegree);
+  return out;
+}
+
 std::size_t ScanSensor::columns() const {
   return static_cast<std::size_t>(std::max(1.0, std::floor(field_rad / step_rad + 1e-9)));
 }
@@ -139,10 +139,15 @@ RoadSensorFile read_road_sensors(const Section& top) {
         });
   if (top.has("pose")) {
     constexpr std::array kAxes{"x", "y", "z", "roll", "pitch", "yaw"};
+    constexpr std::array kMotion{"vx",       "vy", "vz", "roll_rate", "pitch_rate",
+                                 "yaw_rate", "ax", "ay", "az"};
     const Section pose = top.section("pose");
-    pose.allow({"x", "y", "z", "roll", "pitch", "yaw"});
+    pose.allow({"x", "y", "z", "roll", "pitch", "yaw", "vx", "vy", "vz", "roll_rate", "pitch_rate",
+                "yaw_rate", "ax", "ay", "az"});
     for (std::size_t k = 0; k < kAxes.size(); ++k)
       if (pose.has(kAxes[k])) out.pose[k] = pose.text(kAxes[k]);
+    for (std::size_t k = 0; k < kMotion.size(); ++k)
+      if (pose.has(kMotion[k])) out.motion[k] = pose.text(kMotion[k]);
   }
   return out;
 }

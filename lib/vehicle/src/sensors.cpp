@@ -8,9 +8,9 @@
 #include <numbers>
 #include <utility>
 
-#include "vehicle/settings.h"
+#include "mounted_motion.h"
 #include "vehicle/error.h"
-#include "vehicle/vec3.h"
+#include "vehicle/settings.h"
 
 namespace vehicle {
 namespace {
@@ -28,8 +28,6 @@ double gaussian(base::Random& random) {
   const double v = static_cast<double>(random.next() >> 11) / 9007199254740992.0;
   return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v);
 }
-
-Vec3<double> vec(const std::array<double, 3>& a) { return {a[0], a[1], a[2]}; }
 
 }  // namespace
 
@@ -126,37 +124,26 @@ void SensorRecorder::move_and_turn(const Device& device, std::vector<double>& ro
   static const std::size_t kPlace = column_of("x_m"), kAngle = column_of("roll_rad"),
                            kSpeed = column_of("vx_mps"), kTurning = column_of("roll_rate_radps"),
                            kForce = column_of("ax_mps2");
-  const Vec3<double> arm = vec(device.lever_arm_m);
-  const Rotation<double> body = rotation(row[kAngle], row[kAngle + 1], row[kAngle + 2]);
-  const Rotation<double> box =
-      rotation(device.mounting_rad[0], device.mounting_rad[1], device.mounting_rad[2]);
-  const Vec3<double> turning{row[kTurning], row[kTurning + 1], row[kTurning + 2]};
+  const auto three = [&](std::size_t at) {
+    return Vec3<double>{row[at], row[at + 1], row[at + 2]};
+  };
+  const PointMotion car{three(kPlace),
+                        {row[kAngle], row[kAngle + 1], row[kAngle + 2]},
+                        {row[kSpeed], row[kSpeed + 1], vz_mps},
+                        three(kTurning),
+                        three(kForce)};
+  const PointMotion box = mounted(car, turning_change_, device.lever_arm_m, device.mounting_rad);
   const auto put = [&](std::size_t at, const Vec3<double>& v) {
     row[at] = v.x;
     row[at + 1] = v.y;
     row[at + 2] = v.z;
   };
-  const Vec3<double> place = body.apply(arm);
-  row[kPlace] += place.x;
-  row[kPlace + 1] += place.y;
-  row[kPlace + 2] += place.z;
-  const Vec3<double> speed =
-      box.undo(Vec3<double>{row[kSpeed], row[kSpeed + 1], vz_mps} + cross(turning, arm));
-  row[kSpeed] = speed.x;
-  row[kSpeed + 1] = speed.y;
-  const Vec3<double> force{row[kForce], row[kForce + 1], row[kForce + 2]};
-  put(kForce,
-      box.undo(force + cross(vec(turning_change_), arm) + cross(turning, cross(turning, arm))));
-  put(kTurning, box.undo(turning));
-  // Axes of the box in the map: yaw, then pitch (nose down positive), then roll, as the body's.
-  const Vec3<double> x = body.apply(box.apply({1, 0, 0})), y = body.apply(box.apply({0, 1, 0})),
-                     z = body.apply(box.apply({0, 0, 1}));
-  if (device.mounting_rad != std::array<double, 3>{}) {
-    row[kAngle] = std::atan2(y.z, z.z);
-    row[kAngle + 1] = -std::asin(std::clamp(x.z, -1.0, 1.0));
-    const double yaw = std::atan2(x.y, x.x);
-    row[kAngle + 2] += std::remainder(yaw - row[kAngle + 2], 2.0 * std::numbers::pi);
-  }
+  put(kPlace, box.place_m);
+  row[kSpeed] = box.speed_mps.x;
+  row[kSpeed + 1] = box.speed_mps.y;
+  put(kForce, box.acceleration_mps2);
+  put(kTurning, box.turning_radps);
+  put(kAngle, {box.angle_rad[0], box.angle_rad[1], box.angle_rad[2]});
 }
 
 void SensorRecorder::record(const std::vector<double>& row, double vz_mps) {

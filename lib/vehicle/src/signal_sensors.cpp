@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mounted_motion.h"
 #include "read_road_sensors.h"
-#include "vehicle/settings.h"
 #include "vehicle/error.h"
+#include "vehicle/settings.h"
 
 namespace vehicle {
 namespace {
@@ -20,7 +21,7 @@ std::string device_of(const std::string& sensor) { return sensor.substr(0, senso
 SignalSensor read_sensor(const Section& entry, const std::string& name, const std::string& where) {
   entry.allow({"signal", "rate_hz", "delay_s", "jitter_s", "gain", "offset", "noise",
                "noise_density", "bias_walk", "bias_instability", "bias_time_s", "quantisation",
-               "smallest", "largest", "lost"});
+               "smallest", "largest", "lost", "at_m", "turned_deg"});
   SignalSensor out;
   out.name = name;
   out.signal = entry.text("signal");
@@ -38,6 +39,8 @@ SignalSensor read_sensor(const Section& entry, const std::string& name, const st
   out.smallest = entry.number("smallest", -kInfinite, -1e12, 1e12);
   out.largest = entry.number("largest", kInfinite, -1e12, 1e12);
   out.lost = entry.number("lost", 0.0, 0.0, 1.0);
+  if (entry.has("at_m") || entry.has("turned_deg"))
+    out.mounting = read_mounting(entry, name, where);
   const auto refuse = [&](const std::string& what) {
     throw Error(fmt::format("{}: {}: {}", where, name.substr(0, 60), what));
   };
@@ -49,7 +52,8 @@ SignalSensor read_sensor(const Section& entry, const std::string& name, const st
 
 SignalCommand read_command(const Section& entry, const std::string& name,
                            const std::string& where) {
-  entry.allow({"signal", "gain", "offset", "smallest", "largest"});
+  entry.allow({"signal", "gain", "offset", "smallest", "largest", "dead_time_s", "lag_s", "damping",
+               "lead_s"});
   SignalCommand out;
   out.name = name;
   out.signal = entry.text("signal");
@@ -57,10 +61,54 @@ SignalCommand read_command(const Section& entry, const std::string& name,
   out.offset = entry.number("offset", 0.0, -1e12, 1e12);
   out.smallest = entry.number("smallest", -kInfinite, -1e12, 1e12);
   out.largest = entry.number("largest", kInfinite, -1e12, 1e12);
+  out.dead_time_s = entry.number("dead_time_s", 0.0, 0.0, 5.0);
+  out.lag_s = entry.number("lag_s", 0.0, 0.0, 10.0);
+  out.damping = entry.number("damping", 1.0, 0.05, 100.0);
+  out.lead_s = entry.number("lead_s", 0.0, -10.0, 10.0);
   if (out.gain == 0.0)
     throw Error(fmt::format("{}: {}: a gain of 0 commands nothing", where, name.substr(0, 60)));
   if (!(out.smallest < out.largest))
     throw Error(fmt::format("{}: {}: smallest has to be below largest", where, name.substr(0, 60)));
+  return out;
+}
+
+/// Of the car: 0 to 5 its pose, 6 to 8 its speed, 9 to 11 its turning, 12 to 14 its acceleration.
+constexpr std::size_t kSpeed = 6, kTurning = 9, kAcceleration = 12, kOfCar = 15;
+
+const std::string& name_of_car(const SignalSensorFile& file, std::size_t k) {
+  return k < kSpeed ? file.road.pose[k] : file.road.motion[k - kSpeed];
+}
+
+/// Which number of the car the sensor is of. Throws Error where it is none.
+std::size_t of_car(const SignalSensorFile& file, const SignalSensor& sensor) {
+  std::string names;
+  for (std::size_t k = 0; k < kOfCar; ++k) {
+    if (name_of_car(file, k) == sensor.signal) return k;
+    if (!name_of_car(file, k).empty()) names += (k > 0 ? ", " : "") + name_of_car(file, k);
+  }
+  throw Error(fmt::format(
+      "the sensor {} has a place or axes in the car (at_m, turned_deg), which change nothing of "
+      "{}; wanted one of {}, or other names for these by pose",
+      sensor.name, sensor.signal, names));
+}
+
+/// What places in the car need to know for this number of it.
+bool needs(std::size_t wanted, std::size_t k) {
+  const bool is_turning = k >= kTurning && k < kAcceleration;
+  if (wanted < kSpeed) return k < kSpeed;
+  if (wanted < kTurning) return (k >= kSpeed && k < kTurning) || is_turning;
+  return is_turning || (wanted >= kAcceleration && k >= kAcceleration);
+}
+
+/// Those of the car that its sensors need.
+std::vector<std::size_t> needed_of_car(const SignalSensorFile& file) {
+  std::vector<std::size_t> out;
+  for (std::size_t k = 0; k < kOfCar; ++k)
+    if (!name_of_car(file, k).empty() &&
+        std::any_of(file.sensors.begin(), file.sensors.end(), [&](const SignalSensor& sensor) {
+          return sensor.mounting && needs(of_car(file, sensor), k);
+        }))
+      out.push_back(k);
   return out;
 }
 
@@ -126,7 +174,15 @@ SignalSensorFile read_signal_sensors(const std::string& path) {
   return out;
 }
 
-SignalSensors::SignalSensors(const SignalSensorFile& file, double step_s) : step_s_(step_s) {
+std::vector<std::string> SignalSensors::signals(const SignalSensorFile& file) {
+  std::vector<std::string> out;
+  for (const SignalSensor& sensor : file.sensors) out.push_back(sensor.signal);
+  for (const std::size_t k : needed_of_car(file)) out.push_back(name_of_car(file, k));
+  return out;
+}
+
+SignalSensors::SignalSensors(const SignalSensorFile& file, double step_s)
+    : of_car_(needed_of_car(file)), step_s_(step_s) {
   for (const SignalSensor& sensor : file.sensors) {
     if (sensor.rate_hz * step_s > 1.0 + 1e-9)
       throw Error(
@@ -139,6 +195,7 @@ SignalSensors::SignalSensors(const SignalSensorFile& file, double step_s) : step
                               sensor.delay_s, std::min(kLongestDelay_s, kMostDelaySteps * step_s)));
     Running running;
     running.is = sensor;
+    if (sensor.mounting) running.of_car = of_car(file, sensor);
     running.random = base::random_of(file.seed, sensor.name);
     running.clock = base::random_of(file.seed, "clock of " + device_of(sensor.name));
     running.past.resize(static_cast<std::size_t>(std::llround(sensor.delay_s / step_s)) + 1);
@@ -149,7 +206,39 @@ SignalSensors::SignalSensors(const SignalSensorFile& file, double step_s) : step
   }
 }
 
-void SignalSensors::step(std::span<const double> truth) {
+std::vector<double> SignalSensors::at_their_places(std::span<const double> truth) {
+  std::vector<double> out(truth.begin(),
+                          truth.begin() + static_cast<std::ptrdiff_t>(sensors_.size()));
+  if (of_car_.empty()) return out;
+  std::array<double, kOfCar> told{};
+  for (std::size_t k = 0; k < of_car_.size(); ++k) told[of_car_[k]] = truth[sensors_.size() + k];
+  const auto three = [&](std::size_t at) {
+    return Vec3<double>{told[at], told[at + 1], told[at + 2]};
+  };
+  const PointMotion car{
+      three(0), {told[3], told[4], told[5]}, three(kSpeed), three(kTurning), three(kAcceleration)};
+  std::array<double, 3> change{};
+  for (std::size_t k = 0; k < change.size(); ++k) {
+    if (steps_ > 0) change[k] = (told[kTurning + k] - last_turning_[k]) / step_s_;
+    last_turning_[k] = told[kTurning + k];
+  }
+  for (std::size_t k = 0; k < sensors_.size(); ++k) {
+    if (!sensors_[k].is.mounting) continue;
+    const Mounting& at = *sensors_[k].is.mounting;
+    const PointMotion box = mounted(car, change, at.at_m, at.turned_rad);
+    const std::array<Vec3<double>, 5> all{box.place_m,
+                                          {box.angle_rad[0], box.angle_rad[1], box.angle_rad[2]},
+                                          box.speed_mps,
+                                          box.turning_radps,
+                                          box.acceleration_mps2};
+    const Vec3<double>& of = all[sensors_[k].of_car / 3];
+    out[k] = std::array{of.x, of.y, of.z}[sensors_[k].of_car % 3];
+  }
+  return out;
+}
+
+void SignalSensors::step(std::span<const double> told) {
+  const std::vector<double> truth = at_their_places(told);
   for (std::size_t k = 0; k < sensors_.size(); ++k) {
     Running& sensor = sensors_[k];
     // Before the run everything was as at its begin.

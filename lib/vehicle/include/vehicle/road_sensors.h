@@ -53,6 +53,11 @@ struct RoadSensorFile {
   std::vector<EdgeSensor> edges;
   /// Numbers of the simulation: x, y, z on the map, roll, pitch, yaw.
   std::array<std::string, 6> pose{"car.x", "car.y", "car.z", "car.roll", "car.pitch", "car.yaw"};
+  /// The same of how it moves, in the car's axes: vx, vy, vz, roll, pitch and yaw rate, ax, ay, az.
+  /// Empty: taken as 0.
+  std::array<std::string, 9> motion{"car.vx",        "car.vy",         "",
+                                    "car.roll_rate", "car.pitch_rate", "car.yaw_rate",
+                                    "car.ax",        "car.ay",         "car.az"};
 
   bool empty() const { return scans.empty() && edges.empty(); }
 };

@@ -1,8 +1,10 @@
 // Sensors on signals of any simulation, by their names, read while it runs.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -33,17 +35,24 @@ struct SignalSensor {
   double smallest = -std::numeric_limits<double>::infinity();
   double largest = std::numeric_limits<double>::infinity();
   double lost = 0.0;  ///< share of the samples that never arrive; the one before stays
+  /// Of a box elsewhere in the car, or with axes of its own: the signal is one of the file's pose
+  /// or motion, and what is sampled is what it is there.
+  std::optional<Mounting> mounting = std::nullopt;
 };
 
 /// What somebody who drives says, and what the simulation's input becomes of it:
-/// `gain` * value + `offset`, held between `smallest` and `largest`.
+/// `gain` * value + `offset`, held between `smallest` and `largest`; then what an actuator makes of
+/// it: a dead time, and lag^2 y'' + 2 damping lag y' + y = command, with a lead (the ARX model of
+/// second order, as of the car's own actuators).
 struct SignalCommand {
   std::string name;    ///< what the command is called
   std::string signal;  ///< of the simulation
   double gain = 1.0, offset = 0.0;
   double smallest = -std::numeric_limits<double>::infinity();
   double largest = std::numeric_limits<double>::infinity();
+  double dead_time_s = 0.0, lag_s = 0.0, damping = 1.0, lead_s = 0.0;
 
+  bool has_actuator() const { return dead_time_s > 0.0 || lag_s > 0.0; }
   double to_signal(double value) const;
   double from_signal(double value) const { return (value - offset) / gain; }
 };
@@ -79,14 +88,18 @@ SignalSensorFile read_signal_sensors(const std::string& path);
 class SignalSensors {
  public:
   /// `step_s` is the time from one step() to the next. Throws Error for a sensor that samples
-  /// faster than that.
+  /// faster than that, and for one with a place in the car whose signal no place changes.
   SignalSensors(const SignalSensorFile& file, double step_s);
 
-  /// The true values of all signals, in the order of the file; first those of time 0. Every sensor
+  /// What step() wants to know: the signals of the sensors in the order of the file, then what
+  /// places in the car need, where a sensor has one.
+  static std::vector<std::string> signals(const SignalSensorFile& file);
+
+  /// The true values of signals(), in their order; first those of time 0. Every sensor
   /// has a stream of random numbers of its own, by the seed and its name: another sensor does not
   /// change it. Jitter and losses are by the name up to its last dot: gnss.x and gnss.y are one
   /// device, whose samples come, or are lost, together.
-  void step(std::span<const double> truth);
+  void step(std::span<const double> told);
 
   std::size_t size() const { return sensors_.size(); }
   double value(std::size_t sensor) const { return sensors_[sensor].value; }
@@ -101,10 +114,14 @@ class SignalSensors {
     double noise = 0.0, walked = 0.0, unstable = 0.0;
     double due_s = 0.0, value = 0.0;
     std::uint64_t samples = 0, of_step = 0;
+    std::size_t of_car = 0;  ///< with a place in it: which of the file's pose and motion
   };
   void sample(Running& sensor);
+  std::vector<double> at_their_places(std::span<const double> truth);
 
   std::vector<Running> sensors_;
+  std::vector<std::size_t> of_car_;       ///< of the file's pose and motion: those that are told
+  std::array<double, 3> last_turning_{};  ///< rad/s
   double step_s_;
   std::uint64_t steps_ = 0;
 };

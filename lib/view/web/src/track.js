@@ -35,7 +35,7 @@ const classes = ['road', 'kerb', 'runoff', 'barrier', 'scenery'];
 /// `openRoad(id, against)` shows a road in its own part, compared with another one; `changed()` reads the list of files again and resolves to it;
 /// `keep(id, state)` puts what is seen into the address.
 export function makeTrack({ openRoad, changed, entriesOf, keep }) {
-  let id = null, recipeId = null, shownView = '', tool = 'look', points = [], part = null, sheet = null, roadId = null;
+  let id = null, recipeId = null, shownView = '', tool = 'look', points = [], part = null, sheet = null, roadId = null, asked = 0;
   // Two lines: a mesh that has been read must not take away what was said of a change meanwhile.
   const [[note, say], [reading, sayOfMesh]] = ['note', 'reading'].map((role) => {
     const box = el('p', { class: 'small', role: 'status', 'data-role': role });
@@ -233,18 +233,20 @@ export function makeTrack({ openRoad, changed, entriesOf, keep }) {
     openRoad(`0/${job.result}`, whole);
   }
 
-  /// What was built, or what lies there from an earlier build.
+  /// What was built, or what lies there from an earlier build. What was asked for last is shown: a list of files from before the end of a build knows no road.
   async function showResult(result, of) {
+    const turn = ++asked, isPast = () => of !== id || turn !== asked;
     const { entries } = await changed(), inside = entries.filter((entry) => entry.id.startsWith(`0/${result}/`));
     const made = inside.filter((entry) => entry.kind === 'road' && !/\.(patch-\d+|friction)\.crg$/.test(entry.id)).sort((a, b) => b.modified_s - a.modified_s)[0];
     const question = inside.find((entry) => entry.id.endsWith('.question.png'));
+    if (isPast()) return;
     pictures.replaceChildren(
       made ? el('p', {}, el('button', { type: 'button', 'data-role': 'open-road', onclick: () => openRoad(made.id) }, 'Open the report of this road')) : '',
       question ? el('img', { src: fileAddress(question.id, question.modified_s), alt: 'Which road is meant: candidates with their numbers', style: 'max-width:100%' }) : '');
     if (!made) { setRoad(null, null, null); return; }
     const packed = await getPacked('road', { id: made.id });
     const summary = await getJson('file', { id: `0/${result}/summary.json` }).catch(() => null);
-    if (of !== id) return;
+    if (isPast()) return;
     setRoad(packed, summary, made.id);
   }
 
