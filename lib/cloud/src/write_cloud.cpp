@@ -43,28 +43,33 @@ void write_cloud(const Cloud& cloud, const std::string& path, bool doubles,
   if (!origin.empty()) head = (pcd ? "# origin_m " : "comment origin_m ") + origin + "\n";
   for (const std::string& comment : comments)
     head += (pcd ? "# " : "comment ") + base::one_line(comment) + "\n";
+  const int size = doubles ? 8 : 4;
+  std::string properties, names = "x y z", sizes = fmt::format("{0} {0} {0}", size);
+  std::string types = "F F F", counts = "1 1 1";
+  const auto add = [&](bool is_there, const char* name, const char* ply_type, int bytes_of_it,
+                       char type) {
+    if (!is_there) return;
+    properties += fmt::format("property {} {}\n", ply_type, name);
+    names += fmt::format(" {}", name), sizes += fmt::format(" {}", bytes_of_it);
+    types += fmt::format(" {}", type), counts += " 1";
+  };
+  add(time, "time", "double", 8, 'F');
+  add(intensity, "intensity", "float", 4, 'F');
+  add(classes, "classification", "uchar", 1, 'U');
+  add(sigma, "sigma", "float", 4, 'F');
   std::string bytes;
   if (!pcd) {
     const char* const type = doubles ? "double" : "float";
     bytes = fmt::format(
-        "ply\nformat binary_little_endian 1.0\n{}element vertex {}\nproperty {} x\nproperty {} "
-        "y\nproperty {} z\n{}{}{}{}end_header\n",
-        head, cloud.size(), type, type, type, time ? "property double time\n" : "",
-        intensity ? "property float intensity\n" : "",
-        classes ? "property uchar classification\n" : "", sigma ? "property float sigma\n" : "");
+        "ply\nformat binary_little_endian 1.0\n{0}element vertex {1}\nproperty {2} x\n"
+        "property {2} y\nproperty {2} z\n{3}end_header\n",
+        head, cloud.size(), type, properties);
   } else {
-    const int size = doubles ? 8 : 4;
     bytes = fmt::format(
-        "# .PCD v0.7 - Point Cloud Data file format\n{}VERSION 0.7\nFIELDS x y z{}{}{}{}\nSIZE {} "
-        "{} "
-        "{}{}{}{}{}\nTYPE F F F{}{}{}{}\nCOUNT 1 1 1{}{}{}{}\nWIDTH {}\nHEIGHT 1\nVIEWPOINT 0 0 0 "
-        "1 0 0 "
-        "0\nPOINTS {}\nDATA binary\n",
-        head, time ? " time" : "", intensity ? " intensity" : "", classes ? " classification" : "",
-        sigma ? " sigma" : "", size, size, size, time ? " 8" : "", intensity ? " 4" : "",
-        classes ? " 1" : "", sigma ? " 4" : "", time ? " F" : "", intensity ? " F" : "",
-        classes ? " U" : "", sigma ? " F" : "", time ? " 1" : "", intensity ? " 1" : "",
-        classes ? " 1" : "", sigma ? " 1" : "", cloud.size(), cloud.size());
+        "# .PCD v0.7 - Point Cloud Data file format\n{0}VERSION 0.7\nFIELDS {1}\nSIZE {2}\n"
+        "TYPE {3}\nCOUNT {4}\nWIDTH {5}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {5}\n"
+        "DATA binary\n",
+        head, names, sizes, types, counts, cloud.size());
   }
   base::FileWriter file(path);
   for (std::size_t i = 0; i < cloud.size(); ++i) {

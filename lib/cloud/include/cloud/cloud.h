@@ -9,8 +9,8 @@
 namespace cloud {
 
 /// Map position of point i = origin_m + (x_m[i], y_m[i], z_m[i]). time_s, intensity,
-/// classification and sigma_m are empty where the source has none, else as long as x_m. Points with a
-/// coordinate that is not finite never get in.
+/// classification and sigma_m are empty where the source has none, else as long as x_m. Points with
+/// a coordinate that is not finite never get in.
 struct Cloud {
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();
   std::vector<double> x_m, y_m, z_m;
