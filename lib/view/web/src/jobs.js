@@ -64,9 +64,21 @@ export function makeJobs() {
   return box;
 }
 
+/// Only so many commands run at once. One that comes while others still read meshes waits for its turn.
+async function startWhenFree(wish) {
+  while (true) {
+    try {
+      return await startJob(wish);
+    } catch (error) {
+      if (!/^\d+ commands run already/.test(error.message)) throw error;
+      await new Promise((later) => { setTimeout(later, 300); });
+    }
+  }
+}
+
 /// Starts a command, calls `begins` with {id, command, result}, and waits for its end: that and {exit_code, messages, ...}.
 export async function run(wish, begins = () => {}) {
-  const begun = await startJob(wish);
+  const begun = await startWhenFree(wish);
   begins(begun);
   const ended = new Promise((done) => { waiting.set(begun.id, done); });
   look();
