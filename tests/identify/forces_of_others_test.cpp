@@ -20,30 +20,9 @@ namespace {
 
 using nlohmann::json;
 
-/// The first `longest_s` of a log; without `kept_back` names.
-template <class KeptBack>
-vehicle::Recording begin_of(const vehicle::Recording& log, double longest_s,
-                            const KeptBack& kept_back) {
-  const std::vector<double>& time = *log.table.find("time_s");
-  const auto rows =
-      std::upper_bound(time.begin(), time.end(), time.front() + longest_s) - time.begin();
-  vehicle::Table out;
-  for (std::size_t c = 0; c < log.table.names.size(); ++c) {
-    const std::string& name = log.table.names[c];
-    if (kept_back(name)) continue;
-    const std::vector<double>& column = log.table.columns[c];
-    out.add(name, {column.begin(), column.begin() + rows});
-  }
-  return vehicle::make_recording(out, "seen");
-}
-
-vehicle::Recording begin_of(const vehicle::Recording& log, double longest_s) {
-  return begin_of(log, longest_s, [](const std::string&) { return false; });
-}
-
 /// Without the channels that the estimate is compared with.
 vehicle::Recording without_truth(const vehicle::Recording& log, double longest_s) {
-  return begin_of(log, longest_s, [](const std::string& name) {
+  return support::begin_of(log, longest_s, [](const std::string& name) {
     return name == "vy_mps" || name.starts_with("fz_");
   });
 }
@@ -90,17 +69,6 @@ void judge(const std::string& name, const identify::Estimated& e,
   EXPECT_LT(rmse, std::max(most, most_share * peak)) << name;
 }
 
-/// What the owners of the recorded car say of how far it may be off: a few per cent.
-std::array<double, vehicle::kParameterCount> few_per_cent() {
-  std::array<double, vehicle::kParameterCount> out{};
-  using P = vehicle::Parameter;
-  for (const P p : {P::chassis_mass_kg, P::chassis_cog_behind_front_m, P::chassis_yaw_inertia_kgm2,
-                    P::aero_drag_area_m2, P::front_tyre_grip, P::rear_tyre_grip,
-                    P::front_tyre_cornering_stiffness, P::rear_tyre_cornering_stiffness})
-    out[static_cast<std::size_t>(p)] = 0.06;
-  return out;
-}
-
 identify::Forces estimate(support::RecordedCar c, const vehicle::Recording& log, bool true_car) {
   // The other simulator's wheels act on the body by their forces only.
   c.terms[vehicle::Term::gyroscopic] = c.terms[vehicle::Term::wheel_reaction] = 0.0;
@@ -108,7 +76,7 @@ identify::Forces estimate(support::RecordedCar c, const vehicle::Recording& log,
   identify::ForcesOptions options;
   options.fuel_kg = 0.0;
   options.noise_rounds = 3;
-  if (!true_car) options.prior = few_per_cent();
+  if (!true_car) options.prior = support::few_per_cent();
   return identify::estimate_forces(car, vehicle::Road(), log, options);
 }
 
@@ -128,9 +96,9 @@ TEST(ForcesOfOthers, AreThoseOfTheTrueCar) {
     const vehicle::Recording log = support::recorded_log(folder + "/" + id + ".csv.xz");
     const json& factors = trial.at("parameter_factors");
     const identify::Forces reference = estimate(support::recorded_car(folder, factors),
-                                                begin_of(log, 40.0), true),
-                           f = estimate(support::stated_car(folder, factors), begin_of(log, 40.0),
-                                        false);
+                                                support::begin_of(log, 40.0), true),
+                           f = estimate(support::stated_car(folder, factors),
+                                        support::begin_of(log, 40.0), false);
     fmt::print("{}: {} rows, {} lost\n", id, f.rows, f.lost);
     for (const auto& [name, factor] : factors.items())
       fmt::print("  truly {} {:+.4f}\n", name, factor.get<double>() - 1.0);
@@ -161,18 +129,17 @@ TEST(ForcesOfOthers, LoadsAndLateralSpeedAreThoseThatWereKeptBack) {
     SCOPED_TRACE(id);
     const vehicle::Recording log = support::recorded_log(folder + "/" + id + ".csv.xz");
     const vehicle::Recording seen = without_truth(log, heavy ? 90.0 : 20.0);
-    json as_stated = trial.at("parameter_factors");
-    for (auto& [name, factor] : as_stated.items()) factor = 1.0;
+    const json& factors = trial.at("parameter_factors");
     for (const bool true_car : {true, false}) {
       support::RecordedCar stated =
-          support::recorded_car(folder, true_car ? trial.at("parameter_factors") : as_stated);
+          true_car ? support::recorded_car(folder, factors) : support::stated_car(folder, factors);
       // The other simulator's wheels act on the body by their forces only.
       stated.terms[vehicle::Term::gyroscopic] = stated.terms[vehicle::Term::wheel_reaction] = 0.0;
       const vehicle::Car<double> car =
           vehicle::make_car(stated.files, stated.parameters, stated.terms);
       identify::ForcesOptions options;
       options.fuel_kg = 0.0;
-      if (!true_car) options.prior = few_per_cent();
+      if (!true_car) options.prior = support::few_per_cent();
       if (!heavy) options.noise_rounds = 2;
       const identify::Forces f = identify::estimate_forces(car, vehicle::Road(), seen, options);
       EXPECT_GT(f.rows, 9 * seen.table.rows() / 10);

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "vehicle/car.h"
 #include "vehicle/recording.h"
@@ -144,6 +145,37 @@ inline RecordedCar recorded_car(const std::string& folder, const nlohmann::json&
 inline RecordedCar stated_car(const std::string& folder, nlohmann::json factors) {
   for (auto& [name, factor] : factors.items()) factor = 1.0;
   return recorded_car(folder, factors);
+}
+
+/// What the owners of the recorded car say of how far it may be off: a few per cent.
+inline std::array<double, vehicle::kParameterCount> few_per_cent() {
+  std::array<double, vehicle::kParameterCount> out{};
+  using P = vehicle::Parameter;
+  for (const P p : {P::chassis_mass_kg, P::chassis_cog_behind_front_m, P::chassis_yaw_inertia_kgm2,
+                    P::aero_drag_area_m2, P::front_tyre_grip, P::rear_tyre_grip,
+                    P::front_tyre_cornering_stiffness, P::rear_tyre_cornering_stiffness})
+    out[static_cast<std::size_t>(p)] = 0.06;
+  return out;
+}
+
+/// The first `longest_s` of a log; without the channels that `kept_back` names.
+template <class KeptBack>
+vehicle::Recording begin_of(const vehicle::Recording& log, double longest_s,
+                            const KeptBack& kept_back) {
+  const std::vector<double>& time = *log.table.find("time_s");
+  const auto rows =
+      std::upper_bound(time.begin(), time.end(), time.front() + longest_s) - time.begin();
+  vehicle::Table out;
+  for (std::size_t c = 0; c < log.table.names.size(); ++c) {
+    const std::string& name = log.table.names[c];
+    if (kept_back(name)) continue;
+    const std::vector<double>& column = log.table.columns[c];
+    out.add(name, {column.begin(), column.begin() + rows});
+  }
+  return vehicle::make_recording(out, "begin");
+}
+inline vehicle::Recording begin_of(const vehicle::Recording& log, double longest_s) {
+  return begin_of(log, longest_s, [](const std::string&) { return false; });
 }
 
 /// Of a car whose file says nothing of them.

@@ -6,6 +6,7 @@ namespace explain {
 
 std::vector<double> further_along(const Signals& s, double shift_m) {
   std::vector<double> way_m(s.n, 0.0), out(s.n, 0.0);
+  if (s.n < 2) return out;
   for (std::size_t i = 1; i < s.n; ++i) {
     const double mean_mps = 0.5 * (s.x[kVx][i - 1] + s.x[kVx][i]);
     way_m[i] = way_m[i - 1] + (mean_mps > 0 ? Signals::kStep_s * mean_mps : 0.0);

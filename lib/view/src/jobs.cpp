@@ -21,6 +21,7 @@
 
 #include "base/descriptor.h"
 #include "base/error.h"
+#include "wish.h"
 
 namespace view {
 namespace {
@@ -144,8 +145,8 @@ int Jobs::start(const std::vector<std::string>& command, const std::string& fold
       task->thread.join();  // it has nothing left to do
   }
   if (busy >= kMostRunning)
-    throw base::Error(
-        fmt::format("{} commands run already; wait for one of them or stop it", busy));
+    throw Refusal(429,
+                  fmt::format("{} commands run already; wait for one of them or stop it", busy));
 
   // Outputs are for whoever asked; the oldest that have ended go.
   for (std::size_t k = 0; k + kMostOutputs < running_->tasks.size(); ++k)

@@ -30,7 +30,7 @@ class Jobs {
   ~Jobs();  ///< ends what runs
 
   /// Starts a program; its standard error is a terminal, so that it shows how far it is. Throws
-  /// Error when kMostRunning run already.
+  /// Refusal (429) when kMostRunning run already.
   int start(const std::vector<std::string>& command, const std::string& folder);
   /// SIGTERM, and SIGKILL two seconds later. Nothing where it has ended.
   void stop(int id);

@@ -6,7 +6,7 @@ import { getJson, startJob, stopJob } from './server.js';
 const kShown = 150;  // characters of a command; Copy gives all
 const kShort_s = 3;  // who waits for a short command waits for each look at it, too
 const waiting = new Map();  // number of a job -> what to call with it when it has ended
-let box, timer, shown = '', showing = 4;
+let box, timer, shown = '', showing = 4, inLine = 0;
 
 /// How a command ended that said nothing of it.
 export const endOf = (job) => (job.exit_code > 128 ? `${job.command[0]} was ended by signal ${job.exit_code - 128}; nothing that was there has changed.` : `${job.command[0]} ended with exit code ${job.exit_code}.`);
@@ -45,10 +45,10 @@ async function look() {
     timer = setTimeout(look, 2000);  // until it answers again
     return;
   }
-  const newest = [...jobs].reverse(), now = JSON.stringify([newest, showing]);
+  const newest = [...jobs].reverse(), now = JSON.stringify([newest, showing, inLine]);
   if (now !== shown) {  // else whoever reads it would lose what was opened or marked
     shown = now;
-    refill(box, ...rowsOf(newest));
+    refill(box, ...(inLine > 0 ? [el('p', { class: 'small warn' }, inLine === 1 ? 'One more command waits for one of these to end, or to be stopped.' : `${inLine} more commands wait for one of these to end, or to be stopped.`)] : []), ...rowsOf(newest));
   }
   for (const job of jobs) {
     if (job.running || !waiting.has(job.id)) continue;
@@ -64,15 +64,21 @@ export function makeJobs() {
   return box;
 }
 
-/// Only so many commands run at once. One that comes while others still read meshes waits for its turn.
+/// Only so many commands run at once (429). One that comes while others still read meshes waits for its turn, and the list of commands says so.
 async function startWhenFree(wish) {
-  while (true) {
-    try {
-      return await startJob(wish);
-    } catch (error) {
-      if (!/^\d+ commands run already/.test(error.message)) throw error;
-      await new Promise((later) => { setTimeout(later, 300); });
+  let waits = false;
+  try {
+    while (true) {
+      try {
+        return await startJob(wish);
+      } catch (error) {
+        if (error.status !== 429) throw error;
+        if (!waits) { waits = true; ++inLine; look(); }
+        await new Promise((later) => { setTimeout(later, 300); });
+      }
     }
+  } finally {
+    if (waits) --inLine;
   }
 }
 
