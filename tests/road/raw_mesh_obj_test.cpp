@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <random>
 #include <string>
@@ -193,6 +195,54 @@ TEST(ReadObj, KeepsEveryTriangleOfAnyOrder) {
     }
     writer.rectangles(1);
     expect_read(writer, fmt::format("seed {}", seed));
+  }
+}
+
+TEST(ReadObj, TrianglesAndPolygonsStandInTheOrderOfTheFile) {
+  const support::TemporaryFolder folder;
+  std::string text;
+  // Each face along x has one corner more than the one before; every second one is a triangle.
+  for (int face = 0; face < 12; ++face) {
+    const int corners = face % 2 == 0 ? 3 : 4 + face / 2;
+    for (int k = 0; k < corners; ++k) {
+      const double angle = 2.0 * M_PI * k / corners;
+      text += fmt::format("v {} {} 0\n", 10.0 * face + std::cos(angle), std::sin(angle));
+    }
+    text += fmt::format("o {}\nf", face % 3);
+    for (int k = corners; k > 0; --k) text += fmt::format(" -{}", k);
+    text += '\n';
+  }
+  const road::Mesh mesh = road::read_mesh(folder.file("a.obj", text));
+  std::vector<int> faces;  // of each triangle, told by where it lies
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const double x = (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)).x() / 3.0;
+    const int face = static_cast<int>(std::lround((x + mesh.origin_m.x()) / 10.0));
+    EXPECT_EQ(mesh.objects[mesh.object_of_triangle[t]].name, fmt::to_string(face % 3)) << t;
+    faces.push_back(face);
+  }
+  EXPECT_TRUE(std::is_sorted(faces.begin(), faces.end()));
+  EXPECT_EQ(std::count(faces.begin(), faces.end(), 4), 1);
+  EXPECT_EQ(std::count(faces.begin(), faces.end(), 5), 4);
+}
+
+TEST(ReadObj, RefusesFacesThatWouldTakeMinutesToCut) {
+  const support::TemporaryFolder folder;
+  constexpr int kCorners = 2000;
+  std::string vertices, face = "f";
+  for (int k = 0; k < kCorners; ++k) {
+    const double angle = 2.0 * M_PI * k / kCorners;
+    vertices += fmt::format("v {} {} 0\n", 100.0 * std::cos(angle), 100.0 * std::sin(angle));
+    face += fmt::format(" {}", k + 1);
+  }
+  std::string few = vertices, many = vertices;
+  for (int k = 0; k < 100; ++k) (k < 3 ? few : many) += face + '\n';
+  EXPECT_EQ(road::read_mesh(folder.file("few.obj", few)).triangles.size(), 3u * (kCorners - 2));
+  try {
+    road::read_mesh(folder.file("many.obj", many));
+    ADD_FAILURE() << "read";
+  } catch (const road::Error& error) {
+    EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("many.obj: cutting its faces"),
+                                             HasSubstr("export it again")));
   }
 }
 

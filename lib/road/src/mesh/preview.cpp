@@ -194,7 +194,9 @@ CleanReport cleaned_by(Recipe recipe, const Mesh& mesh, Preview& out) {
 Preview preview(const Recipe& given, std::size_t most, PreviewClasses classes) {
   Preview out;
   MeshReadReport read;
-  const Mesh mesh = read_mesh(given.mesh_path, read_to_clean(given.read, given.clean), &read);
+  const Mesh mesh = read_mesh(
+      given.mesh_path,
+      classes == PreviewClasses::none ? given.read : read_to_clean(given.read, given.clean), &read);
   CleanReport cleaned;
   if (classes == PreviewClasses::cleaned) cleaned = cleaned_by(given, mesh, out);
   out.origin_m = mesh.origin_m;

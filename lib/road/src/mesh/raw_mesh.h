@@ -58,8 +58,8 @@ void check_nesting(std::string_view bytes, const std::string& path);
 using MaterialLibrary = std::function<std::optional<std::string>(const std::string& name)>;
 
 /// Wavefront .obj. What the last 'o' or 'g' line says is an object's name; objects and materials
-/// that come again go on where they stopped. Throws Error. Folded polygons of 2,000 corners take
-/// seconds.
+/// that come again go on where they stopped. Throws Error, also where cutting large polygons would
+/// take minutes.
 RawMesh read_obj(std::string_view bytes, const std::string& path, const MaterialLibrary& library);
 
 /// The same, with lists of materials that lie where the mesh may refer to (see read_with_assimp).
@@ -68,9 +68,11 @@ RawMesh read_obj_file(std::string_view bytes, const std::string& path,
                       const std::function<void(std::size_t)>& opened);
 
 /// Cuts a polygon into triangles by ears; points and lines give none. assimp's own step for this
-/// ends the program on some damaged files.
-void triangulate(const std::vector<Eigen::Vector3d>& vertices, std::vector<std::uint32_t>& polygon,
-                 std::vector<std::array<std::uint32_t, 3>>& triangles);
+/// ends the program on some damaged files. Gives how many corners were asked whether they lie in an
+/// ear: some 20 ns each; of 2,000 corners seen: up to 4e6.
+std::size_t triangulate(const std::vector<Eigen::Vector3d>& vertices,
+                        std::vector<std::uint32_t>& polygon,
+                        std::vector<std::array<std::uint32_t, 3>>& triangles);
 
 /// What a glTF calls a buffer -> its bytes; nothing where they cannot be had.
 using BufferFile = std::function<std::optional<std::string>(const std::string& uri)>;

@@ -18,6 +18,10 @@
 namespace road {
 namespace {
 
+// Half a second, and some for each megabyte: a face of 2,000 corners needs up to four million, with
+// vertices of its own not half of these per byte. A damaged file must not take hours.
+constexpr std::size_t kEarTests = 20'000'000, kEarTestsPerByte = 100;
+
 /// Longer names are cut: one text repeated for a million materials would fill the memory.
 constexpr std::size_t kLongestName = 1000;
 
@@ -82,7 +86,17 @@ void add_looks(std::string_view text, std::map<std::string, BaseLook>& looks) {
 class ObjReader {
  public:
   ObjReader(std::string_view bytes, const std::string& path, const MaterialLibrary& library)
-      : lines_(bytes), ends_whole_(bytes.ends_with('\n')), path_(path), library_(library) {}
+      : lines_(bytes),
+        bytes_(bytes.size()),
+        ends_whole_(bytes.ends_with('\n')),
+        path_(path),
+        library_(library) {
+    // Room that is not used costs nothing; growing to a million triangles costs as much as reading.
+    constexpr std::size_t kBytesPerTriangle = 32;
+    mesh_.triangles.reserve(bytes.size() / kBytesPerTriangle);
+    mesh_.object_of_triangle.reserve(bytes.size() / kBytesPerTriangle);
+    mesh_.vertices.reserve(bytes.size() / (2 * kBytesPerTriangle));
+  }
 
   RawMesh read() {
     while (next_line()) {
@@ -114,8 +128,10 @@ class ObjReader {
 
  private:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  struct Face {
-    std::uint32_t corners, object;
+  /// A face of more than three corners: cut only when all vertices are known.
+  struct Polygon {
+    std::size_t triangles_before, begin, end;  ///< the last two of polygon_corners_
+    std::uint32_t object;
   };
 
   /// One line; a vertex or face whose line ends in a stroke goes on in the next.
@@ -144,7 +160,7 @@ class ObjReader {
 
   void add_face(std::string_view rest) {
     const auto vertices = static_cast<std::int64_t>(mesh_.vertices.size());
-    const std::size_t begin = corners_.size();
+    corners_.clear();
     for (std::string_view word = base::take_word(rest); !word.empty();
          word = base::take_word(rest)) {
       auto index = base::to_number<std::int64_t>(word.substr(0, word.find('/'))).value_or(0);
@@ -160,22 +176,27 @@ class ObjReader {
         largest_index_ = index;
         largest_index_line_ = line_number_;
       }
-      check_count(corners_.size());
       corners_.push_back(static_cast<std::uint32_t>(index - 1));
     }
     ++faces_seen_;
-    last_corners_ = corners_.size() - begin;
-    if (last_corners_ < 3) {
-      corners_.resize(begin);
-      return;
-    }
+    last_corners_ = corners_.size();
+    if (last_corners_ < 3) return;
     if (current_ == kNone) {
       const auto next = static_cast<std::uint32_t>(mesh_.objects.size());
       const auto [known, is_new] = numbers_.try_emplace({name_, material_}, next);
       if (is_new) mesh_.objects.push_back({name_, material_, ""});
       current_ = known->second;
     }
-    faces_.push_back({static_cast<std::uint32_t>(last_corners_), current_});
+    if (last_corners_ == 3) {
+      check_count(mesh_.triangles.size());
+      mesh_.triangles.push_back({corners_[0], corners_[1], corners_[2]});
+      mesh_.object_of_triangle.push_back(current_);
+      return;
+    }
+    const std::size_t begin = polygon_corners_.size();
+    check_count(begin + last_corners_);
+    polygon_corners_.insert(polygon_corners_.end(), corners_.begin(), corners_.end());
+    polygons_.push_back({mesh_.triangles.size(), begin, begin + last_corners_, current_});
   }
 
   void add_library(const std::string& name) {
@@ -217,20 +238,42 @@ class ObjReader {
     }
   }
 
-  /// Only now: faces may stand before their vertices.
+  /// Only now: faces may stand before their vertices. What they become stands where they stood.
   void cut_polygons() {
-    std::vector<std::uint32_t> polygon;
-    mesh_.triangles.reserve(faces_.size());
-    auto at = corners_.begin();
-    for (const Face& face : faces_) {
-      polygon.assign(at, at + face.corners);
-      at += face.corners;
-      triangulate(mesh_.vertices, polygon, mesh_.triangles);
-      mesh_.object_of_triangle.resize(mesh_.triangles.size(), face.object);
+    if (polygons_.empty()) return;
+    const auto triangles = std::exchange(mesh_.triangles, {});
+    const auto objects = std::exchange(mesh_.object_of_triangle, {});
+    mesh_.triangles.reserve(triangles.size() + polygon_corners_.size());
+    std::size_t at = 0, ear_tests = 0;
+    const auto take_triangles = [&](std::size_t end) {
+      mesh_.triangles.insert(mesh_.triangles.end(), triangles.begin() + difference(at),
+                             triangles.begin() + difference(end));
+      mesh_.object_of_triangle.insert(mesh_.object_of_triangle.end(),
+                                      objects.begin() + difference(at),
+                                      objects.begin() + difference(end));
+      at = end;
+    };
+    std::vector<std::uint32_t> corners;
+    for (const Polygon& polygon : polygons_) {
+      take_triangles(polygon.triangles_before);
+      corners.assign(polygon_corners_.begin() + difference(polygon.begin),
+                     polygon_corners_.begin() + difference(polygon.end));
+      ear_tests += triangulate(mesh_.vertices, corners, mesh_.triangles);
+      if (ear_tests > kEarTests + kEarTestsPerByte * bytes_) {
+        throw Error(fmt::format(
+            "{}: cutting its faces of up to 2,000 corners into triangles takes so long that it was "
+            "given up; cut them into triangles in the program that made it and export it again",
+            path_));
+      }
+      mesh_.object_of_triangle.resize(mesh_.triangles.size(), polygon.object);
     }
+    take_triangles(triangles.size());
   }
 
+  static std::ptrdiff_t difference(std::size_t count) { return static_cast<std::ptrdiff_t>(count); }
+
   base::Lines lines_;
+  std::size_t bytes_;
   bool ends_whole_;
   const std::string& path_;
   const MaterialLibrary& library_;
@@ -245,8 +288,9 @@ class ObjReader {
   std::map<std::pair<std::string, std::string>, std::uint32_t> numbers_;
   std::map<std::string, BaseLook> looks_;
   std::set<std::string> libraries_;
-  std::vector<Face> faces_;
-  std::vector<std::uint32_t> corners_;  ///< of all faces, counted from 0
+  std::vector<Polygon> polygons_;
+  std::vector<std::uint32_t> polygon_corners_;  ///< of all of them, counted from 0
+  std::vector<std::uint32_t> corners_;          ///< of the face that is read, likewise
   std::size_t faces_seen_ = 0, last_corners_ = 3;
   std::int64_t largest_index_ = 0;
   std::size_t largest_index_line_ = 0;

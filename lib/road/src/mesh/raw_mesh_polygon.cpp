@@ -2,8 +2,10 @@
 
 namespace road {
 
-void triangulate(const std::vector<Eigen::Vector3d>& vertices, std::vector<std::uint32_t>& polygon,
-                 std::vector<std::array<std::uint32_t, 3>>& triangles) {
+std::size_t triangulate(const std::vector<Eigen::Vector3d>& vertices,
+                        std::vector<std::uint32_t>& polygon,
+                        std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  std::size_t ear_tests = 0;
   // Polygons with many corners are terrain borders; beyond this the quadratic search is no use.
   constexpr std::size_t kMostEars = 2000;
   if (polygon.size() > 3 && polygon.size() <= kMostEars) {
@@ -22,6 +24,7 @@ void triangulate(const std::vector<Eigen::Vector3d>& vertices, std::vector<std::
       bool ear = left(a, b, c) > 0.0;
       for (std::size_t k = 0; k < n && ear; ++k) {
         const std::uint32_t p = polygon[k];
+        ++ear_tests;
         if (p == a || p == b || p == c) continue;
         ear = !(left(a, b, p) >= 0.0 && left(b, c, p) >= 0.0 && left(c, a, p) >= 0.0);
       }
@@ -39,6 +42,7 @@ void triangulate(const std::vector<Eigen::Vector3d>& vertices, std::vector<std::
   // The last ear, or what no ear could be cut from (folded polygons): a fan.
   for (std::size_t k = 2; k < polygon.size(); ++k)
     triangles.push_back({polygon[0], polygon[k - 1], polygon[k]});
+  return ear_tests;
 }
 
 }  // namespace road

@@ -10,6 +10,8 @@ import { drawsSlowly, fitted } from '../../../report/web/src/drawing.js';
 
 export const classColours = { road: '#6a7077', kerb: '#d0492e', runoff: '#69a04a', barrier: '#d9b13c', scenery: '#a9b6c4', unknown: '#b0b0b0' };
 
+const partMaterial = (kind) => new MeshLambertMaterial({ color: classColours[kind] ?? classColours.unknown, side: DoubleSide });
+
 const kClick_px = 5;  // a drag is further
 
 /// `picked({x_m, y_m, z_m, part})`: map metres; z_m and part are null beside the mesh. `moved()`: the view has come to rest.
@@ -24,7 +26,7 @@ export function makeStage(picked, moved = () => {}) {
     renderer = new WebGLRenderer({ canvas, antialias: !isSlow, preserveDrawingBuffer: true });
   } catch {
     box.replaceChildren(el('p', { class: 'muted', style: 'padding:16px' }, 'This view needs WebGL, which this browser does not offer. Places can be typed below.'));
-    return { box, clear() {}, redraw() {}, setMesh: async () => null, setRoad() {}, setZones() {}, heightAt: () => null, seenAt: () => [0, 0], setMarks() {}, setBrush() {}, highlight() {}, setPlan() {}, fit() {}, state: () => null, restore() {}, picture: () => null, origin: new Vector3(), parts: [] };
+    return { box, clear() {}, redraw() {}, prepare() {}, setMesh: async () => null, setRoad() {}, setZones() {}, heightAt: () => null, seenAt: () => [0, 0], setMarks() {}, setBrush() {}, highlight() {}, setPlan() {}, fit() {}, state: () => null, restore() {}, picture: () => null, origin: new Vector3(), parts: [] };
   }
   const scene = new Scene(), world = new Group(), marks = new Group(), road = new Group(), zones = new Group();
   scene.add(new HemisphereLight(0xffffff, 0x9aa4ae, 2.4), world, road, zones, marks);
@@ -110,6 +112,18 @@ export function makeStage(picked, moved = () => {}) {
     controls().update();
     return true;
   };
+  /// Has the program of the graphics card made before the first mesh comes: where the processor draws that takes as long as the picture itself.
+  let pattern = null;
+  stage.prepare = () => {
+    if (pattern) return;
+    const geometry = new BufferGeometry().setFromPoints([new Vector3(), new Vector3(1, 0, 0), new Vector3(0, 1, 0)]);
+    geometry.computeVertexNormals();
+    pattern = new Mesh(geometry, partMaterial('unknown'));
+    scene.add(pattern);
+    draw();
+    pattern.visible = false;  // the program lives as long as its material
+    redraw();
+  };
   /// The picture as it is now, for saving.
   stage.picture = () => { draw(); return canvas; };
 
@@ -137,7 +151,7 @@ export function makeStage(picked, moved = () => {}) {
       geometry.computeVertexNormals();
       geometry.computeBoundingBox();
       const part = { ...node.userData, ...told.objects[node.userData.object] };
-      const mesh = new Mesh(geometry, new MeshLambertMaterial({ color: classColours[part.class] ?? classColours.unknown, side: DoubleSide }));
+      const mesh = new Mesh(geometry, partMaterial(part.class));
       mesh.userData.part = part;
       part.mesh = mesh;
       stage.parts.push(part);

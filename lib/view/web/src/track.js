@@ -30,6 +30,7 @@ const tools = [
 const onRoad = ['kerb', 'none', 'friction'];
 const kPatience_ms = 500;  // until a mesh is shown before it is known what its objects are
 const kLarge_bytes = 20e6;  // at once, where it is larger
+const kPicture_ms = 300;  // a large mesh is on the page
 const classes = ['road', 'kerb', 'runoff', 'barrier', 'scenery'];
 
 /// `openRoad(id, against)` shows a road in its own part, compared with another one; `changed()` reads the list of files again and resolves to it;
@@ -180,15 +181,17 @@ export function makeTrack({ openRoad, changed, entriesOf, keep }) {
     const wish = { do: 'preview', input: recipeId ?? id }, failed = (error) => ({ exit_code: 1, messages: error.message });
     let done = false;
     const showRaw = async () => {
-      const job = await run({ ...wish, raw: true }).catch(failed);
+      const job = await run({ ...wish, raw: true }, stage.prepare).catch(failed);
       if (of !== id || done || job.exit_code !== 0) return;
       const bytes = await getBytes('output', { job: job.id });
       if (of === id && !done && await stage.setMesh(bytes, () => of === id && !done)) lookAgain();
     };
     // Large meshes: first as they are, in grey; then what their objects are, which takes ten times as long.
     let early = null;
-    if (meshBytes() > kLarge_bytes) await showRaw();
-    else early = setTimeout(showRaw, kPatience_ms);
+    if (meshBytes() > kLarge_bytes) {
+      await showRaw();
+      await new Promise((later) => { setTimeout(later, kPicture_ms); });  // the processors draw first
+    } else early = setTimeout(showRaw, kPatience_ms);
     if (of !== id) return;
     const job = await run(wish).catch(failed);
     done = true;
