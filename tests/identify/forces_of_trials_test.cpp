@@ -143,6 +143,7 @@ TEST(ForcesOfTrials, AreThoseOfTheirTyres) {
       identify::ForcesOptions options;
       options.fuel_kg = 0.0;
       options.prior = stated.prior;
+      options.rolling_sd = 1.0;
       if (!heavy) options.noise_rounds = 3;
       const vehicle::Recording log = trial.log(optical ? 100.0 : 50.0, optical, heavy ? 1e4 : 16.0);
       const identify::Forces f = identify::estimate_forces(car, road, log, options);
@@ -172,6 +173,7 @@ TEST(ForcesOfTrials, HoldTheirIntervals) {
       identify::ForcesOptions options;
       options.fuel_kg = 0.0;
       options.prior = stated.prior;
+      options.rolling_sd = 1.0;
       options.noise_rounds = 3;
       const identify::Forces f = identify::estimate_forces(car, vehicle::Road(surface),
                                                            trial.log(50.0, true, 16.0), options);
