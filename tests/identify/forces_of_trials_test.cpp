@@ -13,56 +13,12 @@
 
 #include "crg/file.h"
 #include "identify/forces.h"
-#include "support/temporary_folder.h"
-#include "trials/blind_car.h"
-#include "trials/drive.h"
-#include "trials/truth_car_electric.h"
-#include "vehicle/log_table.h"
+#include "trial_drive.h"
 #include "vehicle/vehicle_file.h"
 
 namespace {
 
-/// A car of the trials, a drive of it, and what a simulation is told of both.
-struct Trial {
-  trials::Track track = trials::make_track(220, 0.2, 0.1, 0.03, 2.0);
-  trials::Variant truth;
-  trials::Drive drive;
-  support::TemporaryFolder folder;
-
-  Trial(bool third, int laps, unsigned long long seed) {
-    track.hill = {2.0, 0.5, 0.2};
-    track.bank_base = 0.01;
-    if (third) truth.car = trials::electric_car(trials::TyreLaw::kTable);
-    drive = trials::drive(truth, track, {.laps = laps, .seed = seed}, nullptr);
-    trials::write_road(track, track, trials::TruthCar{}, folder.path("track.crg"));
-    trials::Random dice{seed * 1000003ull};
-    for (int k = 0; k < 5; ++k) dice.uniform();
-    trials::Question nothing;
-    nothing.kind = "none";
-    const trials::Deviations off = trials::deviate(nothing, {}, dice);
-    for (std::size_t k = 0; k < off.share.size(); ++k)
-      fmt::print("{} {:+.1f} %, ", trials::kParameters[k].name, 100.0 * off.share[k]);
-    fmt::print("truth over stated\n");
-    trials::write_car(trials::stated_car(truth, off, {}, dice), folder.path(""));
-  }
-
-  vehicle::Recording log(double hz, bool optical, double longest_s) {
-    const std::vector<trials::Column> columns =
-        trials::columns({.vy = optical, .reached = truth.car.electric.has_value()});
-    trials::Random dice{17};
-    std::vector<trials::Row> rows = drive.row;
-    rows.resize(std::min(rows.size(), static_cast<std::size_t>(longest_s / trials::kRow_s)));
-    const std::string text = trials::csv(rows, columns, hz, {}, dice);
-    return vehicle::make_recording(vehicle::parse_log(text, "run.csv"), "run.csv");
-  }
-
-  /// Of tyre `wheel`: fx with rolling resistance, fy, fz, kappa, tan alpha.
-  double of(double time_s, std::size_t wheel, std::size_t what) const {
-    const auto row = static_cast<std::size_t>(std::lround(time_s / trials::kRow_s));
-    const double* const tyre = &drive.row[row][trials::kTyre + wheel * trials::kTyreNumbers];
-    return what == 0 ? tyre[0] - truth.car.rolling * tyre[2] : tyre[what];
-  }
-};
+using test_drive::Trial;
 
 struct Errors {
   double rmse = 0.0, peak = 0.0, inside = 0.0;
@@ -143,6 +99,7 @@ TEST(ForcesOfTrials, AreThoseOfTheirTyres) {
       identify::ForcesOptions options;
       options.fuel_kg = 0.0;
       options.prior = stated.prior;
+      options.rolling_sd = 1.0;
       if (!heavy) options.noise_rounds = 3;
       const vehicle::Recording log = trial.log(optical ? 100.0 : 50.0, optical, heavy ? 1e4 : 16.0);
       const identify::Forces f = identify::estimate_forces(car, road, log, options);
@@ -172,6 +129,7 @@ TEST(ForcesOfTrials, HoldTheirIntervals) {
       identify::ForcesOptions options;
       options.fuel_kg = 0.0;
       options.prior = stated.prior;
+      options.rolling_sd = 1.0;
       options.noise_rounds = 3;
       const identify::Forces f = identify::estimate_forces(car, vehicle::Road(surface),
                                                            trial.log(50.0, true, 16.0), options);

@@ -102,7 +102,8 @@ TEST_F(VehicleFile, ReadsTurbineSurgeAndSteeringMaps) {
 
 TEST_F(VehicleFile, ReadsACarWithParametersTermsAndSetup) {
   base::write_file(path("setup.txt"),
-                   "# camber\nfront.camber_rad = -0.03 # more\n\nrear.toe_rad=+0.001\n");
+                   "# camber\nfront.camber_rad = -0.03 # more\n\nrear.toe_rad=+0.001\n"
+                   "front.spring_npm = 150000 prior 0.015  # as found\n");
   base::write_file(
       path("vehicle.yaml"),
       text() +
@@ -116,12 +117,14 @@ TEST_F(VehicleFile, ReadsACarWithParametersTermsAndSetup) {
   EXPECT_EQ(v.parameters[P::chassis_mass_kg], 650);
   EXPECT_EQ(v.parameters[P::front_camber_rad], -0.03);
   EXPECT_EQ(v.parameters[P::rear_toe_rad], 0.001);
-  EXPECT_EQ(v.parameters[P::front_spring_npm], default_parameters()[P::front_spring_npm]);
+  EXPECT_EQ(v.parameters[P::front_spring_npm], 150000.0);
+  EXPECT_EQ(v.prior[static_cast<std::size_t>(P::front_spring_npm)], 0.015);
+  EXPECT_EQ(v.parameters[P::rear_spring_npm], default_parameters()[P::rear_spring_npm]);
   const auto yaw = static_cast<std::size_t>(P::chassis_yaw_inertia_kgm2);
   EXPECT_EQ(v.prior[yaw], 0.2);
   EXPECT_TRUE(v.assumed[yaw]);
   EXPECT_TRUE(v.stated[yaw]);
-  EXPECT_FALSE(v.stated[static_cast<std::size_t>(P::front_spring_npm)]);
+  EXPECT_FALSE(v.stated[static_cast<std::size_t>(P::rear_spring_npm)]);
   EXPECT_EQ(v.terms[Term::wind], 0.0);
   EXPECT_EQ(v.terms[Term::tyre_thermal], 0.5);
   EXPECT_EQ(evaluate(v.files.engine_torque_nm, 250.0, 1.0), 200.0);
@@ -182,6 +185,13 @@ TEST_F(VehicleFile, RefusesBadMapsAndSetups) {
   SetUp();
   base::write_file(path("s.txt"), "front.camber_rad = -0.03\nfront.camber_rad = -0.02\n");
   EXPECT_THAT(refusal(text() + "setup: s.txt\n"), AllOf(HasSubstr("s.txt:2"), HasSubstr("twice")));
+  base::write_file(path("s.txt"), "front.spring_npm = 150000 prior 0\n");
+  EXPECT_THAT(refusal(text() + "setup: s.txt\n"),
+              AllOf(HasSubstr("s.txt:1"), HasSubstr("wanted above 0")));
+  base::write_file(path("s.txt"), "wind = 1 prior 0.1\n");
+  EXPECT_THAT(refusal(text() + "setup: s.txt\n"), HasSubstr("which has no prior"));
+  base::write_file(path("s.txt"), "front.spring_npm = 150000 about 0.1\n");
+  EXPECT_THAT(refusal(text() + "setup: s.txt\n"), HasSubstr("150000 about 0.1"));
   base::write_file(path("s.txt"), "front.camber_rad -0.03\n");
   EXPECT_THAT(refusal(text() + "setup: s.txt\n"), HasSubstr("name=value"));
 }

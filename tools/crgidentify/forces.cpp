@@ -24,6 +24,9 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
+/// A vehicle file has no prior for how its tyres roll: they may do so by another law altogether.
+constexpr double kRollingSd = 1.0;
+
 /// DIR/NAME_forces.csv for each log; throws base::Error where two logs have one name.
 std::vector<std::string> names_of(const ForcesCommand& command) {
   std::vector<std::string> out;
@@ -182,6 +185,7 @@ int forces(const ForcesCommand& command, Terminal& terminal) {
   options.imu_yaw_rad = mapping.imu_yaw_rad;
   options.noise_rounds = command.noise_rounds;
   options.prior = v.prior;
+  options.rolling_sd = kRollingSd;
   options.threads = command.threads;
   options.progress = terminal.progress();
   bool doubted = false;

@@ -120,6 +120,10 @@ std::string tyre_text(const TyreResult& result) {
                              stage.rows, stage.agreeing, stage.starts)
                : fmt::format("{} slip: not fitted, the reference's values stay: {}\n",
                              word(stage.kind), stage.why_not);
+  if (fit.camber_follows)
+    out +=
+        "Camber goes with side slip and load in these rows, and is not told from them: its "
+        "coefficients are the reference's, their prior counts in the intervals\n";
   out += residual_text("fx_n", fit.fx) + residual_text("fy_n", fit.fy);
   out += held_text(result);
   out += fmt::format("{:8} {:>12} {:>12} {:>12}  {}\n", "", "value", "90 %: +-", "reference",
@@ -170,6 +174,7 @@ nlohmann::ordered_json tyre_json(const TyreResult& result) {
   Json out{{"rows", result.rows_given},
            {"rows_looked_at", fit.rows},
            {"rows_left_out", result.rows_left_out},
+           {"camber_follows_side_slip", fit.camber_follows},
            {"fx", residuals(fit.fx)},
            {"fy", residuals(fit.fy)}};
   for (const auto& s : fit.stages)

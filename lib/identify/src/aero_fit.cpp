@@ -11,6 +11,7 @@
 #include "base/statistics.h"
 #include "identify/clustered_fit.h"
 #include "longitudinal.h"
+#include "sheet_line.h"
 #include "vehicle/laws/engine.h"
 
 namespace identify {
@@ -251,8 +252,7 @@ DriveFit fit_aero(const vehicle::Car<double>& car, const Prior& prior, const Dri
 
 std::string aero_sheet(const DriveFit& fit) {
   const Found& f = fit.at("drag_area_m2");
-  return f.unseen.empty() ? fmt::format("aero.drag_area_m2 = {:.6g}\n", f.value)
-                          : fmt::format("# aero.drag_area_m2 not observable: {}\n", f.unseen);
+  return sheet_line(f, "aero.drag_area_m2", f.value);
 }
 
 }  // namespace identify

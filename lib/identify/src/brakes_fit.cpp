@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "brakes_rows.h"
 #include "identify/clustered_fit.h"
+#include "sheet_line.h"
 
 namespace identify {
 namespace {
@@ -180,8 +181,7 @@ std::string brakes_sheet(const vehicle::Car<double>& car, const DriveFit& fit) {
     const std::string key = fmt::format("{}.{}", axle, by_map ? "brake_area_m2" : "brake_friction");
     const double stated =
         car.parameters.axle(a, by_map ? P::front_brake_area_m2 : P::front_brake_friction);
-    out += f.unseen.empty() ? fmt::format("{} = {:.6g}\n", key, f.value * stated)
-                            : fmt::format("# {} not observable: {}\n", key, f.unseen);
+    out += sheet_line(f, key, f.value * stated);
   }
   return out;
 }

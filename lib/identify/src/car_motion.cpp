@@ -208,6 +208,7 @@ Seen CarMotion::look(const CarPoint& point, int gear, vehicle::RoadCursors& curs
     put(seen_of(i, kSeenAlpha), atan(w.tan_alpha));
     put(seen_of(i, kSeenCamber), w.camber_rad);
     out.wheel_vx_mps[i] = w.vx_mps.a;
+    out.rolling_radius_m[i] = w.rolling_radius_m.a;
     out.on_road = out.on_road && w.road.on_road;
   }
   return out;

@@ -121,7 +121,7 @@ constexpr std::size_t seen_of(std::size_t wheel, SeenOfWheel what) {
 struct Seen {
   std::array<double, kSeen> value{};
   Eigen::Matrix<double, kSeen, kMovingPlaces> by;  ///< derivatives
-  std::array<double, vehicle::kWheels> wheel_vx_mps{};
+  std::array<double, vehicle::kWheels> wheel_vx_mps{}, rolling_radius_m{};
   bool on_road = true;  ///< every wheel stands on the road
 };
 

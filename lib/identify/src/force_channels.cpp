@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "pedal_stops.h"
 #include "vehicle/driver.h"
 
 namespace identify {
@@ -32,17 +33,27 @@ class Reader {
     if (values == nullptr) return false;
     std::vector<double> scaled = *values;
     for (double& v : scaled) v *= scale;
-    const std::size_t sensor = out_.sensors.size();
-    std::size_t count = 0;
-    for (std::size_t k = 0; k < scaled.size(); ++k) {
-      if (!std::isfinite(scaled[k])) continue;
-      out_.rows[k].measured.push_back({sensor, scaled[k]});
-      ++count;
+    return put({channel, seen, place, offset, 0.0, 0.0, share}, scaled,
+               std::max(least, noise_of(scaled)));
+  }
+
+  /// The same of what a foot moves between stops (in the channel's unit) at which loggers cut noise
+  /// off.
+  bool add_pedal(const std::string& channel, std::size_t place, double least,
+                 const std::vector<double>& stops, double scale = 1.0) {
+    const std::vector<double>* const values = recording_.table.find(channel);
+    if (values == nullptr) return false;
+    std::vector<double> scaled = *values;
+    double noise = 0.0;
+    for (const double stop : stops) {
+      const AtStop rests = at_stop(*recording_.table.find("time_s"), *values, stop);
+      noise = std::max(noise, rests.noise);
+      for (std::size_t k = 0; k < scaled.size(); ++k)
+        if (rests.row[k]) scaled[k] = stop;
     }
-    if (count == 0) return false;
-    const double noise = std::max(least, noise_of(scaled));
-    out_.sensors.push_back({channel, seen, place, offset, noise, noise, share});
-    return true;
+    for (double& v : scaled) v *= scale;
+    noise = noise > 0.0 ? scale * noise : noise_of(scaled);
+    return put({channel, false, place}, scaled, std::max(least, noise));
   }
 
   void need(bool found, const char* what) const {
@@ -52,6 +63,20 @@ class Reader {
   }
 
  private:
+  bool put(Sensor sensor, const std::vector<double>& scaled, double noise) {
+    const std::size_t at = out_.sensors.size();
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < scaled.size(); ++k) {
+      if (!std::isfinite(scaled[k])) continue;
+      out_.rows[k].measured.push_back({at, scaled[k]});
+      ++count;
+    }
+    if (count == 0) return false;
+    sensor.deviation = sensor.own_deviation = noise;
+    out_.sensors.push_back(std::move(sensor));
+    return true;
+  }
+
   const vehicle::Recording& recording_;
   ForceChannels& out_;
 };
@@ -68,28 +93,27 @@ void read_driver(const vehicle::Recording& recording, const vehicle::Car<double>
                 "steer_rad");
     out.said.emplace_back("steer_command_rad stands for the angle of the road wheels");
   }
-  if (!reader.add("throttle", false, kPlaceThrottle, 0.002)) {
-    reader.need(reader.add("throttle_command", false, kPlaceThrottle, 0.002, kPlaces,
-                           car.parameters[P::throttle_gain]),
+  const auto pressure = [&](const std::string& channel, std::size_t wheel, double scale = 1.0) {
+    return reader.add_pedal(channel, kPlaceBrake + wheel, 2e3, {0.0}, scale);
+  };
+  if (!reader.add_pedal("throttle", kPlaceThrottle, 0.002, {0.0, 1.0})) {
+    reader.need(reader.add_pedal("throttle_command", kPlaceThrottle, 0.002, {0.0, 1.0},
+                                 car.parameters[P::throttle_gain]),
                 "throttle");
     out.said.emplace_back("throttle_command stands for the throttle");
   }
   const double gain = car.parameters[P::brake_gain];
   bool any = false;
   for (std::size_t i = 0; i < kWheels; ++i)
-    any =
-        reader.add(fmt::format("brake_{}_pa", kWheelNames[i]), false, kPlaceBrake + i, 2e3) || any;
+    any = pressure(fmt::format("brake_{}_pa", kWheelNames[i]), i) || any;
   if (any) return;
   const bool one = recording.table.find("brake_pa") != nullptr;
   for (std::size_t i = 0; i < kWheels; ++i) {
     const std::string own = fmt::format("brake_{}_command_pa", kWheelNames[i]);
-    any = (one ? reader.add("brake_pa", false, kPlaceBrake + i, 2e3)
-               : reader.add(own, false, kPlaceBrake + i, 2e3, kPlaces, gain)) ||
-          any;
+    any = (one ? pressure("brake_pa", i) : pressure(own, i, gain)) || any;
   }
   if (!any && recording.table.find("brake_command_pa") != nullptr)
-    for (std::size_t i = 0; i < kWheels; ++i)
-      any = reader.add("brake_command_pa", false, kPlaceBrake + i, 2e3, kPlaces, gain) || any;
+    for (std::size_t i = 0; i < kWheels; ++i) any = pressure("brake_command_pa", i, gain) || any;
   if (!any)
     out.said.emplace_back(
         "no brake pressure was recorded: braking is followed by what it does, and is not told "

@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "force_pieces.h"
+#include "rolling_doubt.h"
 
 namespace identify {
 namespace {
@@ -255,6 +256,8 @@ Forces estimate_forces(const vehicle::Car<double>& car, const vehicle::Road& roa
   make_room(out, *recording.table.find("time_s"));
   const std::array<double, 2> off = side_off(work);
   const auto kept = smooth_all(work, pieces, out);
+  std::array<std::vector<double>, kWheels> radius_m;
+  for (auto& wheel : radius_m) wheel.assign(out.time_s.size(), kNaN);
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     for (std::size_t k = 0; k < kept[i].size(); ++k) {
       if (!kept[i][k]) {
@@ -262,12 +265,15 @@ Forces estimate_forces(const vehicle::Car<double>& car, const vehicle::Road& roa
         continue;
       }
       write_row(out, pieces[i].begin + k, *kept[i][k], off);
+      for (std::size_t w = 0; w < kWheels; ++w)
+        radius_m[w][pieces[i].begin + k] = kept[i][k]->seen.rolling_radius_m[w];
     }
   }
   if (out.rows == 0)
     throw base::Error(
         "the simulated car could not follow any piece of the recording: see whether car, road and "
         "the mapping's signs are those of this log (crgdrive replay shows it)");
+  add_rolling_doubt(car, options.rolling_sd, radius_m, out);
   describe_use(work, out);
   place_rows(work, road, out);
   return out;

@@ -9,6 +9,7 @@
 #include "base/statistics.h"
 #include "identify/clustered_fit.h"
 #include "longitudinal.h"
+#include "sheet_line.h"
 
 namespace identify {
 namespace {
@@ -303,8 +304,7 @@ std::string mass_sheet(const vehicle::Car<double>& car, const DriveFit& fit, dou
     if (f.unseen.empty() && !mass.unseen.empty() && (&f == &cog || &f == &height))
       out += fmt::format("# {} without the fuel not observable: the mass is not\n", key);
     else
-      out += f.unseen.empty() ? fmt::format("{} = {:.6g}\n", key, value)
-                              : fmt::format("# {} not observable: {}\n", key, f.unseen);
+      out += sheet_line(f, key, value);
   };
   const double empty = mass.value - fuel_kg;
   if (mass.unseen.empty() && !(empty > 0.0))

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/statistics.h"
 #include "identify/clustered_fit.h"
+#include "sheet_line.h"
 #include "vehicle/laws/suspension.h"
 
 namespace identify {
@@ -236,8 +237,7 @@ DriveFit fit_suspension(const vehicle::Car<double>& car,
 std::string suspension_sheet(const DriveFit& fit) {
   std::string out;
   const auto line = [&](const Found& f, const std::string& key, double value) {
-    out += f.unseen.empty() ? fmt::format("{} = {:.6g}\n", key, value)
-                            : fmt::format("# {} not observable: {}\n", key, f.unseen);
+    out += sheet_line(f, key, value);
   };
   for (std::size_t a = 0; a < 2; ++a) {
     const std::string axle = kAxles[a];

@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "base/error.h"
 #include "base/parallel.h"
 #include "base/random.h"
 #include "base/statistics.h"
 #include "tyre_costs.h"
+#include "tyre_varied.h"
 
 namespace identify {
 namespace {
@@ -74,24 +74,8 @@ Solved solve(const Work& work, const Unknowns& unknowns, const TyreSamples& rows
   return {std::move(p), summary.IsSolutionUsable() ? summary.final_cost : INFINITY};
 }
 
-double value_between(std::vector<double> values, double low, double high) {
+double value_between(const std::vector<double>& values, double low, double high) {
   return values.empty() ? 0.0 : base::quantile(values, high) - base::quantile(values, low);
-}
-
-/// What varies in the rows beside slip.
-std::array<bool, 4> varied(const TyreSamples& rows, const TyreCoefficients& reference) {
-  std::vector<double> load, camber, pressure;
-  for (const auto& c : rows.conditions) {
-    load.push_back(c.fz_n / (reference.nominal_load_n * reference.lfzo));
-    camber.push_back(c.gamma_rad);
-    pressure.push_back(c.pressure_pa > 0 ? c.pressure_pa : reference.pressure_pa);
-  }
-  const auto spread = [](const std::vector<double>& values) {
-    return value_between(values, 0.05, 0.95);
-  };
-  return {true, spread(load) > 0.2, spread(camber) > std::numbers::pi / 180.0,
-          reference.nominal_pressure_pa > 0.0 &&
-              spread(pressure) > 0.05 * reference.nominal_pressure_pa};
 }
 
 /// The rows of a stage, with the forces that it looks at.
@@ -223,9 +207,12 @@ TyreStage fit_stage(const Work& work, SlipKind kind, const TyreSamples& rows,
 }
 
 /// Covariance of p at the solution: what the loss leaves of every row, fewer where rows repeat each
-/// other, and the prior; and what all forces may be off together, which no row more mends.
-Eigen::MatrixXd covariance_of(const Work& work, const Unknowns& unknowns, const TyreSamples& rows,
-                              const TyreFit& fit, const std::vector<double>& p) {
+/// other, and the prior; and what all forces may be off together, which no row more mends. From
+/// `fitted` on, unknowns stay the reference's: their prior counts in what the others may be off by
+/// (considered, not estimated).
+Eigen::MatrixXd covariance_of(const Work& work, const Unknowns& unknowns, std::size_t fitted,
+                              const TyreSamples& rows, const TyreFit& fit,
+                              const std::vector<double>& p) {
   const auto n = static_cast<Eigen::Index>(unknowns.size());
   Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(n, n);
   // How far the fit moves by larger forces of either direction.
@@ -250,9 +237,17 @@ Eigen::MatrixXd covariance_of(const Work& work, const Unknowns& unknowns, const 
       larger.col(is_fx ? 0 : 1) += counts * force * row;
     }
   }
-  const auto solver = normal.selfadjointView<Eigen::Lower>().ldlt();
-  const Eigen::MatrixXd moved = solver.solve(larger);
-  return solver.solve(Eigen::MatrixXd::Identity(n, n)) + moved * moved.transpose();
+  normal = normal.selfadjointView<Eigen::Lower>();
+  const auto f = static_cast<Eigen::Index>(fitted), c = n - f;
+  const auto solver = normal.topLeftCorner(f, f).ldlt();
+  const Eigen::MatrixXd moved = solver.solve(larger.topRows(f)),
+                        by_others = -solver.solve(normal.topRightCorner(f, c));
+  Eigen::MatrixXd out = Eigen::MatrixXd::Identity(n, n);
+  out.topLeftCorner(f, f) = solver.solve(Eigen::MatrixXd::Identity(f, f)) +
+                            moved * moved.transpose() + by_others * by_others.transpose();
+  out.topRightCorner(f, c) = by_others;
+  out.bottomLeftCorner(c, f) = by_others.transpose();
+  return out;
 }
 
 void write_coefficients(TyreFit& fit, const Unknowns& unknowns, const std::vector<double>& p,
@@ -338,14 +333,21 @@ TyreFit fit_tyre(const TyreSamples& samples, const TyreCoefficients& reference,
   law.moments = false;
   const Work work{reference, options, law, guards_for(rows, fit.tyre)};
 
-  std::vector<const TyreUnknown*> all;
+  std::vector<const TyreUnknown*> all, considered;
   for (const SlipKind kind : {SlipKind::kLateral, SlipKind::kLongitudinal, SlipKind::kCombined}) {
     const TyreSamples part = rows_of(rows, kind);
     TyreStage stage{kind, part.rows(), 0, 0, why_not(kind, part)};
     if (stage.why_not.empty()) {
-      const auto list = list_of(kind, varied(part, reference), reference.version);
+      const Varied varies = varied(part, reference);
+      const auto list = list_of(kind, varies.by_need, reference.version);
       stage = fit_stage(work, kind, part, list, fit.tyre);
-      if (stage.why_not.empty()) all.insert(all.end(), list.begin(), list.end());
+      if (stage.why_not.empty()) {
+        all.insert(all.end(), list.begin(), list.end());
+        if (varies.camber_follows) {
+          const auto stay = list_of(kind, {false, false, true, false}, reference.version);
+          considered.insert(considered.end(), stay.begin(), stay.end());
+        }
+      }
     }
     fit.stages.push_back(stage);
   }
@@ -367,7 +369,12 @@ TyreFit fit_tyre(const TyreSamples& samples, const TyreCoefficients& reference,
     fit.tyre = unknowns.at(p.data());
   }
   std::tie(fit.fx, fit.fy) = residuals(rows, fit.tyre, law);
-  write_coefficients(fit, unknowns, p, covariance_of(work, unknowns, rows, fit, p));
+  const std::size_t fitted = all.size();
+  all.insert(all.end(), considered.begin(), considered.end());
+  p.resize(all.size(), 0.0);
+  const Unknowns both = unknowns_of(all, reference, fit.tyre);
+  write_coefficients(fit, both, p, covariance_of(work, both, fitted, rows, fit, p));
+  fit.camber_follows = !considered.empty();
   return fit;
 }
 

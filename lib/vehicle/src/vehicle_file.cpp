@@ -10,14 +10,15 @@
 #include "base/read_file.h"
 #include "base/text_lines.h"
 #include "map_file.h"
-#include "vehicle/settings.h"
 #include "vehicle/error.h"
+#include "vehicle/settings.h"
 #include "vehicle/suspension_points.h"
 
 namespace vehicle {
 namespace {
 
 constexpr std::size_t kLargestFileBytes = 1u << 20;
+constexpr std::string_view kPrior = " prior ";
 
 /// The parameter whose name is nearest to a mistyped one, for the error message.
 std::string_view nearest_parameter(std::string_view name) {
@@ -51,6 +52,13 @@ void set_parameter(Vehicle& vehicle, std::string_view name, double value,
   vehicle.stated[index] = true;
 }
 
+/// Of a parameter that there is.
+void set_prior(Vehicle& vehicle, std::string_view name, double prior, const std::string& where) {
+  if (!(prior > 0.0))
+    throw Error(fmt::format("{}: prior of {} = {}, wanted above 0", where, name, prior));
+  vehicle.prior[static_cast<std::size_t>(*find_parameter(name))] = prior;
+}
+
 void set_term(Vehicle& vehicle, std::string_view name, double value, const std::string& where) {
   const auto term = find_term(name);
   if (!term) throw Error(fmt::format("{}: there is no term '{}'", where, name.substr(0, 60)));
@@ -69,12 +77,8 @@ void read_parameters(Vehicle& vehicle, const Section& section, const std::string
     entry.allow({"value", "prior", "assumed", "source"});
     set_parameter(vehicle, key, to_number(entry.text("value"), where, key), where);
     const auto index = static_cast<std::size_t>(*find_parameter(key));
-    if (entry.has("prior")) {
-      const double prior = to_number(entry.text("prior"), where, key + ".prior");
-      if (!(prior > 0.0))
-        throw Error(fmt::format("{}: prior of {} = {}, wanted above 0", where, key, prior));
-      vehicle.prior[index] = prior;
-    }
+    if (entry.has("prior"))
+      set_prior(vehicle, key, to_number(entry.text("prior"), where, key + ".prior"), where);
     vehicle.assumed[index] = entry.flag("assumed", vehicle.assumed[index]);
   });
 }
@@ -186,12 +190,21 @@ void apply_setting(Vehicle& vehicle, std::string_view setting, const std::string
   if (equals == std::string_view::npos)
     throw Error(fmt::format("{}: '{}' is not name=value", where, setting.substr(0, 60)));
   const std::string_view name = base::trimmed(setting.substr(0, equals));
-  const double value = to_number(base::trimmed(setting.substr(equals + 1)), where, name);
-  if (name.find('.') == std::string_view::npos) {
+  const std::string_view text = base::trimmed(setting.substr(equals + 1));
+  const std::size_t word = text.find(kPrior);
+  const double value = to_number(base::trimmed(text.substr(0, word)), where, name);
+  const bool term = name.find('.') == std::string_view::npos;
+  if (term && word != std::string_view::npos)
+    throw Error(fmt::format("{}: {} is the amplitude of a term, which has no prior", where,
+                            name.substr(0, 60)));
+  if (term) {
     set_term(vehicle, name, value, where);
-  } else {
-    set_parameter(vehicle, name, value, where);
+    return;
   }
+  set_parameter(vehicle, name, value, where);
+  if (word == std::string_view::npos) return;
+  const std::string_view prior = base::trimmed(text.substr(word + kPrior.size()));
+  set_prior(vehicle, name, to_number(prior, where, "prior"), where);
 }
 
 void read_setup(Vehicle& vehicle, const std::string& path) {

@@ -20,6 +20,9 @@ struct ForcesOptions {
   /// How far the car's numbers may be off, as vehicle::ParameterInfo has it: two standard
   /// deviations. 0: the car is exactly the stated one.
   std::array<double, vehicle::kParameterCount> prior{};
+  /// How far the tyre files' rolling resistance, and what load and speed do to their rolling radii,
+  /// may be off: a share, one standard deviation. Slip 0 is known as well as they are.
+  double rolling_sd = 0.0;
   double step_s = 0.002;         ///< of the derivatives, at most; the car has finer steps itself
   double least_mps = 5.0;        ///< slower rows are left out: slips are regularised there
   int noise_rounds = 8;          ///< of estimating noises from the log; 0: as a first look says

@@ -59,6 +59,9 @@ struct TyreFit {
   std::vector<TyreStage> stages;
   TyreResiduals fx, fy;
   std::size_t rows = 0;  ///< that the fit looked at
+  /// Camber goes with side slip and load in these rows: its coefficients are the reference's, and
+  /// their prior counts in the covariance.
+  bool camber_follows = false;
 };
 
 /// Fits in stages: pure side slip (|kappa| <= 0.02), pure longitudinal slip (|tan alpha| <= 0.02),
@@ -67,7 +70,8 @@ struct TyreFit {
 /// over its spread (tyre_unknowns.h), plus a penalty on friction and stiffness that vanish within
 /// 0.1 nominal loads and 1.5 times the greatest load of the data. Coefficients of load, camber and
 /// pressure take part only where 5 % and 95 % of the rows are 0.2 nominal loads, 1 degree and 5 %
-/// of the pressure apart. The moment coefficients and the rolling radius stay the reference's.
+/// of the pressure apart; those of camber only where it is as far from what side slip and load tell
+/// of it. The moment coefficients and the rolling radius stay the reference's.
 /// Throws base::Error when no stage has what it needs (30 rows that differ in slip) and when forces
 /// run against the reference's, which are then of other axes.
 TyreFit fit_tyre(const TyreSamples& samples, const vehicle::TyreCoefficients& reference,

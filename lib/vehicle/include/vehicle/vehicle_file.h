@@ -28,12 +28,13 @@ struct Vehicle {
 /// and what make_car would refuse.
 Vehicle read_vehicle(const std::string& path);
 
-/// Sets "group.key=value" (a parameter) or "term=amplitude", as --set on the command line does.
+/// Sets "group.key=value" (a parameter), with "prior 0.01" behind the value where its prior is
+/// another than the vehicle file's, or "term=amplitude", as --set on the command line does.
 /// Throws Error naming `where`.
 void apply_setting(Vehicle& vehicle, std::string_view setting, const std::string& where);
 
-/// Reads lines "group.key = value" (# begins a remark) into the vehicle: a setup sheet. Throws
-/// Error with file:line.
+/// Reads lines "group.key = value", or "group.key = value prior 0.01" (# begins a remark), into the
+/// vehicle: a setup sheet. Throws Error with file:line.
 void read_setup(Vehicle& vehicle, const std::string& path);
 
 /// The three together, as the command line has them: the file, the setup sheet where `setup_path`

@@ -1,0 +1,20 @@
+// Pedals at their stops in logs that cut the noise there off.
+#pragma once
+
+#include <vector>
+
+namespace identify {
+
+struct AtStop {
+  std::vector<bool> row;
+  double noise = 0.0;  ///< standard deviation by these rows; 0: there are none
+};
+
+/// Which rows of a channel that cannot pass `stop` (a released brake's 0, a closed or an open
+/// throttle) show the stop and noise, of which the half beyond it is cut off: their mean is no
+/// pressure. Rows between two that are exactly at the stop and at most 0.15 s apart, when at least
+/// a fifth of all rows at rest are such rows; none of a channel without noise. Rows further from
+/// the stop than four times that noise are none of them.
+AtStop at_stop(const std::vector<double>& time_s, const std::vector<double>& values, double stop);
+
+}  // namespace identify
