@@ -9,18 +9,22 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <sstream>
 
 #include "base/error.h"
 #include "base/random.h"
 #include "base/read_file.h"
 #include "base/statistics.h"
+#include "identify/drive_windows.h"
 #include "identify/forces.h"
 #include "identify/forces_files.h"
+#include "identify/mass_fit.h"
 #include "identify/tyre_conditions.h"
 #include "identify/tyre_fit.h"
 #include "support/places.h"
 #include "support/recorded_car.h"
 #include "vehicle/tyre_file.h"
+#include "vehicle/vehicle_file.h"
 
 namespace {
 
@@ -173,6 +177,32 @@ vehicle::Table forces_on(support::RecordedCar c, const std::string& path, double
                                                           vehicle::Road(), log, options));
 }
 
+/// The car by the wheel loads of its own recording, where there are any: what `crgidentify mass`
+/// writes. `prior` becomes how well that is known.
+bool find_mass(support::RecordedCar& c, std::array<double, vehicle::kParameterCount>& prior,
+               const std::string& path, double longest_s) {
+  const auto log = support::begin_of(support::recorded_log(path), longest_s);
+  if (log.table.find("fz_fl_n") == nullptr) return false;
+  c.terms[vehicle::Term::gyroscopic] = c.terms[vehicle::Term::wheel_reaction] = 0.0;
+  const auto car = make_car(c.files, c.parameters, c.terms);
+  identify::DriveWindowsOptions windows;
+  windows.body_axes = false;  // theirs are speeds' changes
+  identify::MassFitOptions options;
+  options.fuel_kg = 0.0;
+  options.body_axes = false;
+  const auto fit =
+      identify::fit_mass(car, prior, identify::drive_windows(car, nullptr, log, windows), options);
+  vehicle::Vehicle found;
+  found.parameters = c.parameters;
+  found.prior = prior;
+  std::istringstream sheet(identify::mass_sheet(car, fit, 0.0));
+  for (std::string line; std::getline(sheet, line);)
+    if (!line.starts_with("#")) vehicle::apply_setting(found, line, "sheet");
+  c.parameters = found.parameters;
+  prior = found.prior;
+  return true;
+}
+
 vehicle::TyreFactors<double> true_tyre(const nlohmann::json& factors) {
   return {.grip_x = factors.at("grip").get<double>(),
           .grip_y = factors.at("grip").get<double>(),
@@ -208,8 +238,8 @@ TEST(DriveTyres, AnotherSimulatorsCarOfKnownMass) {
         vehicle::tyre_forces(fit.tyre, rolling, {}, {.moments = false}).cornering_stiffness_npr /
         vehicle::tyre_forces(stated, rolling, is, {.moments = false}).cornering_stiffness_npr;
     fmt::print("t01 axle {}: stiffness {:.3f} of the truth\n", axle, ratio);
-    // Wanted: 5 %. Behind, at loads that it hardly sees, 6.0 % are left (docs/accuracy.md).
-    EXPECT_NEAR(ratio, 1.0, axle == 0 ? 0.05 : 0.065);
+    // 0.992 and 0.998; 0.940 behind while camber, which is roll here, took part in the fit.
+    EXPECT_NEAR(ratio, 1.0, 0.03);
     const auto mine = identify::held_out(fit.tyre, rows.held_out, fitting.alpha),
                before = identify::held_out(stated, rows.held_out, fitting.alpha);
     fmt::print("  held out: fy {:.1f} N of {:.0f}, stated {:.1f}\n", mine.fy_left_n, mine.fy_n,
@@ -236,10 +266,11 @@ TEST(DriveTyres, AnotherSimulatorsCar) {
     if (trial.at("class") != "none" || id == "t04" || id == "t08") continue;
     SCOPED_TRACE(id);
     const auto& factors = trial.at("parameter_factors");
-    const support::RecordedCar c = support::stated_car(folder, factors);
+    support::RecordedCar c = support::stated_car(folder, factors);
     identify::ForcesOptions options;
     options.noise_rounds = 3;
     options.prior = support::few_per_cent();
+    const bool mass_first = find_mass(c, options.prior, folder + "/" + id + ".csv.xz", 60.0);
     const auto table = forces_on(c, folder + "/" + id + ".csv.xz", 60.0, options);
     const vehicle::TyreCoefficients& stated = c.files.tyre[0];
     const vehicle::TyreFactors<double> is = true_tyre(factors);
@@ -256,13 +287,17 @@ TEST(DriveTyres, AnotherSimulatorsCar) {
                  before = identify::held_out(stated, rows.held_out, fitting.alpha);
       const double right = identify::held_out(stated, rows.held_out, fitting.alpha, is).fy_left_n;
       fmt::print(
-          "{} axle {}: stiffness at worst {:+.1f} % off (stated {:+.1f} %); {:.0f} of {:.0f} "
+          "{} axle {}{}: stiffness at worst {:+.1f} % off (stated {:+.1f} %); {:.0f} of {:.0f} "
           "inside, "
           "share {:.3f}; kept back: fy {:.1f} N of {:.0f}, by the true tyre {:.1f}, stated "
           "{:.1f}\n",
-          id, axle, 100.0 * curves.stiffness, 100.0 * (1.0 / (is.stiffness_y) - 1.0), curves.inside,
-          curves.places, rows.fit.fy_share, mine.fy_left_n, mine.fy_n, right, before.fy_left_n);
+          id, axle, mass_first ? ", mass found first" : "", 100.0 * curves.stiffness,
+          100.0 * (1.0 / (is.stiffness_y) - 1.0), curves.inside, curves.places, rows.fit.fy_share,
+          mine.fy_left_n, mine.fy_n, right, before.fy_left_n);
       stiff += std::abs(curves.stiffness) < 0.05;
+      if (mass_first) {
+        EXPECT_LT(std::abs(curves.stiffness), 0.05);
+      }
       kept_back += mine.fy_left_n < 1.2 * right;
     }
   }

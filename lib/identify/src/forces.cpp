@@ -138,27 +138,42 @@ std::vector<std::optional<SmoothedRow>> keep(const Work& work, const Piece& piec
   return out;
 }
 
-/// Every piece smoothed, its kept rows only.
-std::vector<std::vector<std::optional<SmoothedRow>>> smooth_all(const Work& work,
-                                                                const std::vector<Piece>& pieces,
-                                                                Forces& out) {
-  std::vector<std::vector<std::optional<SmoothedRow>>> kept(pieces.size());
-  std::vector<std::size_t> wild(pieces.size());
+/// Rolling radii by the tyre file, by wheel and row.
+using Radii = std::array<std::vector<double>, kWheels>;
+
+/// The rows that a piece kept.
+void write_piece(Forces& out, const Piece& piece,
+                 const std::vector<std::optional<SmoothedRow>>& kept,
+                 const std::array<double, 2>& off, Radii& radius_m) {
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    if (!kept[k]) {
+      ++out.lost;
+      continue;
+    }
+    write_row(out, piece.begin + k, *kept[k], off);
+    for (std::size_t w = 0; w < kWheels; ++w)
+      radius_m[w][piece.begin + k] = kept[k]->seen.rolling_radius_m[w];
+  }
+}
+
+/// Smooths every piece and writes its rows. A smoothed row is large: none is kept longer.
+void smooth_all(const Work& work, const std::vector<Piece>& pieces,
+                const std::array<double, 2>& off, Radii& radius_m, Forces& out) {
   std::mutex mutex;
   std::size_t finished = 0;
   base::parallel_for(pieces.size(), 1, work.options.threads, [&](std::size_t b, std::size_t e) {
     for (std::size_t i = b; i < e; ++i) {
-      const Piece& piece = pieces[i];
-      kept[i] = keep(work, piece, wild[i]);
+      std::size_t wild = 0;
+      const auto kept = keep(work, pieces[i], wild);
       const std::lock_guard lock(mutex);
+      out.wild += wild;
+      write_piece(out, pieces[i], kept, off, radius_m);
       ++finished;
       if (work.options.progress)
         work.options.progress("forces",
                               static_cast<double>(finished) / static_cast<double>(pieces.size()));
     }
   });
-  for (const std::size_t one : wild) out.wild += one;
-  return kept;
 }
 
 /// How far each axle's side force is from that of the tyre file with mean grip and stiffness.
@@ -254,21 +269,9 @@ Forces estimate_forces(const vehicle::Car<double>& car, const vehicle::Road& roa
         options.least_mps));
   learn_noises(work, pieces);
   make_room(out, *recording.table.find("time_s"));
-  const std::array<double, 2> off = side_off(work);
-  const auto kept = smooth_all(work, pieces, out);
-  std::array<std::vector<double>, kWheels> radius_m;
+  Radii radius_m;
   for (auto& wheel : radius_m) wheel.assign(out.time_s.size(), kNaN);
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    for (std::size_t k = 0; k < kept[i].size(); ++k) {
-      if (!kept[i][k]) {
-        ++out.lost;
-        continue;
-      }
-      write_row(out, pieces[i].begin + k, *kept[i][k], off);
-      for (std::size_t w = 0; w < kWheels; ++w)
-        radius_m[w][pieces[i].begin + k] = kept[i][k]->seen.rolling_radius_m[w];
-    }
-  }
+  smooth_all(work, pieces, side_off(work), radius_m, out);
   if (out.rows == 0)
     throw base::Error(
         "the simulated car could not follow any piece of the recording: see whether car, road and "

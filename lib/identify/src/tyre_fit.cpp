@@ -21,7 +21,10 @@ using vehicle::TyreCoefficients;
 
 constexpr double kPure = 0.02;       // slip below which a row is of pure slip
 constexpr std::size_t kFewest = 30;  // rows of a stage
-constexpr std::size_t kStageRows = 400;
+constexpr std::size_t kStageRows = 400, kFirstRows = 1500;
+// Of a coefficient's spread, which is wide so that data can speak, where they cannot: a camber
+// stiffness of a tenth of the cornering stiffness, as cars' tyres have.
+constexpr double kConsidered = 0.5;
 constexpr double kLossScale = 2.5;  // noise at which Cauchy's loss turns
 constexpr double kNoiseFloor =
     2e-4;  // of the nominal load; a noiseless table must not be infinite weight
@@ -360,9 +363,11 @@ TyreFit fit_tyre(const TyreSamples& samples, const TyreCoefficients& reference,
   std::vector<double> p;
   for (std::size_t i = 0; i < all.size(); ++i)
     p.push_back((fit.tyre.*(all[i]->member) - unknowns.centre[i]) / unknowns.spread[i]);
-  for (int round = 0; round < 2; ++round) {  // the second with the noise that the first left
+  // The second round with all rows and the noise that the first left.
+  const TyreSamples some = thinned(rows, kFirstRows);
+  for (const TyreSamples* seen : {&some, &rows}) {
     std::tie(fit.fx, fit.fy) = residuals(rows, fit.tyre, law);
-    const Solved solved = solve(work, unknowns, rows, {fit.fx.noise_n, fit.fy.noise_n}, p, 100);
+    const Solved solved = solve(work, unknowns, *seen, {fit.fx.noise_n, fit.fy.noise_n}, p, 100);
     if (!std::isfinite(solved.cost))
       throw base::Error("the fit does not settle; look at the rows for values of other units");
     p = solved.p;
@@ -372,7 +377,8 @@ TyreFit fit_tyre(const TyreSamples& samples, const TyreCoefficients& reference,
   const std::size_t fitted = all.size();
   all.insert(all.end(), considered.begin(), considered.end());
   p.resize(all.size(), 0.0);
-  const Unknowns both = unknowns_of(all, reference, fit.tyre);
+  Unknowns both = unknowns_of(all, reference, fit.tyre);
+  for (std::size_t i = fitted; i < all.size(); ++i) both.spread[i] *= kConsidered;
   write_coefficients(fit, both, p, covariance_of(work, both, fitted, rows, fit, p));
   fit.camber_follows = !considered.empty();
   return fit;

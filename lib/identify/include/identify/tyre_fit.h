@@ -60,7 +60,7 @@ struct TyreFit {
   TyreResiduals fx, fy;
   std::size_t rows = 0;  ///< that the fit looked at
   /// Camber goes with side slip and load in these rows: its coefficients are the reference's, and
-  /// their prior counts in the covariance.
+  /// half their spread counts in the covariance.
   bool camber_follows = false;
 };
 
