@@ -24,15 +24,16 @@ inline void fetch_ahead(const Locator& locator, const HeightField& heights,
     __builtin_prefetch(locator.records() + guess.segment);
   }
   for (std::size_t k = 0; k < points.size(); ++k) {
-    if (cursors[k].position == 0.0) continue;
-    const SegmentFrame& frame =
-        locator.records()[static_cast<std::size_t>(cursors[k].position)].frame;
+    if (cursors[k].ahead == 0.0) continue;
+    const std::size_t guess = segment_ahead(cursors[k]);
+    const SegmentFrame& frame = locator.records()[guess].frame;
     const Local local(frame, points[k].x_m, points[k].y_m);
     const double steps = std::floor(local.past_begin_m / frame.width(local.v_m));
-    const double moved = cursors[k].position + steps;
-    if (std::abs(steps) < 64.0 && moved >= 0.0 && moved < static_cast<double>(locator.segments()))
-      cursors[k].position = moved;
-    const auto segment = static_cast<std::size_t>(cursors[k].position);
+    const double moved = static_cast<double>(guess) + steps;
+    const bool near =
+        std::abs(steps) < 64.0 && moved >= 0.0 && moved < static_cast<double>(locator.segments());
+    const std::size_t segment = near ? static_cast<std::size_t>(moved) : guess;
+    cursors[k] = middle_of(segment);
     const float* node = heights.node(segment, 0) + heights.column_near(local.v_m);
     __builtin_prefetch(locator.records() + segment);
     __builtin_prefetch(node);

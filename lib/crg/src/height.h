@@ -96,9 +96,10 @@ class HeightField {
   std::size_t columns() const { return columns_; }
   std::size_t rows() const { return rows_; }
   /// How far ahead to prefetch: 12 rows.
-  std::ptrdiff_t ahead_bytes() const { return ahead_bytes_[0]; }
-  std::ptrdiff_t ahead_bytes(double advance) const {
-    return ahead_bytes_[std::bit_cast<std::uint64_t>(advance) >> 63U];
+  std::ptrdiff_t ahead_bytes(bool back) const { return ahead_bytes_[back ? 1 : 0]; }
+  /// What later queries will need of the row there, if they go on that way.
+  [[gnu::always_inline]] void prefetch(bool back, const float* node) const noexcept {
+    prefetch_row(node, ahead_bytes(back));
   }
   double u_end_m() const { return u_end_m_; }
   double v_right_m() const { return v_right_m_; }

@@ -72,8 +72,7 @@ struct Surface::Data {
   }
   Heading direction(const Place& place) const noexcept;
   Sample sample(const Place& place, double x_m, double y_m) const noexcept;
-  Sample sample_ahead(const Place& place, double x_m, double y_m,
-                      const Cursor& cursor) const noexcept;
+  Sample sample_ahead(const Place& place, double x_m, double y_m, bool back) const noexcept;
   Sample sample_far(double x_m, double y_m, Cursor& cursor) const noexcept;
   Sample answer(const Place& place, const Height& height, bool inside, double x_m, double y_m,
                 double u_per_metre, double friction_there) const noexcept;
@@ -81,7 +80,6 @@ struct Surface::Data {
   double z_far(double x_m, double y_m, Cursor& cursor) const noexcept;
   Place locate_far(double x_m, double y_m, Cursor& cursor) const noexcept;
   double friction_of(const Place& place) const noexcept;
-  void prefetch(const Cursor& cursor, const float* node) const noexcept;
   Place place_of(double u_m, double v_m) const noexcept;
   double u_of(const Place& place) const noexcept {
     const auto segment = static_cast<std::ptrdiff_t>(place.segment);  // signed: one instruction
@@ -102,12 +100,6 @@ struct Surface::Data {
   bool quick;            ///< sample_ahead() may be asked
   bool fours;            ///< z_of_four_wheels() may be asked
 };
-
-// The row that later queries will need, if the cursor goes on as it went.
-[[gnu::always_inline]] inline void Surface::Data::prefetch(const Cursor& cursor,
-                                                           const float* node) const noexcept {
-  prefetch_row(node, heights.ahead_bytes(cursor.advance));
-}
 
 inline double Surface::Data::z_of(const Place& place) const noexcept {
   if (heights.plain() && on_grid(place)) {
@@ -138,9 +130,10 @@ inline Place Surface::Data::locate_far(double x_m, double y_m, Cursor& cursor) c
 
 [[gnu::noinline]] Sample Surface::Data::sample_far(double x_m, double y_m,
                                                    Cursor& cursor) const noexcept {
+  const bool back = leads_back(cursor);
   Place place;
   if (!locator.locate_ahead(x_m, y_m, cursor, place)) place = locate_far(x_m, y_m, cursor);
-  prefetch(cursor, heights.node(place.segment, 0) + heights.column_near(place.v_m));
+  heights.prefetch(back, heights.node(place.segment, 0) + heights.column_near(place.v_m));
   return sample(place, x_m, y_m);
 }
 
@@ -213,10 +206,11 @@ inline Heading Surface::Data::direction(const Place& place) const noexcept {
 }
 
 // The same where Locator::locate_ahead() found the place: on the grid, nothing beyond an end.
-[[gnu::always_inline]] inline Sample Surface::Data::sample_ahead(
-    const Place& place, double x_m, double y_m, const Cursor& cursor) const noexcept {
+[[gnu::always_inline]] inline Sample Surface::Data::sample_ahead(const Place& place, double x_m,
+                                                                 double y_m,
+                                                                 bool back) const noexcept {
   const GridPlace cell = heights.place_simple(place.segment, place.fraction, place.v_m);
-  prefetch(cursor, heights.node(cell.row, cell.column));
+  heights.prefetch(back, heights.node(cell.row, cell.column));
   const Height height = heights.at_simple(cell, place.v_m);
   const double width = locator.records()[place.segment].frame.width(place.v_m);
   // Positive, so that the bits have the order of the numbers.
@@ -286,17 +280,19 @@ Point2 Surface::xy_of_uv(double u_m, double v_m) const noexcept {
 }
 
 UV Surface::uv_of_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
+  const bool back = leads_back(cursor);
   const Place place = data_->locator.locate(x_m, y_m, cursor);
-  data_->prefetch(cursor, data_->heights.node(place.segment, 0));
+  data_->heights.prefetch(back, data_->heights.node(place.segment, 0));
   return {data_->u_of(place), place.v_m};
 }
 
 double Surface::z_at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
   const Data& data = *data_;
+  const bool back = leads_back(cursor);
   Place place;
   if (data.heights.simple() && data.locator.locate_ahead(x_m, y_m, cursor, place)) [[likely]] {
     const GridPlace p = data.heights.place_simple(place.segment, place.fraction, place.v_m);
-    data.prefetch(cursor, data.heights.node(p.row, p.column));
+    data.heights.prefetch(back, data.heights.node(p.row, p.column));
     const double z = data.heights.z_simple(p, place.v_m);
     if (!std::isnan(z)) [[likely]]
       return z;
@@ -306,9 +302,10 @@ double Surface::z_at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
 
 Sample Surface::at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
   const Data& data = *data_;
+  const bool back = leads_back(cursor);
   Place place;
   if (data.quick && data.locator.locate_ahead(x_m, y_m, cursor, place)) [[likely]]
-    return data.sample_ahead(place, x_m, y_m, cursor);
+    return data.sample_ahead(place, x_m, y_m, back);
   return data.sample_far(x_m, y_m, cursor);
 }
 
@@ -316,10 +313,11 @@ void Surface::at_xy(std::span<const Point2> points, std::span<Sample> out,
                     Cursor& cursor) const noexcept {
   const Data& data = *data_;
   const auto ahead = [&](const Point2& p, Cursor& near, Sample& sample) {
+    const bool back = leads_back(near);
     Place place;
     if (!data.quick || !data.locator.locate_ahead(p.x_m, p.y_m, near, place)) return false;
     // Made where it belongs: copied, its parts would have to reach memory first.
-    ::new (&sample) Sample(data.sample_ahead(place, p.x_m, p.y_m, near));
+    ::new (&sample) Sample(data.sample_ahead(place, p.x_m, p.y_m, back));
     return true;
   };
   for_each_place(data.locator, data.heights, points, out, cursor, ahead,
@@ -330,11 +328,12 @@ void Surface::z_at_xy(std::span<const Point2> points, std::span<double> z_m,
                       Cursor& cursor) const noexcept {
   const Data& data = *data_;
   const auto ahead = [&](const Point2& p, Cursor& near, double& z) {
+    const bool back = leads_back(near);
     Place place;
     if (!data.locator.locate_ahead(p.x_m, p.y_m, near, place)) return false;
     if (!data.heights.simple()) return z = data.z_of(place), true;
     const GridPlace cell = data.heights.place_simple(place.segment, place.fraction, place.v_m);
-    data.prefetch(near, data.heights.node(cell.row, cell.column));
+    data.heights.prefetch(back, data.heights.node(cell.row, cell.column));
     z = data.heights.z_simple(cell, place.v_m);
     if (std::isnan(z)) [[unlikely]]
       z = data.z_of(place);
@@ -368,9 +367,10 @@ double Surface::strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor)
     std::fill(dz_m.begin(), dz_m.end(), std::numeric_limits<float>::quiet_NaN());
     return Sample::kNaN;
   }
+  const bool back = leads_back(cursor);
   const Place middle = data_->locator.locate(strip.x_m, strip.y_m, cursor);
-  data_->prefetch(cursor,
-                  data_->heights.node(middle.segment, 0) + data_->heights.column_near(middle.v_m));
+  data_->heights.prefetch(
+      back, data_->heights.node(middle.segment, 0) + data_->heights.column_near(middle.v_m));
   const LineNode* line = data_->heights.line() + middle.segment;
   const double base = line[0].z_m + middle.fraction * (line[1].z_m - line[0].z_m);
   StripFiller filler(data_->locator, data_->heights, strip, base, dz_m);

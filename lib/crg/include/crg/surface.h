@@ -32,8 +32,9 @@ struct Sample {
 
 /// Where the last query was found; only speeds up the next one, never changes its answer.
 struct alignas(16) Cursor {
-  double position = 0.0;  ///< number of the segment and fraction within it
-  double advance = 0.0;   ///< segments that the last query moved; predicts the next
+  // Numbers of a segment with the fraction within it, 1.5 * 2^33 more; 0: nowhere yet.
+  double last = 0.0;   ///< there the last query was
+  double ahead = 0.0;  ///< there the next is expected
 };
 
 struct UV {
