@@ -24,8 +24,8 @@ inline void fetch_ahead(const Locator& locator, const HeightField& heights,
     __builtin_prefetch(locator.records() + guess.segment);
   }
   for (std::size_t k = 0; k < points.size(); ++k) {
-    if (cursors[k].ahead == 0.0) continue;
     const std::size_t guess = segment_ahead(cursors[k]);
+    if (guess >= locator.segments()) continue;
     const SegmentFrame& frame = locator.records()[guess].frame;
     const Local local(frame, points[k].x_m, points[k].y_m);
     const double steps = std::floor(local.past_begin_m / frame.width(local.v_m));

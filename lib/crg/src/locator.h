@@ -45,6 +45,8 @@ class Locator {
   /// The common case: the cell predicted from the last step of the cursor certainly holds the
   /// point, which then lies within the v range. Otherwise false, and nothing is changed.
   bool locate_ahead(double x_m, double y_m, Cursor& cursor, Place& place) const noexcept;
+  /// The same for a known segment.
+  bool locate_on(std::size_t segment, double x_m, double y_m, Place& place) const noexcept;
   /// Anywhere. `on_guess(segment, v_m)` is told where the search will go on after a jump, so that
   /// the caller can fetch what it will need there.
   Place locate_from(double x_m, double y_m, Cursor& cursor) const noexcept;
@@ -105,7 +107,7 @@ inline constexpr double kCursorBias = 12884901888.0;  // 1.5 * 2^33
 inline constexpr int kFractionBits = 19;
 inline constexpr std::uint64_t kSegmentMask = ~std::uint64_t{0} << kFractionBits;
 
-/// Where the next query is expected, modulo 2^32. A new cursor expects it at 0.
+/// Where the next query is expected, modulo 2^32: beyond all segments for a new cursor.
 inline std::uint32_t segment_ahead(const Cursor& cursor) noexcept {
   return static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(cursor.ahead) >> kFractionBits);
 }
@@ -127,12 +129,11 @@ inline Cursor middle_of(std::size_t segment) noexcept {
   return cursor_at(static_cast<double>(segment) + 0.5);
 }
 
-inline bool Locator::locate_ahead(double x_m, double y_m, Cursor& cursor,
-                                  Place& place) const noexcept {
-  const std::size_t i = segment_ahead(cursor);
-  if (i >= segments_) [[unlikely]]
-    return false;
-  const SegmentRecord& record = records_[i];
+inline bool is_new(const Cursor& cursor) noexcept { return cursor.ahead == Cursor{}.ahead; }
+
+inline bool Locator::locate_on(std::size_t segment, double x_m, double y_m,
+                               Place& place) const noexcept {
+  const SegmentRecord& record = records_[segment];
   const SegmentFrame& frame = record.frame;
   const Local local(frame, x_m, y_m);
   const double fraction = local.past_begin_m / frame.width(local.v_m);
@@ -141,13 +142,21 @@ inline bool Locator::locate_ahead(double x_m, double y_m, Cursor& cursor,
   if (std::bit_cast<std::uint64_t>(fraction) >= std::bit_cast<std::uint64_t>(1.0 - kNearMitre) ||
       !record.surely_certain(local.v_m)) [[unlikely]]
     return false;
-  const double now = begin_ahead(cursor) + fraction;
-  cursor.ahead = now + (now - cursor.last);  // once more as far
-  cursor.last = now;
-  place.segment = i;
+  place.segment = segment;
   place.fraction = fraction;
   place.v_m = local.v_m;
   place.beyond_m = 0.0;
+  return true;
+}
+
+inline bool Locator::locate_ahead(double x_m, double y_m, Cursor& cursor,
+                                  Place& place) const noexcept {
+  const std::size_t i = segment_ahead(cursor);
+  if (i >= segments_ || !locate_on(i, x_m, y_m, place)) [[unlikely]]
+    return false;
+  const double now = begin_ahead(cursor) + place.fraction;
+  cursor.ahead = now + (now - cursor.last);  // once more as far
+  cursor.last = now;
   return true;
 }
 
@@ -161,7 +170,7 @@ Place Locator::locate_from(double x_m, double y_m, Cursor& cursor,
   if (!(std::abs(x_m) <= kMax && std::abs(y_m) <= kMax)) return {0, 0.0, kNaN, kNaN};
   Place place;
   bool found = false;
-  if (cursor.ahead != 0.0) {  // not new
+  if (!is_new(cursor)) {
     const auto expected = static_cast<std::int32_t>(segment_ahead(cursor));
     found = locate_near(x_m, y_m, static_cast<std::size_t>(std::max(expected, 0)), kWalk, place);
   }
@@ -169,8 +178,7 @@ Place Locator::locate_from(double x_m, double y_m, Cursor& cursor,
     const CoarseIndex::Guess guess = coarse_.guess(x_m, y_m);
     if (guess.segment != CoarseIndex::kNone) {
       on_guess(guess.segment, guess.v_m);
-      Cursor there = middle_of(guess.segment);
-      found = locate_ahead(x_m, y_m, there, place) ||
+      found = locate_on(guess.segment, x_m, y_m, place) ||
               locate_near(x_m, y_m, guess.segment, 4096.0, place);
     }
   }

@@ -44,4 +44,14 @@ inline unsigned signs(Two a) noexcept {
 #endif
 }
 
+/// Downwards to a whole number where the number is not negative and has 63 bits; something
+/// that is negative or too large elsewhere.
+inline std::int64_t whole(double a) noexcept {
+#if defined(__SSE2__)
+  return _mm_cvttsd_si64(_mm_set_sd(a));
+#else
+  return a >= 0.0 && a < 9e18 ? static_cast<std::int64_t>(a) : -1;
+#endif
+}
+
 }  // namespace crg

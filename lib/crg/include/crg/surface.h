@@ -32,9 +32,9 @@ struct Sample {
 
 /// Where the last query was found; only speeds up the next one, never changes its answer.
 struct alignas(16) Cursor {
-  // Numbers of a segment with the fraction within it, 1.5 * 2^33 more; 0: nowhere yet.
-  double last = 0.0;   ///< there the last query was
-  double ahead = 0.0;  ///< there the next is expected
+  // Number of a segment and the fraction within it, and 1.5 * 2^33 more.
+  double last = 0.0;             ///< there the last query was
+  double ahead = 12884901887.5;  ///< there the next is expected; at first before the road
 };
 
 struct UV {
