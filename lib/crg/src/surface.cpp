@@ -16,6 +16,14 @@
 namespace crg {
 namespace {
 
+// Map points as they come: pairs, or x and y each by themselves.
+auto in_pairs(std::span<const Point2> points) {
+  return [p = points.data()](std::size_t k) { return p[k]; };
+}
+auto apart(std::span<const double> x_m, std::span<const double> y_m) {
+  return [x = x_m.data(), y = y_m.data()](std::size_t k) { return Point2{x[k], y[k]}; };
+}
+
 // Errors about the contents name the file they came from.
 template <typename Work>
 auto naming(const std::string& source, Work work) {
@@ -243,50 +251,71 @@ double Surface::z_at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
   return data.z_far(x_m, y_m, cursor);
 }
 
-Sample Surface::at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
-  const Data& data = *data_;
+[[gnu::always_inline]] inline Sample Surface::Data::at(double x_m, double y_m,
+                                                       Cursor& cursor) const noexcept {
   const bool back = leads_back(cursor);
   Place place;
-  if (data.quick && data.locator.locate_ahead(x_m, y_m, cursor, place)) [[likely]]
-    return data.sample_ahead(place, x_m, y_m, back);
-  return data.sample_far(x_m, y_m, cursor);
+  if (quick && locator.locate_ahead(x_m, y_m, cursor, place)) [[likely]]
+    return sample_ahead(place, x_m, y_m, back);
+  return sample_far(x_m, y_m, cursor);
+}
+
+Sample Surface::at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
+  return data_->at(x_m, y_m, cursor);
+}
+
+template <typename PointAt>
+void Surface::Data::many(std::size_t count, const PointAt& point_at, Sample* out,
+                         Cursor& cursor) const noexcept {
+  const auto ahead = [&](const Point2& p, Cursor& near, Sample& sample) {
+    const bool back = leads_back(near);
+    Place place;
+    if (!quick || !locator.locate_ahead(p.x_m, p.y_m, near, place)) return false;
+    // Made where it belongs: copied, its parts would have to reach memory first.
+    ::new (&sample) Sample(sample_ahead(place, p.x_m, p.y_m, back));
+    return true;
+  };
+  for_each_place(locator, heights, count, point_at, out, cursor, ahead,
+                 [&](const Point2& p, Cursor& near) { return at(p.x_m, p.y_m, near); });
+}
+
+template <typename PointAt>
+void Surface::Data::many(std::size_t count, const PointAt& point_at, double* z_m,
+                         Cursor& cursor) const noexcept {
+  const auto ahead = [&](const Point2& p, Cursor& near, double& z) {
+    const bool back = leads_back(near);
+    Place place;
+    if (!locator.locate_ahead(p.x_m, p.y_m, near, place)) return false;
+    if (!heights.simple()) return z = z_of(place), true;
+    const GridPlace cell = heights.place_simple(place.segment, place.fraction, place.v_m);
+    heights.prefetch(back, heights.node(cell.row, cell.column));
+    z = heights.z_simple(cell, place.v_m);
+    if (std::isnan(z)) [[unlikely]]
+      z = z_of(place);
+    return true;
+  };
+  for_each_place(locator, heights, count, point_at, z_m, cursor, ahead,
+                 [&](const Point2& p, Cursor& near) {
+                   const Place place = locator.locate(p.x_m, p.y_m, near);
+                   return z_of(place);
+                 });
 }
 
 void Surface::at_xy(std::span<const Point2> points, std::span<Sample> out,
                     Cursor& cursor) const noexcept {
-  const Data& data = *data_;
-  const auto ahead = [&](const Point2& p, Cursor& near, Sample& sample) {
-    const bool back = leads_back(near);
-    Place place;
-    if (!data.quick || !data.locator.locate_ahead(p.x_m, p.y_m, near, place)) return false;
-    // Made where it belongs: copied, its parts would have to reach memory first.
-    ::new (&sample) Sample(data.sample_ahead(place, p.x_m, p.y_m, back));
-    return true;
-  };
-  for_each_place(data.locator, data.heights, points, out, cursor, ahead,
-                 [&](const Point2& p, Cursor& near) { return at_xy(p.x_m, p.y_m, near); });
+  data_->many(std::min(points.size(), out.size()), in_pairs(points), out.data(), cursor);
 }
-
+void Surface::at_xy(std::span<const double> x_m, std::span<const double> y_m, std::span<Sample> out,
+                    Cursor& cursor) const noexcept {
+  data_->many(std::min({x_m.size(), y_m.size(), out.size()}), apart(x_m, y_m), out.data(), cursor);
+}
 void Surface::z_at_xy(std::span<const Point2> points, std::span<double> z_m,
                       Cursor& cursor) const noexcept {
-  const Data& data = *data_;
-  const auto ahead = [&](const Point2& p, Cursor& near, double& z) {
-    const bool back = leads_back(near);
-    Place place;
-    if (!data.locator.locate_ahead(p.x_m, p.y_m, near, place)) return false;
-    if (!data.heights.simple()) return z = data.z_of(place), true;
-    const GridPlace cell = data.heights.place_simple(place.segment, place.fraction, place.v_m);
-    data.heights.prefetch(back, data.heights.node(cell.row, cell.column));
-    z = data.heights.z_simple(cell, place.v_m);
-    if (std::isnan(z)) [[unlikely]]
-      z = data.z_of(place);
-    return true;
-  };
-  for_each_place(data.locator, data.heights, points, z_m, cursor, ahead,
-                 [&](const Point2& p, Cursor& near) {
-                   const Place place = data.locator.locate(p.x_m, p.y_m, near);
-                   return data.z_of(place);
-                 });
+  data_->many(std::min(points.size(), z_m.size()), in_pairs(points), z_m.data(), cursor);
+}
+void Surface::z_at_xy(std::span<const double> x_m, std::span<const double> y_m,
+                      std::span<double> z_m, Cursor& cursor) const noexcept {
+  data_->many(std::min({x_m.size(), y_m.size(), z_m.size()}), apart(x_m, y_m), z_m.data(), cursor);
 }
 
 void Surface::z_at_xy(std::span<const Point2> points, std::span<Cursor> cursors,

@@ -58,7 +58,12 @@ struct Surface::Data {
   Sample sample_far(double x_m, double y_m, Cursor& cursor) const noexcept;
   Sample answer(const Place& place, const Height& height, bool inside, double x_m, double y_m,
                 double u_per_metre, double friction_there) const noexcept;
+  Sample at(double x_m, double y_m, Cursor& cursor) const noexcept;
   double z_of(const Place& place) const noexcept;
+  template <typename PointAt>
+  void many(std::size_t count, const PointAt& point_at, Sample* out, Cursor& cursor) const noexcept;
+  template <typename PointAt>
+  void many(std::size_t count, const PointAt& point_at, double* z_m, Cursor& cursor) const noexcept;
   double z_far(double x_m, double y_m, Cursor& cursor) const noexcept;
   double z_anywhere(double x_m, double y_m, Cursor& cursor) const noexcept;
   Place locate_far(double x_m, double y_m, Cursor& cursor) const noexcept;
