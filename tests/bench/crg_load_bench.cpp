@@ -1,5 +1,6 @@
 // Loading a KRBI file of 18.5 MB (3 km, 0.1 x 0.1 m, 15 m wide) from the page cache: seconds, and
-// how far the memory of a fresh process grows. Figures: docs/performance.md.
+// how far the memory of a fresh process grows. crg_load_bench COLUMNS makes it as wide as that (151
+// where none are given). Figures: docs/performance.md.
 #include <benchmark/benchmark.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -19,7 +20,7 @@ using namespace crg;
 
 std::string road_path;
 
-void write_road() {
+void write_road(std::size_t columns) {
   ReferenceLine line = test::circuit(30001, 450.0, 0.12, 5);
   for (std::size_t i = 0; i < line.size(); ++i) {
     const double t = 2.0 * M_PI * static_cast<double>(i) / static_cast<double>(line.size() - 1);
@@ -29,7 +30,9 @@ void write_road() {
   const auto height = [](double u, double v) {
     return 0.01 * std::sin(7.0 * u) + 0.02 * std::cos(0.9 * v);
   };
-  write(make_crg(line, test::grid_of(line, -7.5, 7.5, 151, height)), road_path, Format::KRBI);
+  const double half_width_m = 0.05 * static_cast<double>(columns - 1);
+  write(make_crg(line, test::grid_of(line, -half_width_m, half_width_m, columns, height)),
+        road_path, Format::KRBI);
 }
 
 // Bytes that this process has had resident at once, mapped files included.
@@ -95,7 +98,8 @@ int main(int argc, char** argv) {
   std::string folder = (std::filesystem::temp_directory_path() / "crg_load_XXXXXX").string();
   if (mkdtemp(folder.data()) == nullptr) return 1;
   road_path = folder + "/road.crg";
-  in_child([] { return write_road(), 0.0; });
+  const std::size_t columns = argc > 1 && argv[1][0] != '-' ? std::stoul(argv[1]) : 151;
+  in_child([&] { return write_road(columns), 0.0; });
   growth_read = growth_of(false);
   growth_surface = growth_of(true);
   benchmark::Initialize(&argc, argv);

@@ -213,13 +213,23 @@ TEST(Surface, ABatchAnswersAsSingleCallsDoWhereverThePointsLie) {
     Cursor cursor, other;
     surface.z_at_xy(points, z_m, cursor);
     surface.at_xy(points, samples, other);
+    std::vector<double> x_m, y_m, z_apart_m(points.size());
+    for (const Point2& p : points) x_m.push_back(p.x_m), y_m.push_back(p.y_m);
+    std::vector<Sample> samples_apart(points.size() - 1);  // the shortest counts
+    cursor = other = {};
+    surface.z_at_xy(x_m, y_m, z_apart_m, cursor);
+    surface.at_xy(x_m, y_m, samples_apart, other);
     for (std::size_t k = 0; k < points.size(); ++k) {
       Cursor fresh;
       const Sample want = surface.at_xy(points[k].x_m, points[k].y_m, fresh);
       const auto same = [](double a, double b) {
         return a == b || (std::isnan(a) && std::isnan(b));
       };
-      ASSERT_TRUE(same(z_m[k], want.z_m)) << k;
+      ASSERT_TRUE(same(z_m[k], want.z_m) && same(z_apart_m[k], want.z_m)) << k;
+      ASSERT_TRUE(k == samples_apart.size() ||
+                  (same(samples_apart[k].z_m, want.z_m) && same(samples_apart[k].u_m, want.u_m) &&
+                   same(samples_apart[k].normal_x, want.normal_x)))
+          << k;
       ASSERT_TRUE(same(samples[k].z_m, want.z_m) && same(samples[k].dzdx, want.dzdx) &&
                   same(samples[k].u_m, want.u_m) && same(samples[k].v_m, want.v_m))
           << k;

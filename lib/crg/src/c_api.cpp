@@ -1,10 +1,12 @@
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <exception>
 #include <string>
 
 #include "crg.h"
 #include "crg/surface.h"
+#include "locator.h"
 
 // Behind the opaque pointer stands the C++ surface itself.
 struct crg_surface {
@@ -15,18 +17,21 @@ namespace {
 
 crg::Cursor from_c(const crg_cursor* cursor) {
   if (cursor == nullptr) return {};
-  return {static_cast<double>(cursor->segment) + cursor->fraction, cursor->advance};
+  const double position = static_cast<double>(cursor->segment) + cursor->fraction;
+  if (position == 0.0 && cursor->advance == 0.0) return {};
+  return crg::cursor_at(position, cursor->advance);
 }
 
 void to_c(const crg::Cursor& from, crg_cursor* cursor) {
   if (cursor == nullptr) return;
-  // What a caller's damaged cursor became.
-  if (!(from.position >= 0.0 && from.position < 9e15)) {
+  const double position = from.last - crg::kCursorBias, advance = from.ahead - from.last;
+  // New, or what a caller's damaged cursor became.
+  if (!(position >= 0.0 && position < crg::kCursorBias && std::abs(advance) < crg::kCursorBias)) {
     *cursor = {};
     return;
   }
-  const auto segment = static_cast<std::size_t>(from.position);
-  *cursor = {segment, from.position - static_cast<double>(segment), from.advance};
+  const auto segment = static_cast<std::size_t>(position);
+  *cursor = {segment, position - static_cast<double>(segment), advance};
 }
 
 int to_c(const crg::Sample& from, crg_sample* sample) {

@@ -6,6 +6,20 @@
 
 namespace crg {
 
+namespace {
+
+// Between the neighbours of a station, for each segment.
+float turn_at(std::span<const SegmentRecord> segments, std::size_t i, int shift) {
+  const std::size_t around = std::size_t{1} << shift, begin = i < around ? 0 : i - around,
+                    end = std::min(i + around, segments.size() - 1);
+  if (begin == end) return 0.0F;
+  const SegmentFrame &a = segments[begin].frame, &b = segments[end].frame;
+  const double sine = std::clamp(a.cos * b.sin - a.sin * b.cos, -1.0, 1.0);
+  return static_cast<float>(std::asin(sine) / static_cast<double>(end - begin));
+}
+
+}  // namespace
+
 CoarseIndex::CoarseIndex(std::span<const SegmentRecord> segments, double reach_m)
     : segments_(segments.size()) {
   double x_max = -std::numeric_limits<double>::infinity(), y_max = x_max, length = 0.0;
@@ -43,8 +57,8 @@ CoarseIndex::CoarseIndex(std::span<const SegmentRecord> segments, double reach_m
     const SegmentFrame& frame = segments[i].frame;
     const double dx = frame.x_m - x_min_m_, dy = frame.y_m - y_min_m_;
     stations_.push_back({static_cast<float>(dx), static_cast<float>(dy),
-                         static_cast<float>(frame.cos / mean),
-                         static_cast<float>(frame.sin / mean)});
+                         static_cast<float>(frame.cos / mean), static_cast<float>(frame.sin / mean),
+                         turn_at(segments, i, shift_)});
     const double around = std::min(margin + cell, 3.0 * cell);
     const auto first = [&](double at) {
       return static_cast<std::size_t>(std::max(0.0, (at - around) * per_cell_));
@@ -66,35 +80,6 @@ CoarseIndex::CoarseIndex(std::span<const SegmentRecord> segments, double reach_m
       }
     }
   }
-}
-
-CoarseIndex::Guess CoarseIndex::guess(double x_m, double y_m) const noexcept {
-  const double dx = x_m - x_min_m_, dy = y_m - y_min_m_;
-  const double column = dx * per_cell_, row = dy * per_cell_;
-  if (!(column >= 0.0 && row >= 0.0 && column < static_cast<double>(columns_) &&
-        row < static_cast<double>(rows_)))
-    return {};
-  const std::uint32_t cell =
-      cells_[cell_at(static_cast<std::size_t>(row), static_cast<std::size_t>(column))];
-  if (cell == 0) return {};
-  // Newton's method on the line as if it were straight beyond each station. Two steps always, for
-  // the number that would be enough is not predictable.
-  constexpr float kBias = 1048576.0F;  // so that the conversion rounds downwards
-  const float px = static_cast<float>(dx), py = static_cast<float>(dy);
-  const auto last = static_cast<std::ptrdiff_t>(segments_) - 1;
-  std::ptrdiff_t segment = static_cast<std::ptrdiff_t>(cell - 1) << shift_;
-  float across = 0.0F;
-  for (int step = 0; step < 2; ++step) {
-    const std::ptrdiff_t k = segment >> shift_;
-    const Station& station = stations_[static_cast<std::size_t>(k)];
-    const float ex = px - station.dx_m, ey = py - station.dy_m;
-    const float ahead = std::min(std::max(ex * station.cos + ey * station.sin, -1e6F), 1e6F);
-    across = ey * station.cos - ex * station.sin;
-    segment = std::clamp<std::ptrdiff_t>(
-        (k << shift_) + static_cast<std::int32_t>(ahead + kBias) - static_cast<std::int32_t>(kBias),
-        0, last);
-  }
-  return {static_cast<std::size_t>(segment), across * mean_length_m_};
 }
 
 }  // namespace crg

@@ -35,12 +35,16 @@ struct LineNode {
   double banking;
 };
 
-/// Prefetches what lies `bytes` from a node. That may be outside the grid, which prefetching does
-/// not mind; hence the integers. Always inline: gcc drops calls of functions that only prefetch.
+/// Prefetches the pair of nodes that lies `bytes` from a node, and two or three beside it: a pair
+/// may lie on two cache lines, and whoever drives towards it moves sideways meanwhile. That may be
+/// outside the grid, which prefetching does not mind; hence the integers. Always inline: gcc drops
+/// calls of functions that only prefetch.
 [[gnu::always_inline]] inline void prefetch_row(const float* node, std::ptrdiff_t bytes) {
-  // NOLINTNEXTLINE(performance-no-int-to-ptr)
-  __builtin_prefetch(reinterpret_cast<const void*>(reinterpret_cast<std::uintptr_t>(node) +
-                                                   static_cast<std::uintptr_t>(bytes)));
+  const auto at = reinterpret_cast<std::uintptr_t>(node) + static_cast<std::uintptr_t>(bytes);
+  // NOLINTBEGIN(performance-no-int-to-ptr)
+  __builtin_prefetch(reinterpret_cast<const void*>(at - 2 * sizeof(float)));
+  __builtin_prefetch(reinterpret_cast<const void*>(at + 3 * sizeof(float)));
+  // NOLINTEND(performance-no-int-to-ptr)
 }
 
 /// Everything that height needs. Refers to the grid, which must outlive it.
@@ -90,15 +94,25 @@ class HeightField {
                ? static_cast<std::ptrdiff_t>(columns)
                : 0;
   }
+  /// The nodes of a cell and the line beside it, for a place that is nearly known.
+  [[gnu::always_inline]] void prefetch_cell(std::size_t row, double v_m) const noexcept {
+    const std::int64_t column = whole((v_m - v_right_m_) * per_v_step_);
+    const auto bytes =
+        static_cast<std::ptrdiff_t>(static_cast<std::uint64_t>(column) * sizeof(float));
+    prefetch_row(node(row, 0), bytes);
+    prefetch_row(node(row + 1, 0), bytes);
+    __builtin_prefetch(line() + row);
+  }
   const float* node(std::size_t row, std::size_t column) const {
     return z_m_ + row * columns_ + column;
   }
   std::size_t columns() const { return columns_; }
   std::size_t rows() const { return rows_; }
   /// How far ahead to prefetch: 12 rows.
-  std::ptrdiff_t ahead_bytes() const { return ahead_bytes_[0]; }
-  std::ptrdiff_t ahead_bytes(double advance) const {
-    return ahead_bytes_[std::bit_cast<std::uint64_t>(advance) >> 63U];
+  std::ptrdiff_t ahead_bytes(bool back) const { return ahead_bytes_[back ? 1 : 0]; }
+  /// What later queries will need of the row there, if they go on that way.
+  [[gnu::always_inline]] void prefetch(bool back, const float* node) const noexcept {
+    prefetch_row(node, ahead_bytes(back));
   }
   double u_end_m() const { return u_end_m_; }
   double v_right_m() const { return v_right_m_; }

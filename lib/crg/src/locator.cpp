@@ -50,7 +50,6 @@ Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
   joined_ = ends_joined(line);
   if (line.closed) closing_ = find_closing(line).value_or(Closing{});
   segments_ = segments;
-  segments_in_all_ = static_cast<double>(segments);
   reserve_huge(records_, segments + 1);
   records_.resize(segments + 1);
   Point2 mitre = mitre_direction(line, 0);

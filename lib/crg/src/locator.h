@@ -45,6 +45,8 @@ class Locator {
   /// The common case: the cell predicted from the last step of the cursor certainly holds the
   /// point, which then lies within the v range. Otherwise false, and nothing is changed.
   bool locate_ahead(double x_m, double y_m, Cursor& cursor, Place& place) const noexcept;
+  /// The same for a known segment.
+  bool locate_on(std::size_t segment, double x_m, double y_m, Place& place) const noexcept;
   /// Anywhere. `on_guess(segment, v_m)` is told where the search will go on after a jump, so that
   /// the caller can fetch what it will need there.
   Place locate_from(double x_m, double y_m, Cursor& cursor) const noexcept;
@@ -74,7 +76,6 @@ class Locator {
 
   std::vector<SegmentRecord> records_;  ///< one per segment, and one for the last node
   std::size_t segments_ = 0;
-  double segments_in_all_ = 0.0;  ///< the same number
   CoarseIndex coarse_;
   std::vector<Box> boxes_;  ///< binary tree, children of k at 2k + 1 and 2k + 2
   std::size_t first_leaf_ = 0;
@@ -99,16 +100,40 @@ struct Local {
 inline constexpr double kNearMitre =
     1e-6;  // fraction of a cell: nearer than that both sides are asked
 
-inline Cursor middle_of(std::size_t segment) noexcept {
-  return {static_cast<double>(segment) + 0.5, 0.0};
+/// What a cursor's numbers are more than positions. So large a number has its bits at fixed places:
+/// the segment is read from them with a shift and taken off with a mask, where a conversion would
+/// pass between two kinds of registers. The fraction has 19 bits.
+inline constexpr double kCursorBias = 12884901888.0;  // 1.5 * 2^33
+inline constexpr int kFractionBits = 19;
+inline constexpr std::uint64_t kSegmentMask = ~std::uint64_t{0} << kFractionBits;
+
+/// Where the next query is expected, modulo 2^32: beyond all segments for a new cursor.
+inline std::uint32_t segment_ahead(const Cursor& cursor) noexcept {
+  return static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(cursor.ahead) >> kFractionBits);
+}
+/// The beginning of that segment, as a cursor counts.
+inline double begin_ahead(const Cursor& cursor) noexcept {
+  return std::bit_cast<double>(std::bit_cast<std::uint64_t>(cursor.ahead) & kSegmentMask);
+}
+/// Whether the last step led to a smaller segment number.
+inline bool leads_back(const Cursor& cursor) noexcept {
+  return std::bit_cast<std::int64_t>(cursor.ahead) < std::bit_cast<std::int64_t>(cursor.last);
 }
 
-inline bool Locator::locate_ahead(double x_m, double y_m, Cursor& cursor,
-                                  Place& place) const noexcept {
-  const std::int64_t i = whole(cursor.position + cursor.advance);
-  if (static_cast<std::uint64_t>(i) >= segments_) [[unlikely]]
-    return false;
-  const SegmentRecord& record = records_[static_cast<std::size_t>(i)];
+/// As if the last query had been there and the next were expected `advance` segments further on.
+inline Cursor cursor_at(double position, double advance = 0.0) noexcept {
+  return {position + kCursorBias, position + advance + kCursorBias};
+}
+
+inline Cursor middle_of(std::size_t segment) noexcept {
+  return cursor_at(static_cast<double>(segment) + 0.5);
+}
+
+inline bool is_new(const Cursor& cursor) noexcept { return cursor.ahead == Cursor{}.ahead; }
+
+inline bool Locator::locate_on(std::size_t segment, double x_m, double y_m,
+                               Place& place) const noexcept {
+  const SegmentRecord& record = records_[segment];
   const SegmentFrame& frame = record.frame;
   const Local local(frame, x_m, y_m);
   const double fraction = local.past_begin_m / frame.width(local.v_m);
@@ -117,13 +142,21 @@ inline bool Locator::locate_ahead(double x_m, double y_m, Cursor& cursor,
   if (std::bit_cast<std::uint64_t>(fraction) >= std::bit_cast<std::uint64_t>(1.0 - kNearMitre) ||
       !record.surely_certain(local.v_m)) [[unlikely]]
     return false;
-  const double position = static_cast<double>(i) + fraction;
-  cursor.advance = position - cursor.position;
-  cursor.position = position;
-  place.segment = static_cast<std::size_t>(i);
+  place.segment = segment;
   place.fraction = fraction;
   place.v_m = local.v_m;
   place.beyond_m = 0.0;
+  return true;
+}
+
+inline bool Locator::locate_ahead(double x_m, double y_m, Cursor& cursor,
+                                  Place& place) const noexcept {
+  const std::size_t i = segment_ahead(cursor);
+  if (i >= segments_ || !locate_on(i, x_m, y_m, place)) [[unlikely]]
+    return false;
+  const double now = begin_ahead(cursor) + place.fraction;
+  cursor.ahead = now + (now - cursor.last);  // once more as far
+  cursor.last = now;
   return true;
 }
 
@@ -137,26 +170,22 @@ Place Locator::locate_from(double x_m, double y_m, Cursor& cursor,
   if (!(std::abs(x_m) <= kMax && std::abs(y_m) <= kMax)) return {0, 0.0, kNaN, kNaN};
   Place place;
   bool found = false;
-  if (cursor.position != 0.0 || cursor.advance != 0.0) {  // not new
-    const double expected = cursor.position + cursor.advance;
-    // What is not a number begins at 0.
-    const double row = expected >= 0.0 ? std::min(expected, segments_in_all_) : 0.0;
-    found = locate_near(x_m, y_m, static_cast<std::size_t>(row), kWalk, place);
+  if (!is_new(cursor)) {
+    const auto expected = static_cast<std::int32_t>(segment_ahead(cursor));
+    found = locate_near(x_m, y_m, static_cast<std::size_t>(std::max(expected, 0)), kWalk, place);
   }
   if (!found) {
     const CoarseIndex::Guess guess = coarse_.guess(x_m, y_m);
     if (guess.segment != CoarseIndex::kNone) {
       on_guess(guess.segment, guess.v_m);
-      Cursor there = middle_of(guess.segment);
-      found = locate_ahead(x_m, y_m, there, place) ||
+      found = locate_on(guess.segment, x_m, y_m, place) ||
               locate_near(x_m, y_m, guess.segment, 4096.0, place);
     }
   }
   if (!found) place = search(x_m, y_m);
   const double position = static_cast<double>(place.segment) + place.fraction;
-  const double moved = position - cursor.position;
-  cursor.advance = std::abs(moved) < 64.0 ? moved : 0.0;
-  cursor.position = position;
+  const double moved = position + kCursorBias - cursor.last;
+  cursor = cursor_at(position, std::abs(moved) < 64.0 ? moved : 0.0);
   return place;
 }
 

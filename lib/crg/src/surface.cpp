@@ -10,15 +10,19 @@
 
 #include "batch.h"
 #include "crg/error.h"
-#include "directions.h"
-#include "height.h"
-#include "locator.h"
-#include "same_shape.h"
 #include "strip_filler.h"
-#include "wheels_kernel.h"
+#include "surface_data.h"
 
 namespace crg {
 namespace {
+
+// Map points as they come: pairs, or x and y each by themselves.
+auto in_pairs(std::span<const Point2> points) {
+  return [p = points.data()](std::size_t k) { return p[k]; };
+}
+auto apart(std::span<const double> x_m, std::span<const double> y_m) {
+  return [x = x_m.data(), y = y_m.data()](std::size_t k) { return Point2{x[k], y[k]}; };
+}
 
 // Errors about the contents name the file they came from.
 template <typename Work>
@@ -31,83 +35,7 @@ auto naming(const std::string& source, Work work) {
   }
 }
 
-Crg with_modifiers(Crg crg, ModifierUse use) {
-  if (use == ModifierUse::None) {
-    crg.modifiers.clear();
-    return crg;
-  }
-  if (use == ModifierUse::ReferenceDefaults && !crg.has_modifier_section) {
-    crg.modifiers = reference_default_modifiers(crg);
-  }
-  return apply_modifiers(std::move(crg));
-}
-
 }  // namespace
-
-struct Surface::Data {
-  Data(Crg crg, SurfaceOptions& options)
-      : friction_constant(options.friction),
-        friction(take_friction(crg.grid, options)),
-        file(with_modifiers(std::move(crg), options.modifiers)),
-        line(integrate_reference_line(file)),
-        heights(file.grid, line, options_of(file), options.interpolation),
-        locator(line, heights.v_right_m(), heights.v_left_m()),
-        directions(directions_of(line)),
-        curvature_of_reference_line(options.curvature_of_reference_line),
-        least_width_m(1e-9 * line.u_step_m),
-        quick(heights.simple() && friction.empty()),
-        fours(heights.simple() && four_wheels_available() &&
-              file.grid.z_m.size() <= std::numeric_limits<std::int32_t>::max()) {}
-
-  static std::vector<float> take_friction(const Grid& road, SurfaceOptions& options) {
-    if (!options.friction_map) return {};
-    want_same_shape(road, options.friction_map->grid);
-    return std::move(options.friction_map->grid.z_m);
-  }
-
-  // On the grid, with no smoothing zone near: the place found is all that height needs.
-  bool on_grid(const Place& place) const noexcept {
-    return place.beyond_m == 0.0 && place.v_m >= heights.v_right_m() &&
-           place.v_m <= heights.v_left_m();
-  }
-  Heading direction(const Place& place) const noexcept;
-  Sample sample(const Place& place, double x_m, double y_m) const noexcept;
-  Sample sample_ahead(const Place& place, double x_m, double y_m,
-                      const Cursor& cursor) const noexcept;
-  Sample sample_far(double x_m, double y_m, Cursor& cursor) const noexcept;
-  Sample answer(const Place& place, const Height& height, bool inside, double x_m, double y_m,
-                double u_per_metre, double friction_there) const noexcept;
-  double z_of(const Place& place) const noexcept;
-  double z_far(double x_m, double y_m, Cursor& cursor) const noexcept;
-  Place locate_far(double x_m, double y_m, Cursor& cursor) const noexcept;
-  double friction_of(const Place& place) const noexcept;
-  void prefetch(const Cursor& cursor, const float* node) const noexcept;
-  Place place_of(double u_m, double v_m) const noexcept;
-  double u_of(const Place& place) const noexcept {
-    const auto segment = static_cast<std::ptrdiff_t>(place.segment);  // signed: one instruction
-    const double u =
-        line.u_begin_m + (static_cast<double>(segment) + place.fraction) * line.u_step_m;
-    return place.beyond_m == 0.0 ? u : u + place.beyond_m;
-  }
-
-  double friction_constant;
-  std::vector<float> friction;  ///< empty: constant
-  Crg file;
-  ReferenceLine line;
-  HeightField heights;
-  Locator locator;
-  std::vector<Direction> directions;  ///< one per segment
-  bool curvature_of_reference_line;
-  double least_width_m;  ///< of a cell whose gradient along the line is known
-  bool quick;            ///< sample_ahead() may be asked
-  bool fours;            ///< z_of_four_wheels() may be asked
-};
-
-// The row that later queries will need, if the cursor goes on as it went.
-[[gnu::always_inline]] inline void Surface::Data::prefetch(const Cursor& cursor,
-                                                           const float* node) const noexcept {
-  prefetch_row(node, heights.ahead_bytes(cursor.advance));
-}
 
 inline double Surface::Data::z_of(const Place& place) const noexcept {
   if (heights.plain() && on_grid(place)) {
@@ -124,23 +52,39 @@ inline double Surface::Data::z_of(const Place& place) const noexcept {
 // After a jump the rows of the grid are fetched while the place is still being refined.
 inline Place Surface::Data::locate_far(double x_m, double y_m, Cursor& cursor) const noexcept {
   return locator.locate_from(x_m, y_m, cursor, [&](std::size_t segment, float v_m) {
-    const float* node = heights.node(segment, 0) + heights.column_near(static_cast<double>(v_m));
-    __builtin_prefetch(node);
-    __builtin_prefetch(node + heights.columns());
-    __builtin_prefetch(heights.line() + segment);
+    heights.prefetch_cell(segment, static_cast<double>(v_m));
   });
 }
 
+[[gnu::noinline]] double Surface::Data::z_anywhere(double x_m, double y_m,
+                                                   Cursor& cursor) const noexcept {
+  return z_of(locate_far(x_m, y_m, cursor));
+}
+
+// The usual case after a jump, short so that the processor sees the next query while it waits for
+// the memory of this one.
 [[gnu::noinline]] double Surface::Data::z_far(double x_m, double y_m,
                                               Cursor& cursor) const noexcept {
-  return z_of(locate_far(x_m, y_m, cursor));
+  if (!is_new(cursor) || !heights.simple()) return z_anywhere(x_m, y_m, cursor);
+  const CoarseIndex::Guess guess = locator.guess(x_m, y_m);
+  if (guess.segment == CoarseIndex::kNone) return z_anywhere(x_m, y_m, cursor);
+  heights.prefetch_cell(guess.segment, static_cast<double>(guess.v_m));
+  Place place;
+  if (!locator.locate_on(guess.segment, x_m, y_m, place)) return z_anywhere(x_m, y_m, cursor);
+  const double z =
+      heights.z_simple(heights.place_simple(place.segment, place.fraction, place.v_m), place.v_m);
+  if (std::isnan(z)) return z_anywhere(x_m, y_m, cursor);
+  cursor =
+      cursor_at(static_cast<double>(static_cast<std::ptrdiff_t>(place.segment)) + place.fraction);
+  return z;
 }
 
 [[gnu::noinline]] Sample Surface::Data::sample_far(double x_m, double y_m,
                                                    Cursor& cursor) const noexcept {
+  const bool back = leads_back(cursor);
   Place place;
   if (!locator.locate_ahead(x_m, y_m, cursor, place)) place = locate_far(x_m, y_m, cursor);
-  prefetch(cursor, heights.node(place.segment, 0) + heights.column_near(place.v_m));
+  heights.prefetch(back, heights.node(place.segment, 0) + heights.column_near(place.v_m));
   return sample(place, x_m, y_m);
 }
 
@@ -213,10 +157,11 @@ inline Heading Surface::Data::direction(const Place& place) const noexcept {
 }
 
 // The same where Locator::locate_ahead() found the place: on the grid, nothing beyond an end.
-[[gnu::always_inline]] inline Sample Surface::Data::sample_ahead(
-    const Place& place, double x_m, double y_m, const Cursor& cursor) const noexcept {
+[[gnu::always_inline]] inline Sample Surface::Data::sample_ahead(const Place& place, double x_m,
+                                                                 double y_m,
+                                                                 bool back) const noexcept {
   const GridPlace cell = heights.place_simple(place.segment, place.fraction, place.v_m);
-  prefetch(cursor, heights.node(cell.row, cell.column));
+  heights.prefetch(back, heights.node(cell.row, cell.column));
   const Height height = heights.at_simple(cell, place.v_m);
   const double width = locator.records()[place.segment].frame.width(place.v_m);
   // Positive, so that the bits have the order of the numbers.
@@ -286,17 +231,19 @@ Point2 Surface::xy_of_uv(double u_m, double v_m) const noexcept {
 }
 
 UV Surface::uv_of_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
+  const bool back = leads_back(cursor);
   const Place place = data_->locator.locate(x_m, y_m, cursor);
-  data_->prefetch(cursor, data_->heights.node(place.segment, 0));
+  data_->heights.prefetch(back, data_->heights.node(place.segment, 0));
   return {data_->u_of(place), place.v_m};
 }
 
 double Surface::z_at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
   const Data& data = *data_;
+  const bool back = leads_back(cursor);
   Place place;
   if (data.heights.simple() && data.locator.locate_ahead(x_m, y_m, cursor, place)) [[likely]] {
     const GridPlace p = data.heights.place_simple(place.segment, place.fraction, place.v_m);
-    data.prefetch(cursor, data.heights.node(p.row, p.column));
+    data.heights.prefetch(back, data.heights.node(p.row, p.column));
     const double z = data.heights.z_simple(p, place.v_m);
     if (!std::isnan(z)) [[likely]]
       return z;
@@ -304,47 +251,71 @@ double Surface::z_at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
   return data.z_far(x_m, y_m, cursor);
 }
 
-Sample Surface::at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
-  const Data& data = *data_;
+[[gnu::always_inline]] inline Sample Surface::Data::at(double x_m, double y_m,
+                                                       Cursor& cursor) const noexcept {
+  const bool back = leads_back(cursor);
   Place place;
-  if (data.quick && data.locator.locate_ahead(x_m, y_m, cursor, place)) [[likely]]
-    return data.sample_ahead(place, x_m, y_m, cursor);
-  return data.sample_far(x_m, y_m, cursor);
+  if (quick && locator.locate_ahead(x_m, y_m, cursor, place)) [[likely]]
+    return sample_ahead(place, x_m, y_m, back);
+  return sample_far(x_m, y_m, cursor);
+}
+
+Sample Surface::at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
+  return data_->at(x_m, y_m, cursor);
+}
+
+template <typename PointAt>
+void Surface::Data::many(std::size_t count, const PointAt& point_at, Sample* out,
+                         Cursor& cursor) const noexcept {
+  const auto ahead = [&](const Point2& p, Cursor& near, Sample& sample) {
+    const bool back = leads_back(near);
+    Place place;
+    if (!quick || !locator.locate_ahead(p.x_m, p.y_m, near, place)) return false;
+    // Made where it belongs: copied, its parts would have to reach memory first.
+    ::new (&sample) Sample(sample_ahead(place, p.x_m, p.y_m, back));
+    return true;
+  };
+  for_each_place(locator, heights, count, point_at, out, cursor, ahead,
+                 [&](const Point2& p, Cursor& near) { return at(p.x_m, p.y_m, near); });
+}
+
+template <typename PointAt>
+void Surface::Data::many(std::size_t count, const PointAt& point_at, double* z_m,
+                         Cursor& cursor) const noexcept {
+  const auto ahead = [&](const Point2& p, Cursor& near, double& z) {
+    const bool back = leads_back(near);
+    Place place;
+    if (!locator.locate_ahead(p.x_m, p.y_m, near, place)) return false;
+    if (!heights.simple()) return z = z_of(place), true;
+    const GridPlace cell = heights.place_simple(place.segment, place.fraction, place.v_m);
+    heights.prefetch(back, heights.node(cell.row, cell.column));
+    z = heights.z_simple(cell, place.v_m);
+    if (std::isnan(z)) [[unlikely]]
+      z = z_of(place);
+    return true;
+  };
+  for_each_place(locator, heights, count, point_at, z_m, cursor, ahead,
+                 [&](const Point2& p, Cursor& near) {
+                   const Place place = locator.locate(p.x_m, p.y_m, near);
+                   return z_of(place);
+                 });
 }
 
 void Surface::at_xy(std::span<const Point2> points, std::span<Sample> out,
                     Cursor& cursor) const noexcept {
-  const Data& data = *data_;
-  const auto ahead = [&](const Point2& p, Cursor& near, Sample& sample) {
-    Place place;
-    if (!data.quick || !data.locator.locate_ahead(p.x_m, p.y_m, near, place)) return false;
-    // Made where it belongs: copied, its parts would have to reach memory first.
-    ::new (&sample) Sample(data.sample_ahead(place, p.x_m, p.y_m, near));
-    return true;
-  };
-  for_each_place(data.locator, data.heights, points, out, cursor, ahead,
-                 [&](const Point2& p, Cursor& near) { return at_xy(p.x_m, p.y_m, near); });
+  data_->many(std::min(points.size(), out.size()), in_pairs(points), out.data(), cursor);
 }
-
+void Surface::at_xy(std::span<const double> x_m, std::span<const double> y_m, std::span<Sample> out,
+                    Cursor& cursor) const noexcept {
+  data_->many(std::min({x_m.size(), y_m.size(), out.size()}), apart(x_m, y_m), out.data(), cursor);
+}
 void Surface::z_at_xy(std::span<const Point2> points, std::span<double> z_m,
                       Cursor& cursor) const noexcept {
-  const Data& data = *data_;
-  const auto ahead = [&](const Point2& p, Cursor& near, double& z) {
-    Place place;
-    if (!data.locator.locate_ahead(p.x_m, p.y_m, near, place)) return false;
-    if (!data.heights.simple()) return z = data.z_of(place), true;
-    const GridPlace cell = data.heights.place_simple(place.segment, place.fraction, place.v_m);
-    data.prefetch(near, data.heights.node(cell.row, cell.column));
-    z = data.heights.z_simple(cell, place.v_m);
-    if (std::isnan(z)) [[unlikely]]
-      z = data.z_of(place);
-    return true;
-  };
-  for_each_place(data.locator, data.heights, points, z_m, cursor, ahead,
-                 [&](const Point2& p, Cursor& near) {
-                   const Place place = data.locator.locate(p.x_m, p.y_m, near);
-                   return data.z_of(place);
-                 });
+  data_->many(std::min(points.size(), z_m.size()), in_pairs(points), z_m.data(), cursor);
+}
+void Surface::z_at_xy(std::span<const double> x_m, std::span<const double> y_m,
+                      std::span<double> z_m, Cursor& cursor) const noexcept {
+  data_->many(std::min({x_m.size(), y_m.size(), z_m.size()}), apart(x_m, y_m), z_m.data(), cursor);
 }
 
 void Surface::z_at_xy(std::span<const Point2> points, std::span<Cursor> cursors,
@@ -368,9 +339,10 @@ double Surface::strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor)
     std::fill(dz_m.begin(), dz_m.end(), std::numeric_limits<float>::quiet_NaN());
     return Sample::kNaN;
   }
+  const bool back = leads_back(cursor);
   const Place middle = data_->locator.locate(strip.x_m, strip.y_m, cursor);
-  data_->prefetch(cursor,
-                  data_->heights.node(middle.segment, 0) + data_->heights.column_near(middle.v_m));
+  data_->heights.prefetch(
+      back, data_->heights.node(middle.segment, 0) + data_->heights.column_near(middle.v_m));
   const LineNode* line = data_->heights.line() + middle.segment;
   const double base = line[0].z_m + middle.fraction * (line[1].z_m - line[0].z_m);
   StripFiller filler(data_->locator, data_->heights, strip, base, dz_m);

@@ -83,10 +83,8 @@ struct Places {
 };
 
 // False: one of them is not certain to be on the expected segment.
-KERBSTONE_AVX2_INLINE bool places_on(const SegmentRecord* records, __m128i segment,
-                                     const Point2* points, Places& places) {
-  const At<double> record =
-      at(reinterpret_cast<const double*>(records), sizeof(SegmentRecord) / sizeof(double), segment);
+KERBSTONE_AVX2_INLINE bool places_on(const At<double>& record, const Point2* points,
+                                     Places& places) {
   const double* xy = reinterpret_cast<const double*>(points);
   const Two d = parted(_mm256_sub_pd(_mm256_loadu_pd(xy), both(record.of_0, record.of_1)),
                        _mm256_sub_pd(_mm256_loadu_pd(xy + 4), both(record.of_2, record.of_3)));
@@ -115,7 +113,7 @@ KERBSTONE_AVX2_INLINE bool places_on(const SegmentRecord* records, __m128i segme
 
 // Heights of the road there; NaN where it has none.
 KERBSTONE_AVX2_INLINE __m256d heights_at(const HeightField& heights, __m128i row,
-                                         const Places& places, bool backwards) {
+                                         const Places& places, bool back) {
   const __m256d columns =
       _mm256_mul_pd(_mm256_sub_pd(places.v_m, _mm256_set1_pd(heights.v_right_m())),
                     _mm256_set1_pd(heights.per_v_step()));
@@ -124,7 +122,7 @@ KERBSTONE_AVX2_INLINE __m256d heights_at(const HeightField& heights, __m128i row
   const __m256d fv = _mm256_sub_pd(columns, _mm256_cvtepi32_pd(column));
   const At<float> node = at(heights.node(0, 0), 1,
                             _mm_add_epi32(_mm_mullo_epi32(row, _mm_set1_epi32(in_row)), column));
-  const std::ptrdiff_t ahead = backwards ? -heights.ahead_bytes() : heights.ahead_bytes();
+  const std::ptrdiff_t ahead = heights.ahead_bytes(back);
   prefetch_row(node.of_0, ahead);
   prefetch_row(node.of_2, ahead);
   prefetch_row(node.of_1, ahead);
@@ -141,6 +139,13 @@ KERBSTONE_AVX2_INLINE __m256d heights_at(const HeightField& heights, __m128i row
       _mm256_mul_pd(between(here.second, next.second, places.fraction), places.v_m));
 }
 
+// segment_ahead() of four cursors, in the order of the lanes.
+KERBSTONE_AVX2_INLINE __m128i segments_ahead(__m256d ahead) {
+  const __m256i bits = _mm256_srli_epi64(_mm256_castpd_si256(ahead), kFractionBits);
+  return _mm256_castsi256_si128(
+      _mm256_permutevar8x32_epi32(bits, _mm256_setr_epi32(0, 2, 4, 6, 0, 2, 4, 6)));
+}
+
 }  // namespace
 
 bool four_wheels_available() noexcept { return __builtin_cpu_supports("avx2"); }
@@ -150,23 +155,31 @@ KERBSTONE_AVX2 bool z_of_four_wheels(const Locator& locator, const HeightField& 
   static_assert(sizeof(Cursor) == 16 && sizeof(Point2) == 16 && sizeof(SegmentRecord) == 64 &&
                 sizeof(LineNode) == 16);
   double* cursor = reinterpret_cast<double*>(cursors);
-  const auto [before, advance] = parted(_mm256_loadu_pd(cursor), _mm256_loadu_pd(cursor + 4));
-  const __m256d expected = _mm256_add_pd(before, advance);
-  // What lies beyond the line or is not a number fails; the conversion rounds all else downwards.
-  const __m256d on_line = _mm256_and_pd(
-      _mm256_cmp_pd(expected, _mm256_setzero_pd(), _CMP_GE_OQ),
-      _mm256_cmp_pd(expected, _mm256_set1_pd(static_cast<double>(locator.segments())), _CMP_LT_OQ));
-  if (_mm256_movemask_pd(on_line) != 15) return false;
-  const __m128i segment = _mm256_cvttpd_epi32(expected);
+  const std::size_t of_0 = segment_ahead(cursors[0]), of_1 = segment_ahead(cursors[1]),
+                    of_2 = segment_ahead(cursors[2]), of_3 = segment_ahead(cursors[3]);
+  const std::size_t end = locator.segments();
+  if (of_0 >= end || of_1 >= end || of_2 >= end || of_3 >= end) return false;
+  const auto* records = reinterpret_cast<const double*>(locator.records());
+  constexpr std::size_t kRecord = sizeof(SegmentRecord) / sizeof(double);
   Places places;
-  if (!places_on(locator.records(), segment, points, places)) return false;
-  const __m256d position = _mm256_add_pd(_mm256_cvtepi32_pd(segment), places.fraction);
-  const __m256d moved = _mm256_sub_pd(position, before);
-  const __m256d z = heights_at(heights, segment, places, _mm256_movemask_pd(moved) == 15);
+  if (!places_on({records + kRecord * of_0, records + kRecord * of_2, records + kRecord * of_1,
+                  records + kRecord * of_3},
+                 points, places))
+    return false;
+  const auto [before, expected] = parted(_mm256_loadu_pd(cursor), _mm256_loadu_pd(cursor + 4));
+  const __m256d z =
+      heights_at(heights, segments_ahead(expected), places,
+                 _mm256_movemask_pd(_mm256_cmp_pd(expected, before, _CMP_LT_OQ)) == 15);
   if (_mm256_movemask_pd(_mm256_cmp_pd(z, z, _CMP_UNORD_Q)) != 0) return false;
   _mm256_storeu_pd(z_m, _mm256_permute4x64_pd(z, 0xD8));
-  _mm256_storeu_pd(cursor, _mm256_unpacklo_pd(position, moved));
-  _mm256_storeu_pd(cursor + 4, _mm256_unpackhi_pd(position, moved));
+  const __m256d begin = _mm256_and_pd(expected, _mm256_castsi256_pd(_mm256_set1_epi64x(
+                                                    static_cast<std::int64_t>(kSegmentMask)))),
+                now = _mm256_add_pd(begin, places.fraction);
+  // now + (now - before), but with less to do once the fraction is known
+  const __m256d ahead = _mm256_add_pd(_mm256_add_pd(begin, _mm256_sub_pd(begin, before)),
+                                      _mm256_add_pd(places.fraction, places.fraction));
+  _mm256_storeu_pd(cursor, _mm256_unpacklo_pd(now, ahead));
+  _mm256_storeu_pd(cursor + 4, _mm256_unpackhi_pd(now, ahead));
   return true;
 }
 

@@ -3,7 +3,6 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <array>
 #include <span>
 #include <string>
 
@@ -14,19 +13,8 @@ namespace py = pybind11;
 namespace kerbstone {
 namespace {
 
-constexpr std::size_t kAtOnce = 512;
-
-/// Calls per_piece(points, first) for the pairs in pieces that stay in the cache.
-template <class Piece>
-void in_pieces(const Numbers& a, const Numbers& b, Piece per_piece) {
-  std::array<crg::Point2, kAtOnce> points;
-  const double *x = a.data(), *y = b.data();
-  const auto n = static_cast<std::size_t>(a.size());
-  for (std::size_t first = 0; first < n; first += kAtOnce) {
-    const std::size_t now = std::min(kAtOnce, n - first);
-    for (std::size_t k = 0; k < now; ++k) points[k] = {x[first + k], y[first + k]};
-    per_piece(std::span<const crg::Point2>(points.data(), now), first);
-  }
+std::span<const double> all(const Numbers& a) {
+  return {a.data(), static_cast<std::size_t>(a.size())};
 }
 
 }  // namespace
@@ -53,9 +41,7 @@ py::object z_of_arrays(const Road& road, const py::object& x_m, const py::object
   {
     py::gil_scoped_release free;
     crg::Cursor cursor;
-    in_pieces(x, y, [&](std::span<const crg::Point2> points, std::size_t first) {
-      road.surface.z_at_xy(points, std::span<double>(z + first, points.size()), cursor);
-    });
+    road.surface.z_at_xy(all(x), all(y), {z, static_cast<std::size_t>(out.size())}, cursor);
   }
   return number_or_array(out);
 }
@@ -83,9 +69,7 @@ py::object samples_of_arrays(const Road& road, const py::object& x_m, const py::
   {
     py::gil_scoped_release free;
     crg::Cursor cursor;
-    in_pieces(x, y, [&](std::span<const crg::Point2> points, std::size_t first) {
-      road.surface.at_xy(points, std::span<crg::Sample>(samples + first, points.size()), cursor);
-    });
+    road.surface.at_xy(all(x), all(y), {samples, static_cast<std::size_t>(out.size())}, cursor);
   }
   return out.attr("view")(py::module_::import("numpy").attr("recarray"));
 }
