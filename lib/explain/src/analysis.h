@@ -20,7 +20,8 @@ struct Accepted {
   std::size_t unknown = 0;
   double amount = 0.0;  ///< of an unknown that acts everywhere
   bool kinematic =
-      false;  ///< a sensor that relations without forces judge: they alone say how much
+      false;            ///< a sensor that relations without forces judge: they alone say how much
+  double louder = 0.0;  ///< loss per amount squared that its noise costs once it is taken out
   Eigen::MatrixXd columns;    ///< of a road unknown: one per cell or shape, not whitened
   std::vector<int> cells;     ///< of a stretch: those of the columns
   Eigen::VectorXd precision;  ///< 1 / width^2 of the prior of each column
@@ -68,6 +69,10 @@ class Analysis {
   void free_parameters();
   /// Adds mechanisms one by one as their scores against null replicates say.
   void name_by_score(Findings& out, Stage stage);
+  /// Holds those again whose freedom saves nothing any more beside what was found.
+  void hold_again();
+  /// The columns where the amounts are now: what was let go may be far from where they were taken.
+  void move_columns();
   /// Adds mechanisms, or frees parameters, as what each saves where forces count as few says.
   void name_by_cost(Findings& out);
   /// Drops what later ones made too small, of the wrong sign, or no more than it may be wrong by.
