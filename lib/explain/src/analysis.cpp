@@ -172,12 +172,6 @@ Analysis::Model Analysis::model(const VectorXd& w) const {
     for (Index i = 0; i < x.rows() && a.kinematic && everywhere < moves_.cols(); ++i)
       if (!relations()[rows_.row[static_cast<std::size_t>(i)].relation].sensors_only)
         x(i, everywhere) = 0.0;
-    if (everywhere < moves_.cols() && a.louder > 0) {
-      // What noise costs is no misfit: with it a filter would come out shorter than it is.
-      m.precision[everywhere] =
-          -std::min(a.louder, 0.5 * w.cwiseProduct(x.col(everywhere)).squaredNorm());
-      before[everywhere] = amounts_[everywhere];
-    }
     ++everywhere;
   }
   Index at = moves_.cols();
@@ -275,7 +269,7 @@ void Analysis::refit(int rounds) {
 }
 
 void Analysis::move_columns() {
-  if (freed_.empty()) return;
+  if (freed_.empty() && accepted_.empty()) return;
   update_moves(0);
   refit(2);
 }

@@ -20,8 +20,7 @@ struct Accepted {
   std::size_t unknown = 0;
   double amount = 0.0;  ///< of an unknown that acts everywhere
   bool kinematic =
-      false;            ///< a sensor that relations without forces judge: they alone say how much
-  double louder = 0.0;  ///< loss per amount squared that its noise costs once it is taken out
+      false;  ///< a sensor that relations without forces judge: they alone say how much
   Eigen::MatrixXd columns;    ///< of a road unknown: one per cell or shape, not whitened
   std::vector<int> cells;     ///< of a stretch: those of the columns
   Eigen::VectorXd precision;  ///< 1 / width^2 of the prior of each column
@@ -71,7 +70,8 @@ class Analysis {
   void name_by_score(Findings& out, Stage stage);
   /// Holds those again whose freedom saves nothing any more beside what was found.
   void hold_again();
-  /// The columns where the amounts are now: what was let go may be far from where they were taken.
+  /// The columns where the amounts are now: what was found moves them, and what was let go may be
+  /// far from where they were taken.
   void move_columns();
   /// Adds mechanisms, or frees parameters, as what each saves where forces count as few says.
   void name_by_cost(Findings& out);
@@ -125,7 +125,7 @@ class Analysis {
   struct Spread {
     Model model, careful;
     Eigen::MatrixXd covariance, careful_covariance;
-    Eigen::VectorXd by_stretch;
+    Eigen::VectorXd by_stretch, by_held;
     double deviation(Index column) const;
   };
   /// What each lap is predicted as from the others, in the relations' units, and the weights.
@@ -193,6 +193,8 @@ class Analysis {
   std::optional<std::size_t> faded(const Findings& out) const;
   void drop(std::size_t k, Findings& out);
   Spread spread() const;
+  /// What parameters that are held nearer to their stated values than they may be off add.
+  Eigen::MatrixXd held_too_near(const Model& m) const;
   void describe_parameters(Findings& out, const Spread& s) const;
   ParameterValue parameter_value(std::size_t place, const Spread& s) const;
   Finding freed_parameter(std::size_t place, const Freed& freed, const ParameterValue& p,

@@ -237,8 +237,6 @@ Accepted Analysis::accepted_of(const Trial& trial, const Tried& t) const {
   a.unknown = t.unknown;
   a.amount = t.amount;
   a.kinematic = trial.stage == Stage::kSensors && u.kind == "sensor";
-  if (u.in_time)
-    a.louder = std::max(0.0, louder(u, t.amount, weights(trial.stage))) / (t.amount * t.amount);
   if (!u.along_road) return a;
   // A profile: every cell near the run that was found, held together by a prior; as secants,
   // because the less grip there is, the more the next piece takes away.
