@@ -1,5 +1,6 @@
 #include "../../lib/explain/src/search.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -108,6 +109,32 @@ TEST(Search, FindsAndSizesWhatWasPlanted) {
   const VectorXd none = VectorXd::Zero(1), prior = VectorXd::Constant(3, 1e-6);
   EXPECT_GT(sum(cross_validate(m, here, prior, none, p.rows)), 40);
   EXPECT_LT(sum(cross_validate(m, p.families[2].column, prior, none, p.rows)), 6);
+}
+
+// Two columns that are nearly the same, like mass and brakes. One is held to a third of what it may
+// be off by: the other takes its error, and its interval has to say so.
+TEST(Search, AnAmountThatIsHeldTooNearMakesTheOthersLessSure) {
+  constexpr double kHeld = 0.1, kMayBeOff = 0.3;
+  Problem p(11);
+  p.x.col(1) = p.x.col(0) + 0.05 * p.x.col(1);
+  VectorXd precision = VectorXd::Constant(3, 1e-6), beyond = VectorXd::Zero(3);
+  precision[0] = 1 / (kHeld * kHeld);
+  beyond[0] = kMayBeOff * kMayBeOff - kHeld * kHeld;
+  Dice dice{5};
+  constexpr int kDraws = 400;
+  double square = 0, variance = 0, too_sure = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    VectorXd r = kMayBeOff * normal(dice) * p.x.col(0) + 2.0 * p.x.col(1);
+    for (Index i = 0; i < kRows; ++i) r[i] += normal(dice);
+    const Fitted m = fit(p.x, r, precision, VectorXd::Zero(3));
+    square += (m.amount[1] - 2.0) * (m.amount[1] - 2.0) / kDraws;
+    too_sure = m.normal.solve(MatrixXd::Identity(3, 3))(1, 1);
+    variance = too_sure + held_too_near(m, precision, beyond)(1, 1);
+  }
+  fmt::print("error {:.4f}, said {:.4f}, by the prior alone {:.4f}\n", std::sqrt(square),
+             std::sqrt(variance), std::sqrt(too_sure));
+  EXPECT_NEAR(std::sqrt(square / variance), 1.0, 0.1);
+  EXPECT_GT(square, 2 * too_sure);
 }
 
 TEST(Search, AFoldThatIsHeldOutIsNoFold) {

@@ -1,10 +1,14 @@
 #include "explain/signals.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
+#include <vector>
 
+#include "../../lib/explain/src/signal_samples.h"
 #include "vehicle/error.h"
 #include "vehicle/test_roads.h"
 
@@ -84,6 +88,36 @@ TEST(Signals, TakesDelaysOutAndRepeatsForMissing) {
   for (std::size_t i = 40; i + 40 < plain.n; ++i)
     if (std::isfinite(mended.x[kVx][i])) {
       ASSERT_NEAR(mended.x[kVx][i], plain.x[kVx][i], 0.05);
+    }
+}
+
+/// How late a swing comes out of the smoothing whose samples lie 0.3 of their distance beside the
+/// steps.
+double late_s(double samples_hz, double swing_hz) {
+  const double turn = 2 * std::numbers::pi * swing_hz;
+  Samples s;
+  for (int i = 0; i < 20 * samples_hz; ++i) {
+    s.t.push_back((i + 0.3) / samples_hz);
+    s.x.push_back(std::sin(turn * s.t.back()));
+  }
+  std::vector<double> x, dx;
+  smooth(s, 0.0, 400, 0.16, x, dx);
+  double along = 0, beside = 0;
+  for (std::size_t i = 20; i < 380; ++i) {  // whole swings
+    const double t = Signals::kStep_s * static_cast<double>(i);
+    along += x[i] * std::sin(turn * t);
+    beside += x[i] * std::cos(turn * t);
+  }
+  return std::atan2(-beside, along) / turn;
+}
+
+// Samples as fast as the steps keep their distance to them all along: what they shift is no noise.
+TEST(Signals, SmoothingShiftsNothingWhereverSamplesLie) {
+  for (const double samples_hz : {20.0, 40.0})
+    for (const double swing_hz : {0.5, 1.0, 2.0}) {
+      const double late = late_s(samples_hz, swing_hz);
+      fmt::print("{} Hz, swing of {} Hz: {:.4f} ms late\n", samples_hz, swing_hz, 1e3 * late);
+      EXPECT_NEAR(late, 0.0, 0.15e-3);
     }
 }
 

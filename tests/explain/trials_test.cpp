@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -73,6 +74,16 @@ TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
               ::testing::HasSubstr("| false alarm when nothing is missing | 0 of 2 |"));
   EXPECT_THAT(folder.read("score"), ::testing::HasSubstr("| car | second | third |"));
   EXPECT_THAT(folder.read("score"), ::testing::HasSubstr("| trials | 2 | 1 |"));
+  // Of the parameters that are listed most intervals hold what the cars really have.
+  const std::string of_listed = "| the same, of all parameters that are listed | ";
+  const std::string all = folder.read("score");
+  const std::size_t listed = all.find(of_listed);
+  ASSERT_NE(listed, std::string::npos) << all;
+  int held = 0, of = 0;
+  ASSERT_EQ(std::sscanf(all.c_str() + listed + of_listed.size(), "%d of %d", &held, &of), 2);
+  fmt::print("{} of {} parameters inside\n", held, of);
+  EXPECT_GE(of, 30);
+  EXPECT_GE(held, 0.75 * of);
   // A truth that was changed is refused.
   folder.file("t/sealed/0000.json", "{}");
   EXPECT_NE(shell(blind_trials + " score " + here + " > " + folder.path("log") + " 2>&1"), 0);

@@ -95,7 +95,7 @@ struct Explained {
 struct Scores {
   int trials = 0;
   Count alarm, half, full, tied, weak, inside, wrong, tie, outside, both, both_large, both_tied,
-      one, cover;
+      one, cover, listed;
   std::vector<double> overlap, error, improvement;
   std::map<std::string, Count> by_mechanism;  ///< single effects of 0.5 sd or more
   nlohmann::ordered_json failed_trials = nlohmann::ordered_json::array();
@@ -247,6 +247,16 @@ void compare(const json& e, const json& f, const json& found, Scores& scores) {
   }
 }
 
+/// Every parameter that is listed, against what the car really has.
+void compare_listed(const Explained& t, Scores& scores) {
+  for (const json& p : t.found.value("parameters", json::array()))
+    for (const json& q : t.truth.at("parameters")) {
+      if (p.at("name") != q.at("name")) continue;
+      const double is = p.at("stated").get<double>() * (1 + q.at("deviation").get<double>());
+      scores.listed.add(p["ci90"][0] <= is && p["ci90"][1] >= is);
+    }
+}
+
 void tell_failure(const Explained& t, Scores& scores) {
   const auto join = [](const std::vector<std::string>& v) {
     std::string out;
@@ -307,6 +317,7 @@ std::pair<std::string, Json> metrics_of(const Scores& scores) {
   line("the same, or among those that it could not be told from", scores.both_tied, "");
   line("two at once: at least one named", scores.one, "90 %");
   line("90 % intervals that hold the truth", scores.cover, "80 to 97 %");
+  line("the same, of all parameters that are listed", scores.listed, "");
   const auto middle = [&](const char* what, const std::vector<double>& values, double scale,
                           const char* unit, const char* floor) {
     tell_median(what, values, scale, unit, floor, text, metrics);
@@ -373,6 +384,7 @@ int score(const ScoreCommand& command, Terminal& terminal) {
     Explained t = read_trial(folder, here);
     for (Scores* of : {&scores, &by_car[t.car]}) {
       count_kind(t, *of);
+      compare_listed(t, *of);
       for (const json& e : t.truth.at("effects"))
         for (const json& f : t.found.at("findings"))
           if (label(e) == label(f)) compare(e, f, t.found, *of);

@@ -268,6 +268,12 @@ void Analysis::refit(int rounds) {
     if (has_one_amount(a)) a.amount = amounts_[at++];
 }
 
+void Analysis::move_columns() {
+  if (freed_.empty() && accepted_.empty()) return;
+  update_moves(0);
+  refit(2);
+}
+
 void Analysis::differentiate_candidates() {
   std::vector<const Unknown*> wanted;
   for (const std::size_t k : candidate_) wanted.push_back(&inventory_.unknowns[k]);

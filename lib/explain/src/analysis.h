@@ -68,6 +68,11 @@ class Analysis {
   void free_parameters();
   /// Adds mechanisms one by one as their scores against null replicates say.
   void name_by_score(Findings& out, Stage stage);
+  /// Holds those again whose freedom saves nothing any more beside what was found.
+  void hold_again();
+  /// The columns where the amounts are now: what was found moves them, and what was let go may be
+  /// far from where they were taken.
+  void move_columns();
   /// Adds mechanisms, or frees parameters, as what each saves where forces count as few says.
   void name_by_cost(Findings& out);
   /// Drops what later ones made too small, of the wrong sign, or no more than it may be wrong by.
@@ -120,7 +125,7 @@ class Analysis {
   struct Spread {
     Model model, careful;
     Eigen::MatrixXd covariance, careful_covariance;
-    Eigen::VectorXd by_stretch;
+    Eigen::VectorXd by_stretch, by_held;
     double deviation(Index column) const;
   };
   /// What each lap is predicted as from the others, in the relations' units, and the weights.
@@ -188,6 +193,8 @@ class Analysis {
   std::optional<std::size_t> faded(const Findings& out) const;
   void drop(std::size_t k, Findings& out);
   Spread spread() const;
+  /// What parameters that are held nearer to their stated values than they may be off add.
+  Eigen::MatrixXd held_too_near(const Model& m) const;
   void describe_parameters(Findings& out, const Spread& s) const;
   ParameterValue parameter_value(std::size_t place, const Spread& s) const;
   Finding freed_parameter(std::size_t place, const Freed& freed, const ParameterValue& p,

@@ -26,6 +26,16 @@ MatrixXd covariance_of(const Fitted& f) {
 
 }  // namespace
 
+MatrixXd Analysis::held_too_near(const Model& m) const {
+  VectorXd beyond = VectorXd::Zero(m.fitted.x.cols());
+  for (std::size_t k = 0; k < refit_.size(); ++k) {
+    const Unknown& u = inventory_.unknowns[refit_[k]];
+    const double may = 0.5 * u.width, is = width(k);
+    if (u.held > 0 && may > is) beyond[static_cast<Index>(k)] = may * may - is * is;
+  }
+  return explain::held_too_near(m.fitted, m.precision, beyond);
+}
+
 Analysis::Spread Analysis::spread() const {
   Spread out;
   out.model = model();
@@ -38,13 +48,15 @@ Analysis::Spread Analysis::spread() const {
     pull.col(stretch(rows_.row[static_cast<std::size_t>(i)])) += m.e[i] * m.x.row(i).transpose();
   const MatrixXd influence = m.normal.solve(pull);
   out.by_stretch = influence.rowwise().squaredNorm();
+  out.by_held = held_too_near(out.model).diagonal();
   out.careful = careful_model();
-  out.careful_covariance = covariance_of(out.careful.fitted);
+  out.careful_covariance = covariance_of(out.careful.fitted) + held_too_near(out.careful);
   return out;
 }
 
 double Analysis::Spread::deviation(Index column) const {
-  return std::sqrt(std::max({0.0, covariance(column, column), by_stretch[column]}));
+  return std::sqrt(std::max({0.0, covariance(column, column), by_stretch[column]}) +
+                   by_held[column]);
 }
 
 ParameterValue Analysis::parameter_value(std::size_t place, const Spread& s) const {

@@ -33,6 +33,13 @@ Fitted fit(const MatrixXd& x, const VectorXd& r, const VectorXd& precision,
   return out;
 }
 
+MatrixXd held_too_near(const Fitted& model, const VectorXd& precision, const VectorXd& beyond) {
+  // An amount that is one unit off pulls with the precision of its prior, and all amounts follow.
+  const MatrixXd pulled = VectorXd(precision.cwiseProduct(beyond.cwiseSqrt())).asDiagonal();
+  const MatrixXd moved = model.normal.solve(pulled);
+  return moved * moved.transpose();
+}
+
 VectorXd beyond(const Fitted& model, const VectorXd& column) {
   return column - model.x * model.normal.solve(model.x.transpose() * column);
 }

@@ -77,6 +77,11 @@ std::vector<double> cross_validate(const Fitted& model, const Eigen::MatrixXd& m
                                    const Eigen::VectorXd& precision,
                                    const Eigen::VectorXd& more_precision, const Rows& rows);
 
+/// What is added to the covariance of the fitted amounts where a prior is narrower than the amount
+/// may be off by. `beyond`: of each column, the variance that its prior leaves out; 0: none.
+Eigen::MatrixXd held_too_near(const Fitted& model, const Eigen::VectorXd& precision,
+                              const Eigen::VectorXd& beyond);
+
 /// The column without what the model's columns can do.
 Eigen::VectorXd beyond(const Fitted& model, const Eigen::VectorXd& column);
 

@@ -1,6 +1,8 @@
 #include "signal_samples.h"
 
+#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -26,6 +28,23 @@ double beside(const Samples& s, const std::vector<double>& x) {
   const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
   std::nth_element(off.begin(), middle, off.end());
   return *middle;
+}
+
+/// Of the polynomial that fits best, its value in the middle: of a cubic, which is that of a
+/// parabola where the samples lie alike to either side. Elsewhere a parabola's value comes early or
+/// late: where samples come at nearly the rate of the steps, by the same all along. Beside a gap
+/// the cubic has no hold, and the parabola stays. `m`: sums of weight times powers of the distance;
+/// `b`: the same times the value.
+double value_of_cubic(const std::array<double, 7>& m, const Eigen::Vector4d& b, bool held) {
+  const int terms = held ? 4 : 3;
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Identity();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  for (int j = 0; j < terms; ++j) {
+    right[j] = b[j];
+    for (int k = 0; k < terms; ++k) normal(j, k) = m[static_cast<std::size_t>(j + k)];
+  }
+  const Eigen::Vector4d c = normal.partialPivLu().solve(right);
+  return c.allFinite() ? c[0] : kNaN;
 }
 
 }  // namespace
@@ -81,28 +100,22 @@ void smooth(const Samples& s, double t0, std::size_t n, double half_s, std::vect
   for (std::size_t i = 0; i < n; ++i) {
     const double t = t0 + Signals::kStep_s * static_cast<double>(i);
     while (first < s.t.size() && s.t[first] < t - half_s) ++first;
-    double m[5] = {}, b[3] = {};
+    std::array<double, 7> m{};
+    Eigen::Vector4d b = Eigen::Vector4d::Zero();
     std::size_t count = 0;
     double earliest = 1, latest = -1;
     for (std::size_t k = first; k < s.t.size() && s.t[k] <= t + half_s; ++k) {
       const double d = (s.t[k] - t) / half_s, w = 1.0 - std::abs(d) * 0.9;
       double power = w;
       for (double& sum : m) sum += power, power *= d;
-      b[0] += w * s.x[k];
-      b[1] += w * d * s.x[k];
-      b[2] += w * d * d * s.x[k];
+      power = w * s.x[k];
+      for (double& sum : b) sum += power, power *= d;
       earliest = std::min(earliest, d);
       latest = std::max(latest, d);
       ++count;
     }
     if (count < 4 || earliest > -0.2 || latest < 0.2) continue;
-    // Solve [[m0 m1 m2][m1 m2 m3][m2 m3 m4]] c = b by Cramer's rule.
-    const double det = m[0] * (m[2] * m[4] - m[3] * m[3]) - m[1] * (m[1] * m[4] - m[3] * m[2]) +
-                       m[2] * (m[1] * m[3] - m[2] * m[2]);
-    if (!(std::abs(det) > 1e-9)) continue;
-    const double c0 = b[0] * (m[2] * m[4] - m[3] * m[3]) - m[1] * (b[1] * m[4] - m[3] * b[2]) +
-                      m[2] * (b[1] * m[3] - m[2] * b[2]);
-    x[i] = c0 / det;
+    x[i] = value_of_cubic(m, b, earliest < -0.5 && latest > 0.5);
   }
   // The derivative of what was smoothed, not the slope of the fit: a rate that is logged itself and
   // is smoothed the same way must agree with it at every frequency.

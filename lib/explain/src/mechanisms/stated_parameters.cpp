@@ -46,7 +46,7 @@ void list_mass(const Listing& l) {
   const char* const id = "parameter.mass";
   if (!l.engine && !l.lateral)
     return untestable(l, id, "neither throttle nor steering with lateral speed is logged");
-  Unknown& u = parameter(l, id, P::chassis_mass_kg, 0.015);
+  Unknown& u = parameter(l, id, P::chassis_mass_kg, 0.01);
   if (has(l, kLoadFront) || has(l, kLoadRear)) return;
   // Nothing else gives forces a scale: torque, brakes and drag that are off alike are the same, and
   // less likely.
@@ -101,7 +101,7 @@ void list_brake_gain(const Listing& l) {
 void list_cog(const Listing& l) {
   const char* const id = "parameter.cog";
   if (!l.lateral) return untestable(l, id, kNoSlip);
-  parameter(l, id, P::chassis_cog_behind_front_m, 0.01);
+  parameter(l, id, P::chassis_cog_behind_front_m, 0.014);
 }
 
 void list_yaw_inertia(const Listing& l) {
@@ -137,7 +137,7 @@ void list_tyre_stiffness(const Listing& l) {
   const char* const id = "parameter.tyre_stiffness";
   if (!l.lateral) return untestable(l, id, kNoSlip);
   parameter(l, id, P::front_tyre_cornering_stiffness, 0.012);
-  parameter(l, id, P::rear_tyre_cornering_stiffness, 0.02);
+  parameter(l, id, P::rear_tyre_cornering_stiffness, 0.026);
 }
 
 void list_steering_ratio(const Listing& l) {
