@@ -8,6 +8,8 @@ namespace identify {
 namespace {
 
 using P = vehicle::Parameter;
+// Of a radius over a drive, as the tyre's warmth and pressure change: no tyre file has it.
+constexpr double kWarmth = 5e-4;
 
 /// Of an axle's two wheels, over all rows.
 double mean_radius_m(const std::vector<double>& left, const std::vector<double>& right) {
@@ -45,7 +47,8 @@ void add_rolling_doubt(const vehicle::Car<double>& car, double share,
       if (!std::isfinite(radius_m[i][k]) || !(w.fz_n.value[k] > 0.0)) continue;
       const double changed = radius_m[i][k] / mean_m - 1.0;
       const double resists = free_slip(car, a, w.fz_n.value[k], w.vx_mps[k]);
-      w.kappa.sd[k] = std::hypot(w.kappa.sd[k], share * changed, share * resists);
+      w.kappa.sd[k] =
+          std::hypot(w.kappa.sd[k], share * std::hypot(changed, kWarmth), share * resists);
     }
   }
 }
