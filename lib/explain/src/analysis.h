@@ -68,8 +68,6 @@ class Analysis {
   void free_parameters();
   /// Adds mechanisms one by one as their scores against null replicates say.
   void name_by_score(Findings& out, Stage stage);
-  /// Holds those again whose freedom saves nothing any more beside what was found.
-  void hold_again();
   /// The columns where the amounts are now: what was found moves them, and what was let go may be
   /// far from where they were taken.
   void move_columns();

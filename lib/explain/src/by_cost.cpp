@@ -15,42 +15,15 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-namespace {
-
-/// The file's width is where two standard deviations end; what the simulated car gets wrong adds to
-/// it.
-double own_width(const Unknown& u) {
-  return u.held > 0 ? u.held : std::hypot(0.5 * u.width, u.form);
-}
-
-/// The least loss of a model with other widths of its priors.
-class Losses {
- public:
-  Losses(const Eigen::MatrixXd& x, const VectorXd& r, const VectorXd& before)
-      : gram_(x.transpose() * x), right_(x.transpose() * r), before_(VectorXd::Zero(x.cols())) {
-    before_.head(before.size()) = before;
-  }
-  double operator()(const VectorXd& precision) const {
-    MatrixXd a = gram_;
-    a.diagonal() += precision;
-    steady(a);
-    const VectorXd b = right_ - precision.cwiseProduct(before_), move = a.ldlt().solve(b);
-    return move.dot(gram_ * move) - 2 * move.dot(right_) +
-           precision.dot((before_ + move).cwiseAbs2());
-  }
-
- private:
-  MatrixXd gram_;
-  VectorXd right_, before_;
-};
-
-}  // namespace
-
 double Analysis::width(std::size_t place) const {
+  // The file's width is where two standard deviations end; what the simulated car gets wrong adds
+  // to it.
   const Unknown& u = inventory_.unknowns[refit_[place]];
   const bool freed =
       std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == place; });
-  return freed ? selection::kFreed * u.width : own_width(u);
+  return freed        ? selection::kFreed * u.width
+         : u.held > 0 ? u.held
+                      : std::hypot(0.5 * u.width, u.form);
 }
 
 double Analysis::limit(const Unknown& u) { return std::max(8 * u.width, 0.4 * std::abs(u.stated)); }
@@ -58,7 +31,18 @@ double Analysis::limit(const Unknown& u) { return std::max(8 * u.width, 0.4 * st
 Analysis::Freed Analysis::best_parameter(const Model& m) const {
   // A normal prior would share one large error among all parameters that can take a part of it. Few
   // parameters are far off: the one whose freedom saves most prior cost goes first.
-  const Losses loss(m.fitted.x, m.fitted.r, amounts_);
+  const MatrixXd gram = m.fitted.x.transpose() * m.fitted.x;
+  const VectorXd right = m.fitted.x.transpose() * m.fitted.r;
+  VectorXd before = VectorXd::Zero(gram.rows());
+  const auto p = static_cast<Index>(refit_.size());
+  before.head(p) = amounts_.head(p);
+  const auto loss = [&](const VectorXd& precision) {
+    MatrixXd a = gram;
+    a.diagonal() += precision;
+    steady(a);
+    const VectorXd b = right - precision.cwiseProduct(before), move = a.ldlt().solve(b);
+    return move.dot(gram * move) - 2 * move.dot(right) + precision.dot((before + move).cwiseAbs2());
+  };
   const double held = loss(m.precision);
   std::vector<std::pair<double, std::size_t>> saved;
   for (std::size_t k = 0; k < refit_.size(); ++k) {
@@ -229,27 +213,6 @@ void Analysis::let_go(const Freed& f) {
   undetermined_.insert(f.place);
   amounts_[static_cast<Index>(f.place)] = 0.0;
   refit(4);
-}
-
-void Analysis::hold_again() {
-  while (!freed_.empty()) {
-    const Model m = careful_model();
-    const Losses loss(m.fitted.x, m.fitted.r, amounts_);
-    const double free = loss(m.precision);
-    const auto saved = [&](const Freed& f) {
-      const Unknown& u = inventory_.unknowns[refit_[f.place]];
-      VectorXd precision = m.precision;
-      const double own = own_width(u);
-      precision[static_cast<Index>(f.place)] = 1.0 / (own * own);
-      return loss(precision) - free - (u.held > 0 ? selection::kHeldGo : 0.0);
-    };
-    const auto least =
-        std::min_element(freed_.begin(), freed_.end(),
-                         [&](const Freed& a, const Freed& b) { return saved(a) < saved(b); });
-    if (saved(*least) > selection::kLetGo) return;
-    freed_.erase(least);
-    refit(2);
-  }
 }
 
 bool Analysis::add_by_cost(Findings& out) {

@@ -38,7 +38,6 @@ Findings explain_relations(const std::vector<Signals>& logs, const vehicle::Vehi
   a.free_parameters();
   a.name_by_score(out, Stage::kSensors);
   a.name_by_score(out, Stage::kForces);
-  a.hold_again();
   a.name_by_cost(out);
   a.move_columns();
   a.drop_faded(out);
