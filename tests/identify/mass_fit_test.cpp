@@ -298,9 +298,9 @@ TEST_F(MassFitOneDrive, TheSheetIsTheCarWithoutItsFuel) {
   vehicle::read_setup(v, path);
   std::filesystem::remove(path);
   EXPECT_NEAR(v.parameters[P::chassis_mass_kg], driven_->truth[P::chassis_mass_kg], 4.0);
-  // How well the mass was found goes with it: 90 % are 1.645 deviations, a prior is two.
+  // How well the mass was found goes with it: a prior is two deviations.
   const auto mass = static_cast<std::size_t>(P::chassis_mass_kg);
-  EXPECT_NEAR(v.prior[mass], 2.0 / 1.645 * f.at("mass_kg").within / f.at("mass_kg").value, 2e-5);
+  EXPECT_NEAR(v.prior[mass], 2.0 * f.at("mass_kg").sd / f.at("mass_kg").value, 1e-4);
   EXPECT_LT(v.prior[mass], 0.5 * racer().prior[mass]);
   EXPECT_NEAR(v.parameters[P::chassis_cog_height_m], driven_->truth[P::chassis_cog_height_m],
               0.006);
