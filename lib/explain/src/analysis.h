@@ -123,8 +123,9 @@ class Analysis {
   struct Spread {
     Model model, careful;
     Eigen::MatrixXd covariance, careful_covariance;
-    Eigen::VectorXd by_stretch, by_held;
+    Eigen::VectorXd by_stretch, by_held, careful_by_held;
     double deviation(Index column) const;
+    double careful_deviation(Index column) const;
   };
   /// What each lap is predicted as from the others, in the relations' units, and the weights.
   struct Predicted {

@@ -50,7 +50,8 @@ Analysis::Spread Analysis::spread() const {
   out.by_stretch = influence.rowwise().squaredNorm();
   out.by_held = held_too_near(out.model).diagonal();
   out.careful = careful_model();
-  out.careful_covariance = covariance_of(out.careful.fitted) + held_too_near(out.careful);
+  out.careful_covariance = covariance_of(out.careful.fitted);
+  out.careful_by_held = held_too_near(out.careful).diagonal();
   return out;
 }
 
@@ -59,17 +60,22 @@ double Analysis::Spread::deviation(Index column) const {
                    by_held[column]);
 }
 
+double Analysis::Spread::careful_deviation(Index column) const {
+  return std::sqrt(std::max(0.0, careful_covariance(column, column)) + careful_by_held[column]);
+}
+
 ParameterValue Analysis::parameter_value(std::size_t place, const Spread& s) const {
   const Unknown& u = inventory_.unknowns[refit_[place]];
   const auto i = static_cast<Index>(place);
   const double value = u.stated + amounts_[i];
-  const double half =
-      selection::k90 * std::hypot(std::sqrt(std::max(0.0, s.careful_covariance(i, i))), u.form);
+  const double half = selection::k90 * std::hypot(s.careful_deviation(i), u.form);
+  // The level of what is named was measured by deviations without what held ones may be off by.
+  const double judged = std::hypot(std::sqrt(std::max(0.0, s.careful_covariance(i, i))), u.form);
   ParameterValue p{u.id, u.name, u.unit, u.stated, value, value - half, value + half, false, false};
   const bool ran = std::abs(amounts_[i]) > selection::kAtLimit * limit(u);
   p.at_limit = !u.assumed && ran;
   p.beyond_prior = !p.at_limit && !u.assumed &&
-                   std::abs(amounts_[i]) - selection::kBeyond / selection::k90 * half > u.width;
+                   std::abs(amounts_[i]) > std::max(half, u.width + selection::kBeyond * judged);
   return p;
 }
 
@@ -77,8 +83,7 @@ Finding Analysis::freed_parameter(std::size_t place, const Freed& freed, const P
                                   const Spread& s) const {
   const Unknown& u = inventory_.unknowns[refit_[place]];
   const auto i = static_cast<Index>(place);
-  const double half =
-      selection::k90 * std::hypot(std::sqrt(std::max(0.0, s.careful_covariance(i, i))), u.form);
+  const double half = selection::k90 * std::hypot(s.careful_deviation(i), u.form);
   Finding f = finding_of(refit_[place]);
   f.parameters.push_back({u.name, u.unit, p.value, p.low, p.high});
   f.statistic = amounts_[i] / std::max(1e-300, half / selection::k90);
@@ -126,8 +131,7 @@ void Analysis::describe_parameters(Findings& out, const Spread& s) const {
 void Analysis::describe_amount(Finding& f, const Accepted& a, Index column, const Spread& s) const {
   const Unknown& u = inventory_.unknowns[a.unknown];
   const Fitted& m = s.model.fitted;
-  const double careful_deviation =
-      a.by_cost ? std::sqrt(std::max(0.0, s.careful_covariance(column, column))) : 0.0;
+  const double careful_deviation = a.by_cost ? s.careful_deviation(column) : 0.0;
   const double half =
       selection::k90 * std::max(careful_deviation, std::hypot(s.deviation(column), 0.25 * u.least));
   const double value = amounts_[column];
