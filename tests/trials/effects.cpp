@@ -6,8 +6,6 @@
 namespace trials {
 namespace {
 
-constexpr double kGravity = 9.81;
-
 /// A cosine bell of height 1 over the stretch, flat in the middle half.
 double bell(const Effect& e, double s, double length) {
   const double u = std::fmod(s + length, length);

@@ -9,8 +9,6 @@
 namespace trials {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 double at(const std::vector<Row>& rows, std::size_t k, int channel) {
   return rows[k][static_cast<std::size_t>(channel)];
 }
@@ -93,7 +91,7 @@ double sensed(const std::vector<Row>& rows, std::size_t k, int channel,
     if (accelerometer && e.mechanism == "sensor.misalignment")
       value = turned(rows, k, channel, e.amount);
     if (e.mechanism == "outside.heading_drift" && channel == kYaw)
-      value += e.amount * 0.02 * std::sin(2 * kPi * at(rows, k, kT) / 47.0);
+      value += e.amount * 0.02 * std::sin(2 * std::numbers::pi * at(rows, k, kT) / 47.0);
     if (e.channel != name) continue;
     if (e.mechanism == "sensor.delay")
       value = delayed(rows, k, channel, e.amount);

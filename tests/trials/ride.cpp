@@ -26,7 +26,7 @@ double seen(const Track& track, double s, double v, bool envelops) {
 }  // namespace
 
 void shake(Drive& drive, const Track& track, const TruthCar& car, const Ride& ride) {
-  constexpr double kGravity = 9.81, h = 0.0005;
+  constexpr double h = 0.0005;
   const double wheelbase = car.a + car.b;
   const std::array<double, 4> lx{car.a, car.a, -car.b, -car.b};
   const std::array<double, 4> ly{car.track_f / 2, -car.track_f / 2, car.track_r / 2,

@@ -9,7 +9,6 @@
 namespace trials {
 namespace {
 
-constexpr double kGravity = 9.81;
 constexpr double kTwoPi = 2 * std::numbers::pi;
 
 /// Brush tyre with parabolic pressure: forces over combined theoretical slip.

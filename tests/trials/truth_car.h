@@ -13,6 +13,8 @@
 
 namespace trials {
 
+inline constexpr double kGravity = 9.81;
+
 /// A closed track in polar form with hills and banking as sums of sines.
 struct Track {
   double length_m = 0.0;

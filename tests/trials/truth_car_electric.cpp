@@ -8,7 +8,6 @@
 namespace trials {
 namespace {
 
-constexpr double kGravity = 9.81;
 constexpr std::size_t kWheelState[4]{kWheelFl, kWheelFr, kWheelRl, kWheelRr};
 
 /// Where a wheel stands, from the centre of gravity, ahead and to the left.
