@@ -81,4 +81,19 @@ TEST(ForceChannels, CommandsStandForWhatWasNotMeasured) {
   EXPECT_THROW(read(racer, {"throttle"}), base::Error);
 }
 
+TEST(ForceChannels, SaysHowManyRowsOfAReleasedPedalWereNoise) {
+  const Racer racer;
+  Table t = straight(racer, {"steer_rad", "throttle", "brake_pa", "gear"});  // brake_pa: column 7
+  base::Random random(3);
+  for (double& pressure : t.columns[7]) pressure = std::max(0.0, 2e4 * random.normal());
+  const auto read = [&] {
+    return identify::read_force_channels(make_recording(t, "log"), racer.car);
+  };
+  EXPECT_THAT(read().said, ::testing::Contains(::testing::ContainsRegex(
+                               "brake_pa: [0-9]+ rows are taken as 0: noise whose other half")));
+  for (double& pressure : t.columns[7]) pressure = 5e6;  // a foot that never leaves it
+  EXPECT_THAT(read().said,
+              ::testing::Not(::testing::Contains(::testing::HasSubstr("are taken as"))));
+}
+
 }  // namespace

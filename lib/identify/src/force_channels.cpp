@@ -48,8 +48,16 @@ class Reader {
     for (const double stop : stops) {
       const AtStop rests = at_stop(*recording_.table.find("time_s"), *values, stop);
       noise = std::max(noise, rests.noise);
-      for (std::size_t k = 0; k < scaled.size(); ++k)
-        if (rests.row[k]) scaled[k] = stop;
+      std::size_t moved = 0;
+      for (std::size_t k = 0; k < scaled.size(); ++k) {
+        if (!rests.row[k]) continue;
+        moved += scaled[k] != stop ? 1 : 0;
+        scaled[k] = stop;
+      }
+      if (moved > 0)
+        out_.said.push_back(fmt::format(
+            "{}: {} rows are taken as {:g}: noise whose other half the logger cut off there",
+            channel, moved, stop));
     }
     for (double& v : scaled) v *= scale;
     noise = noise > 0.0 ? scale * noise : noise_of(scaled);
