@@ -270,8 +270,8 @@ TEST(DriveTyres, AnotherSimulatorsCar) {
     identify::ForcesOptions options;
     options.noise_rounds = 3;
     options.prior = support::few_per_cent();
-    const bool mass_first = find_mass(c, options.prior, folder + "/" + id + ".csv.xz", 60.0);
-    const auto table = forces_on(c, folder + "/" + id + ".csv.xz", 60.0, options);
+    const bool mass_first = find_mass(c, options.prior, folder + "/" + id + ".csv.xz", 90.0);
+    const auto table = forces_on(c, folder + "/" + id + ".csv.xz", 90.0, options);
     const vehicle::TyreCoefficients& stated = c.files.tyre[0];
     const vehicle::TyreFactors<double> is = true_tyre(factors);
     for (const std::size_t axle : {0u, 1u}) {
@@ -304,10 +304,10 @@ TEST(DriveTyres, AnotherSimulatorsCar) {
   fmt::print("{:.1f} % of {} places of curves inside\n", 100.0 * all.inside / all.places,
              all.places);
   EXPECT_GT(all.inside, 0.85 * all.places);
-  // Wanted of all 16. The masses are as stated, some percent off, and a stiffness of the worst
-  // place is not known better than that (docs/accuracy.md).
+  // Wanted of all 16; 16 and 15 were seen (docs/accuracy.md). Of 60 s in place of 90 the last
+  // quarter corners harder than what was fitted, and 12 were kept back as well.
   fmt::print("{} of 16 within 5 %, {} kept back as well as the true tyre\n", stiff, kept_back);
-  EXPECT_GE(stiff, 9);
+  EXPECT_GE(stiff, 15);
   EXPECT_GE(kept_back, 15);
 }
 
