@@ -10,7 +10,7 @@
 namespace cloud {
 namespace {
 
-constexpr int kRounds = 24;         // steps shrink by a third each; grass too low to tell needs 20
+constexpr int kDriftRounds = 24;    // steps shrink by a third each; grass too low to tell needs 20
 constexpr int kRoundsRefined = 16;  // at least, after that
 constexpr int kRoundsWithoutBase = 40, kLeastWithoutBase = 20;  // long roads bend slowly
 // Without a base nothing damps the steps: slopes of the road, which lag behind by one, swing.
@@ -296,7 +296,7 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
   // The first estimate need not be settled: a correction that bends within a section is only nearly
   // taken out of its cells.
   const int begin = again ? kSchedule - 2 : 0;
-  int end = !again ? kSchedule + 1 : options.trust_base ? kRounds : kRoundsWithoutBase;
+  int end = !again ? kSchedule + 1 : options.trust_base ? kDriftRounds : kRoundsWithoutBase;
   for (int round = begin; round < end && !report.converged; ++round) {
     problem.linearise(drift.correction);
     const std::vector<Correction> last = drift.correction;

@@ -6,7 +6,7 @@
 namespace cloud {
 namespace {
 
-constexpr std::size_t kEnough = 1000;             // nodes
+constexpr std::size_t kEnoughNodes = 1000;        // nodes
 constexpr std::size_t kMost = 300'000;            // that are looked at
 constexpr double kLeast2 = 1.0, kLargest2 = 4.0;  // of the factor's square
 
@@ -102,7 +102,7 @@ LeftOut look_at_left_out(const RoadSums& sums, const RoadFrame& frame, const Dri
   if (seen.empty()) return out;
   out.within_90 = within_90(seen, 1.0);
   // Only wider: what both have in common, such as grass, does not show between them.
-  if (seen.size() < kEnough || out.within_90 >= 0.9) return out;
+  if (seen.size() < kEnoughNodes || out.within_90 >= 0.9) return out;
   double low = kLeast2, high = kLargest2;
   for (int k = 0; k < 20; ++k) {
     const double middle = std::sqrt(low * high);

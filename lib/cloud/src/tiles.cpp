@@ -25,9 +25,9 @@ constexpr int kSpacingLevels = 7, kDeepest = kCurveLevels - kSpacingLevels;
 constexpr std::size_t kLeaf = 20'000, kFew = 2'000, kMostOfTile = 65'536;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-using Points = std::vector<TilePoint>;
+using TilePoints = std::vector<TilePoint>;
 
-void append(Points& to, Points&& from) {
+void append(TilePoints& to, TilePoints&& from) {
   if (to.empty())
     to = std::move(from);
   else
@@ -59,7 +59,7 @@ class Sample {
   std::uint64_t seen_ = 0, stride_ = 1;
 };
 
-double median(const Points& points, double TilePoint::*axis) {
+double median(const TilePoints& points, double TilePoint::*axis) {
   std::vector<double> values(points.size());
   std::transform(points.begin(), points.end(), values.begin(),
                  [&](const TilePoint& p) { return p.*axis; });
@@ -94,7 +94,7 @@ class Tiler {
       if (root.own.size() < kFew) depth = coarsest();
     } else {  // one tile: of the smallest cell that holds all
       depth = std::min(levels_in_common(first_place_, *before_), kDeepest);
-      for (Points& small : root.small) append(root.own, std::move(small));
+      for (TilePoints& small : root.small) append(root.own, std::move(small));
     }
     write(root.own, depth);
     file_.commit();
@@ -110,10 +110,10 @@ class Tiler {
  private:
   /// The cell of its depth that the points are in now.
   struct Node {
-    Points own;                 ///< of its level
-    std::vector<Points> small;  ///< cells in it that are one tile each, if it has to be split
-    std::size_t held = 0;       ///< points of both
-    bool split = false;         ///< it has more than one tile
+    TilePoints own;                 ///< of its level
+    std::vector<TilePoints> small;  ///< cells in it that are one tile each, if it has to be split
+    std::size_t held = 0;           ///< points of both
+    bool split = false;             ///< it has more than one tile
   };
 
   Node& at(int depth) { return nodes_[static_cast<std::size_t>(depth)]; }
@@ -131,7 +131,7 @@ class Tiler {
   void split(int depth) {
     Node& node = at(depth);
     node.split = true;
-    for (Points& small : node.small) {
+    for (TilePoints& small : node.small) {
       if (small.size() < kFew)
         append(node.own, std::move(small));
       else
@@ -158,8 +158,8 @@ class Tiler {
         write(node.own, depth);
       split(depth - 1);
     } else if (node.held > 0) {
-      Points all = std::move(node.own);
-      for (Points& small : node.small) append(all, std::move(small));
+      TilePoints all = std::move(node.own);
+      for (TilePoints& small : node.small) append(all, std::move(small));
       around.held += all.size();
       around.small.push_back(std::move(all));
       if (around.split || around.held > kLeaf) split(depth - 1);
@@ -173,17 +173,17 @@ class Tiler {
   }
 
   /// The points as one tile, or several of kMostOfTile at most; they are gone then.
-  void write(Points& points, int depth) {
+  void write(TilePoints& points, int depth) {
     for (std::size_t begin = 0; begin < points.size(); begin += kMostOfTile) {
       const std::size_t end = std::min(points.size(), begin + kMostOfTile);
-      write_one(Points(points.begin() + static_cast<std::ptrdiff_t>(begin),
-                       points.begin() + static_cast<std::ptrdiff_t>(end)),
+      write_one(TilePoints(points.begin() + static_cast<std::ptrdiff_t>(begin),
+                           points.begin() + static_cast<std::ptrdiff_t>(end)),
                 depth);
     }
     points = {};
   }
 
-  void write_one(const Points& points, int depth) {
+  void write_one(const TilePoints& points, int depth) {
     Tile tile;
     tile.level = depth, tile.begin = bytes_,
     tile.points = static_cast<std::uint32_t>(points.size());
