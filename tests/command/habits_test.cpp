@@ -213,7 +213,8 @@ class Called : public ::testing::Test {
               0);
     const std::string track = trial + "track.crg", car = trial + "vehicle.yaml",
                       log = f / "log.csv";
-    cli::write(log, first_seconds(cli::read(trial + "run.csv"), 60.0));
+    cli::write(log, first_seconds(cli::read(trial + "run.csv"), 20.0));
+    cli::write(f / "two_laps.csv", first_seconds(cli::read(trial + "run.csv"), 85.0));
     // The first seconds of a lap of that car.
     ASSERT_EQ(run_tool(places::crgdrive(),
                        {"lap", "--vehicle", car, "--track", track, "-o", f / "first_lap.csv"})
@@ -223,7 +224,8 @@ class Called : public ::testing::Test {
     std::string begin, line;
     for (int i = 0; i < 400 && std::getline(lap, line); ++i) begin += line + "\n";
     cli::write(f / "begin.csv", begin);
-    const std::string ring = places::source() + "/tracks/kerbstone-ring/circuit.yaml";
+    const std::string ring = places::source() + "/tracks/kerbstone-ring/circuit.yaml",
+                      small_ring = places::source() + "/tests/corpus/circuit/closed.yaml";
     cli::write(f / "fz.csv", "fz_n,kappa,alpha_rad,gamma_rad,vx_mps\n3000,0.05,0.02,0,30\n");
     std::string bench = "fz_n,kappa,alpha_rad,gamma_rad,vx_mps,fy_n\n";
     for (int i = -40; i <= 40; ++i)
@@ -240,16 +242,18 @@ class Called : public ::testing::Test {
                      "--laps", "1",  "--azimuths", "256",       "--beams",  "16",  "--cars", "0"};
     ASSERT_EQ(run_tool(places::lidar2mesh(), scan).code, 0);
     const std::string cloud = f / "scans/scan_000.ply", truth = f / "scans/truth.crg",
-                      poses = f / "scans/truth_trajectory.csv";
-    make_tiles(f, poses, truth);
+                      poses = f / "scans/truth_trajectory.csv", base = f / "base.crg";
+    ASSERT_EQ(
+        cli::crgbuild({"crop", truth, "-o", base, "--u-begin-m", "350", "--u-end-m", "420"}).code,
+        0);
+    make_tiles(f, poses, base);
     // Points on the road, in the map frame.
     std::string asked = "u_m,v_m\n", survey = "x_m,y_m,z_m\n";
     for (int i = 0; i < 400; ++i)
-      for (int j = -8; j <= 8; ++j) asked += fmt::format("{},{}\n", 0.05 * i, 0.1 * j);
+      for (int j = -8; j <= 8; ++j) asked += fmt::format("{},{}\n", 375 + 0.05 * i, 0.1 * j);
     cli::write(f / "places.csv", asked);
     std::istringstream heights(
-        run_tool(places::crgbuild(), {"query", truth, "--points", f / "places.csv", "-o", "-"})
-            .out);
+        run_tool(places::crgbuild(), {"query", base, "--points", f / "places.csv", "-o", "-"}).out);
     std::string row;
     for (std::getline(heights, row); std::getline(heights, row);) {
       const std::vector<std::string> cell = cells(row);
@@ -297,7 +301,7 @@ class Called : public ::testing::Test {
           {"append", crg, crg, "--move", "-o", f / "append.crg"},
           {"transform", crg, "--set", "SCALE_Z_GRID=2", "-o", f / "transform.crg"},
           {"export", crg, "--tum", "-o", f / "export.csv"},
-          {"synth", ring, "-o", f / "synth", "--facet-m", "10"}}},
+          {"synth", small_ring, "-o", f / "synth", "--facet-m", "10"}}},
         {"crgdrive",
          {{"tyre", "--tir", trial + "front.tir", "--points", f / "fz.csv", "-o", f / "forces.csv"},
           {"parameters"},
@@ -312,7 +316,7 @@ class Called : public ::testing::Test {
          {{"map", log, "-o", f / "mapping.yaml"},
           {"run", "--track", track, "--vehicle", car, "--recordings", log, "--skip-simulation",
            "--nulls", "100", "-o", f / "found"},
-          {"summary", trial + "run.csv", "--track", track, "--vehicle", car, "-o",
+          {"summary", f / "two_laps.csv", "--track", track, "--vehicle", car, "-o",
            f / "drive.summary"},
           {"fleet", f / "drive.summary", "-o", f / "fleet"}}},
         {"crgidentify",
@@ -343,17 +347,17 @@ class Called : public ::testing::Test {
          {{"info", cloud},
           {"ground", cloud, "-o", f / "ground.ply"},
           {"register", cloud, cloud},
-          {"synth", ring, "-o", f / "scans2", "--from-m", "380", "--to-m", "385", "--laps", "1",
-           "--azimuths", "64", "--beams", "8"},
-          {"map", f / "scans", "--trajectory", poses, "--base", truth, "--no-report", "-o",
+          {"synth", small_ring, "-o", f / "scans2", "--from-m", "380", "--to-m", "385", "--laps",
+           "1", "--azimuths", "64", "--beams", "8"},
+          {"map", f / "scans", "--trajectory", poses, "--base", base, "--no-report", "-o",
            f / "map"},
           {"changes", f / "survey.csv", f / "survey.csv", "--cell-m", "0.25", "-o", f / "changes"},
           {"tiles", cloud, "-o", f / "tiles"},
-          {"split", f / "scans", "--trajectory", poses, "--base", truth, "--tiles", "2", "-o",
+          {"split", f / "scans", "--trajectory", poses, "--base", base, "--tiles", "2", "-o",
            f / "split_again"},
           {"map-tile", f / "split", "--step", "2", "--tile", "1"},
           {"merge", f / "split", "--step", "4", "--no-report", "-o", f / "merged"},
-          {"grid", f / "survey.csv", "--base", truth, "--no-report", "-o", f / "grid"}}},
+          {"grid", f / "survey.csv", "--base", base, "--no-report", "-o", f / "grid"}}},
         {"kerbstone",
          {{"collect", f / "campaign"}, {"view", f / "campaign", "--no-open", "--seconds", "0.01"}}},
     };
