@@ -79,7 +79,7 @@ TEST(Patch, TeethBetweenTheRowsGetAFinerRoadThatCarriesThem) {
   const support::TemporaryFolder folder;
   const double heading_rad = 0.4;
   const std::string obj = folder.path("teeth.obj");
-  road::export_mesh(with_kerb(heading_rad, 150.0, height_m).mesh, obj);
+  road::export_mesh(with_kerb(heading_rad, 70.0, height_m).mesh, obj);
   road::Recipe recipe = road::recipe_for_mesh(obj);
   recipe.read.up = road::UpAxis::z;
   recipe.read.unit = road::Unit::m;
