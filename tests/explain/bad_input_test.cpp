@@ -239,7 +239,7 @@ TEST_F(BadInput, AnotherCar) {
       vehicle::read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
   ExplainOptions options;
   options.nulls = 200;
-  Findings found = explain_relations({signals(rows(0, 5300))}, car, options);  // two laps
+  Findings found = explain_relations({signals(rows(0, 2650))}, car, options);  // a lap
   doubt_the_car(found);
   EXPECT_EQ(explain::judge(found), explain::Verdict::kUnknown);
   ASSERT_FALSE(found.remarks.empty());
