@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -20,12 +21,15 @@ using nlohmann::json;
 /// A named scenario, drawn and explained.
 class Proof {
  public:
-  explicit Proof(std::string name) : name_(std::move(name)) {
-    EXPECT_EQ(shell(fmt::format("{} --scenario {} {} 2>> {}", places::make_trials(), name_,
-                                folder.path("."), folder.path("log"))),
+  /// `laps`: so many are enough to show it; 0, and all with KERBSTONE_HEAVY=1: as many as it has.
+  explicit Proof(std::string name, int laps = 0) : name_(std::move(name)) {
+    if (std::getenv("KERBSTONE_HEAVY") != nullptr) laps = 0;
+    EXPECT_EQ(shell(fmt::format("{} --scenario {} {} {} 2>> {}", places::make_trials(), name_,
+                                folder.path("."), laps, folder.path("log"))),
               0)
         << folder.read("log");
     std::erase(name_, ':');  // "fade:31" lies in fade31
+    inputs_ = name_;
     truth = json::parse(folder.read("sealed/" + name_ + ".json"));
   }
   json explain(const std::string& recordings = "run.csv", const std::string& out = "out",
@@ -33,12 +37,13 @@ class Proof {
     std::string files;
     for (std::size_t at = 0; at < recordings.size();) {
       const std::size_t end = std::min(recordings.find(' ', at), recordings.size());
-      files += " " + path(recordings.substr(at, end - at));
+      files += " " + quoted(path(recordings.substr(at, end - at)));
       at = end + 1;
     }
     EXPECT_EQ(shell(fmt::format("{} run --track {} --vehicle {} --recordings{} -o {} {} > {} 2>&1",
-                                places::crgexplain(), path("track.crg"), path("vehicle.yaml"),
-                                files, folder.path(out), more, folder.path("log"))),
+                                places::crgexplain(), quoted(path("track.crg")),
+                                quoted(path("vehicle.yaml")), files, quoted(folder.path(out)), more,
+                                folder.path("log"))),
               0)
         << folder.read("log");
     json found = json::parse(folder.read(out + "/findings.json"));
@@ -57,7 +62,12 @@ class Proof {
     return shell(fmt::format("PATH={}:$PATH {} {} > {} 2>&1", path, command, more,
                              folder.path("again.log")));
   }
-  std::string path(const std::string& file) const { return folder.path(name_ + "/" + file); }
+  /// Car, road and recordings lie in another folder from now on.
+  void move_inputs(const std::string& to) {
+    std::filesystem::rename(folder.path(inputs_), folder.path(to));
+    inputs_ = to;
+  }
+  std::string path(const std::string& file) const { return folder.path(inputs_ + "/" + file); }
   std::string sealed(const std::string& ending) const {
     return folder.path("sealed/" + name_ + ending);
   }
@@ -67,7 +77,8 @@ class Proof {
 
  private:
   static int shell(const std::string& command) { return std::system(command.c_str()); }
-  std::string name_;
+  static std::string quoted(const std::string& path) { return '"' + path + '"'; }
+  std::string name_, inputs_;
 };
 
 inline json finding(const json& all, const std::string& mechanism) {

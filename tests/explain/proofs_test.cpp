@@ -78,7 +78,7 @@ double difference(const std::string& a, const std::string& b, double begin_m = 0
 }
 
 TEST(Proofs, NothingMissing) {
-  Proof proof("none");
+  Proof proof("none", 3);
   EXPECT_EQ(proof.explain().at("verdict"), "none");
 }
 
@@ -187,17 +187,25 @@ TEST(Proofs, DiscsThatDoNotAreLeftAlone) {
   EXPECT_EQ(proof.explain().at("verdict"), "none");
 }
 
+// In a folder whose name a shell would take apart: what is printed can be run there too.
 TEST(Proofs, BankingThatTheFileDoesNotHave) {
-  Proof proof("banking");
-  const json found = proof.explain();
+  Proof proof("banking", 3);
+  proof.move_inputs("it's here");
+  const json found = proof.explain("run.csv", "it's here/out");
   EXPECT_EQ(found.at("verdict"), "explained");
   const json banking = finding(found, "road.banking");
   EXPECT_NEAR(value(banking), 0.06, 0.15 * 0.06);
   const double before = difference(proof.path("track.crg"), proof.sealed(".crg")),
-               after = difference(proof.folder.path("out/track.crg"), proof.sealed(".crg"));
+               after = difference(proof.path("out/track.crg"), proof.sealed(".crg"));
   fmt::print("road within 5 m of the line, RMS error: {:.1f} mm before, {:.1f} mm after\n",
              1e3 * before, 1e3 * after);
   EXPECT_LT(after, 0.35 * before);
+  EXPECT_EQ(proof.printed("look again: ", "--skip-simulation"), 0)
+      << proof.folder.read("again.log");
+  EXPECT_THAT(proof.folder.read("again.log"), HasSubstr("verdict: none"));
+  EXPECT_EQ(proof.printed("simulate with the corrections: ", ""), 0)
+      << proof.folder.read("again.log");
+  EXPECT_TRUE(std::filesystem::exists(proof.path("out/lap.csv")));
 }
 
 TEST(Proofs, HeightsThatLieShiftedAlongTheRoad) {
@@ -217,7 +225,7 @@ TEST(Proofs, HeightsThatLieShiftedAlongTheRoad) {
 }
 
 TEST(Proofs, BumpsThatWereSmoothedAway) {
-  Proof proof("bumps");
+  Proof proof("bumps", 3);
   const json found = proof.explain();
   EXPECT_EQ(found.at("verdict"), "explained");
   const json bumps = finding(found, "road.kerb_or_roughness");
@@ -257,7 +265,7 @@ TEST(Proofs, BumpsThatMakeTheSimulatedCarWorseAreNotWritten) {
 }
 
 TEST(Proofs, AKerbThatSmoothingLowered) {
-  Proof proof("kerb");
+  Proof proof("kerb", 3);
   const json found = proof.explain();
   EXPECT_EQ(found.at("verdict"), "explained");
   const json kerb = finding(found, "road.kerb_or_roughness");
@@ -275,7 +283,7 @@ TEST(Proofs, AKerbThatSmoothingLowered) {
 }
 
 TEST(Proofs, TyresThatEnvelopAKerb) {
-  Proof proof("contact");
+  Proof proof("contact", 3);
   const json found = proof.explain();
   EXPECT_EQ(found.at("verdict"), "explained");
   const json contact = finding(found, "vehicle.multi_point_contact");
@@ -305,7 +313,7 @@ TEST(Proofs, ATieIsResolvedByTheExperimentItAskedFor) {
 }
 
 TEST(Proofs, WhatNoMechanismExplainsIsUnknown) {
-  Proof proof("outside");
+  Proof proof("outside", 3);
   const json found = proof.explain();
   EXPECT_EQ(found.at("verdict"), "unknown");
   ASSERT_FALSE(found.at("unexplained").empty());

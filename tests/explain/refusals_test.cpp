@@ -181,7 +181,7 @@ TEST(LogsOfOthers, AreReadAsTheyAre) {
 /// A column that repeats its samples in one of two recordings counts as repeating in the mapping
 /// for both.
 TEST(TwoRecordings, HaveOneMapping) {
-  Proof proof("alike-apart");
+  Proof proof("alike-apart", 2);
   std::string last;
   std::size_t row = 0;
   const std::string held =

@@ -1,7 +1,7 @@
 // Draws the recordings of the blind trials: make_trials COUNT SEED DIR. Every trial gets a track, a
 // stated car that is wrong by a few per cent everywhere, a recording of the truth, and a truth
-// file. --third-share S: so many of the trials are the third car's. --fleet: several cars on one
-// road.
+// file. --third-share S: so many of the trials are the third car's. --scenario: a named one, with
+// so many laps in place of its own. --fleet: several cars on one road.
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -14,8 +14,8 @@
 #include "waves.h"
 
 int main(int argc, char** argv) {
-  if (argc == 4 && std::string(argv[1]) == "--scenario")
-    return trials::make_scenario(argv[2], argv[3]) ? 0 : 1;
+  if ((argc == 4 || argc == 5) && std::string(argv[1]) == "--scenario")
+    return trials::make_scenario(argv[2], argv[3], argc == 5 ? std::atoi(argv[4]) : 0) ? 0 : 1;
   if (argc == 7 && std::string(argv[1]) == "--fleet")
     return trials::make_fleet(argv[2], std::atoi(argv[3]), std::atoi(argv[4]),
                               static_cast<unsigned long long>(std::atoll(argv[5])), argv[6])
@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
     std::fprintf(
         stderr,
         "make_trials [--waves | --third-share 0..1] COUNT SEED DIR\nmake_trials --scenario "
-        "NAME DIR\nmake_trials --fleet NAME CARS LAPS SEED DIR\n");
+        "NAME DIR [LAPS]\nmake_trials --fleet NAME CARS LAPS SEED DIR\n");
     return 2;
   }
   const int count = std::atoi(argv[1]);

@@ -188,7 +188,7 @@ const std::set<std::string> kOfTheSecond{"compensated", "burn",  "bumps",      "
 
 }  // namespace
 
-bool make_scenario(const std::string& name, const std::filesystem::path& folder) {
+bool make_scenario(const std::string& name, const std::filesystem::path& folder, int laps) {
   const std::map<std::string, Trial (*)()> all{
       {"none", none},
       {"compensated", compensated},
@@ -317,6 +317,7 @@ bool make_scenario(const std::string& name, const std::filesystem::path& folder)
     return false;
   }
   Trial trial = found->second();
+  if (laps > 0) trial.style.laps = laps;
   if (third) trial.name = of_third + trial.name;
   if (colon != std::string::npos) trial.name += name.substr(colon + 1);
   std::filesystem::create_directories(folder / "sealed");
