@@ -72,7 +72,7 @@ TEST(OwnCar, HasNothingMissing) {
     EXPECT_EQ(ran.code, 0) << ran.err;
   };
   const std::string car = places::source() + "/vehicles/open_wheel/vehicle.yaml";
-  run(places::crgdrive(), {"lap", "--vehicle", car, "--track", track, "--laps", "4", "--rate-hz",
+  run(places::crgdrive(), {"lap", "--vehicle", car, "--track", track, "--laps", "3", "--rate-hz",
                            "50", "-o", folder.path("lap.csv"), "-q"});
   for (const bool commands : {false, true}) {
     const std::string log = folder.file(commands ? "commands.csv" : "measured.csv",

@@ -66,13 +66,13 @@ void filter(std::vector<double>& x, double time_s) {
   for (double& value : x) state = value = value + (state - value) * std::exp(-0.02 / time_s);
 }
 
-/// Four laps of the simulated car as a logger of 50 Hz has them.
+/// Three laps of the simulated car as a logger of 50 Hz has them.
 vehicle::Table recorded(const Truth& truth, const Logger& logger) {
   const vehicle::Vehicle v = explain_test::racer();
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
   const crg::Surface surface(oval(truth));
   vehicle::LapOptions options;
-  options.laps = 4;
+  options.laps = 3;
   options.record_every = 20;
   const vehicle::Table t = drive_laps(car, vehicle::Road(surface), options).telemetry;
   const std::vector<std::pair<const char*, double>> noise{
