@@ -71,7 +71,7 @@ void count(benchmark::State& state, std::size_t per_iteration) {
 void bare_bilinear(benchmark::State& state) {
   const int km = static_cast<int>(state.range(0));
   const Surface& surface = track(km);
-  const Grid& grid = surface.file().grid;
+  const Grid& grid = surface.grid();
   struct Cell {
     std::uint32_t node;
     float fu, fv;

@@ -37,8 +37,8 @@ TEST(Modifiers, ScaleHeightsSlopeAndBankingEachOnItsOwn) {
 
 TEST(Modifiers, ScaleLengthAndWidthStretchTheGrid) {
   const Surface surface(road({{"SCALE_LENGTH", 2.0}, {"SCALE_WIDTH", 0.5}}));
-  EXPECT_EQ(surface.file().grid.u_step_m, 1.0);
-  EXPECT_EQ(surface.file().grid.v_m.front(), -1.0);
+  EXPECT_EQ(surface.grid().u_step_m, 1.0);
+  EXPECT_EQ(surface.grid().v_m.front(), -1.0);
   // Same node, now twice as far along and half as far aside; the slope is kept, so the line climbs
   // twice as far; banking works on the new v.
   EXPECT_NEAR(surface.z_at_uv(20.0, 0.5), 5.0 + 0.1 * 20.0 + 0.02 * 0.5 + 0.1 * 10.0 + 0.2, 1e-6);

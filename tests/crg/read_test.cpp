@@ -207,7 +207,7 @@ TEST(Read, Decision10TheRoadEndsWhereTheIncludedFileSays) {
   EXPECT_NEAR(surface.z_at_uv(3.0, -0.5), 3.0, 1e-12);
   EXPECT_NEAR(surface.z_at_uv(0.0, 1.25), 1.75, 1e-12)
       << "half way between the sections at -0.5 and 3";
-  EXPECT_EQ(surface.file().grid.v_m, (std::vector<double>{-2.0, -0.5, 3.0}));
+  EXPECT_EQ(surface.grid().v_m, (std::vector<double>{-2.0, -0.5, 3.0}));
   EXPECT_FALSE(surface.file().notes.empty()) << "what was ignored is said";
 }
 

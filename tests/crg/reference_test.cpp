@@ -95,7 +95,7 @@ TEST(Reference, AnswersAgree) {
     }
     const Surface surface(std::move(crg), {.modifiers = now.modifiers});
     const ReferenceLine& line = surface.reference_line();
-    const std::vector<double>& v_m = surface.file().grid.v_m;
+    const std::vector<double>& v_m = surface.grid().v_m;
     const double u_end = line.u_begin_m + static_cast<double>(line.size() - 1) * line.u_step_m;
 
     std::ifstream file(data / "reference" / (name + ".csv"));

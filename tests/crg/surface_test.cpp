@@ -134,7 +134,7 @@ TEST(Surface, HeightRunsOnOverTheSeamOfATrackGivenByNodes) {
     set_value(crg.options, "REFLINE_CONTINUATION", 1.0);
     crg.has_option_section = true;
     const Surface surface(read_bytes(to_bytes(crg, Format::KDBI), "nodes.crg"));
-    ASSERT_TRUE(surface.reference_line().closed);
+    ASSERT_TRUE(surface.closed());
     Cursor cursor;
     for (const double v : {-3.7, -0.3, 2.0, 3.9}) {
       for (double u = -0.5; u < 0.5; u += 0.007) {

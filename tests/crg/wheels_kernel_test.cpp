@@ -34,7 +34,7 @@ Crg circuit_with_holes() {
 TEST(Wheels, AnswerAsOneByOne) {
   for (const Interpolation interpolation : {Interpolation::Bilinear, Interpolation::Smooth}) {
     const Surface surface(circuit_with_holes(), {.interpolation = interpolation});
-    const double length = surface.reference_line().u_step_m * 2000.0;
+    const double length = surface.grid().u_step_m * 2000.0;
     std::mt19937 random(3);
     std::uniform_real_distribution<double> u_of(0.0, length), v_of(-4.4, 4.4);
     for (const double step_m : {0.06, -0.06, 0.0, Sample::kNaN}) {

@@ -38,7 +38,7 @@ bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)
 
 void query(const Surface& surface) {
   const ReferenceLine& line = surface.reference_line();
-  const std::vector<double>& v_m = surface.file().grid.v_m;
+  const std::vector<double>& v_m = surface.grid().v_m;
   const double length = line.u_step_m * static_cast<double>(line.size() - 1);
   const double width = v_m.back() - v_m.front();
   Cursor follows, height_follows;

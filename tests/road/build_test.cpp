@@ -67,7 +67,7 @@ struct Compared {
 
 Compared compare(const Built& built, road::SurfaceClass wanted, std::size_t points) {
   const crg::ReferenceLine& line = built.road->reference_line();
-  const crg::Grid& grid = built.road->file().grid;
+  const crg::Grid& grid = built.road->grid();
   Compared result;
   std::mt19937_64 random(11);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1.0p-53; };
@@ -113,9 +113,9 @@ void expect_true_road(const Built& built, const char* name, std::size_t most_mis
   ASSERT_EQ(road.error_m.size() + road.missing, 20000u);
   std::printf("%s: road z p50 %.5f p99 %.5f max %.5f m, missing %zu, jumps %zu\n", name,
               quantile(road.error_m, 0.5), quantile(road.error_m, 0.99),
-              quantile(road.error_m, 1.0), road.missing, jumps(built.road->file().grid));
+              quantile(road.error_m, 1.0), road.missing, jumps(built.road->grid()));
   EXPECT_LE(quantile(road.error_m, 0.99), 0.002);
-  EXPECT_EQ(jumps(built.road->file().grid), 0u);
+  EXPECT_EQ(jumps(built.road->grid()), 0u);
   EXPECT_LE(road.missing, most_missing);
   EXPECT_NEAR(built.summary["reference_line"]["length_m"].get<double>() / demo().length_m(), 1.0,
               0.005)
@@ -165,7 +165,7 @@ TEST(Build, SaysWhatItDid) {
         "/validation/z_error_m/p99", "/validation/z_error_m/max"}) {
     EXPECT_TRUE(s.contains(nlohmann::json::json_pointer(path))) << path;
   }
-  EXPECT_EQ(s["grid"]["nodes"].get<std::size_t>(), built.road->file().grid.z_m.size());
+  EXPECT_EQ(s["grid"]["nodes"].get<std::size_t>(), built.road->grid().z_m.size());
   EXPECT_NEAR(s["grid"]["u_step_m"].get<double>(), 0.1, 1e-4);
   EXPECT_LE(s["validation"]["z_error_m"]["p99"].get<double>(), 0.002);
   EXPECT_GT(s["kerb"]["cells"].get<std::size_t>(), 0u);

@@ -84,7 +84,7 @@ TEST(Place, MovedScaledAndExportedAgainIsTheSameRoad) {
     const crg::Surface a(crg::read(built.crg_path)), b(crg::read(again.crg_path));
     const auto& line = a.reference_line();
     EXPECT_NEAR(line.u_step_m * static_cast<double>(line.size()),
-                b.reference_line().u_step_m * static_cast<double>(b.reference_line().size()), 0.02);
+                b.grid().u_step_m * static_cast<double>(b.reference_line().size()), 0.02);
     std::mt19937_64 random(5);
     std::uniform_real_distribution<double> u(0.0,
                                              line.u_step_m * static_cast<double>(line.size() - 2)),

@@ -89,7 +89,7 @@ TEST_P(RealTrack, HoldsItsBounds) {
   const Edges edges = read_edges(edges_path_);
   const crg::Surface road(crg::read(result.crg_path));
   const crg::ReferenceLine& line = road.reference_line();
-  const crg::Grid& grid = road.file().grid;
+  const crg::Grid& grid = road.grid();
   const road::Mesh mesh = road::read_mesh(mesh_path_);
   const road::Mesh drivable = support::drivable_by_name(mesh);
   support::BruteForce ruler(drivable);

@@ -171,7 +171,7 @@ TEST(RoughPlaces, BothDecksOfAFigureOfEightAreRight) {
       build(mesh, folder, ending, &path);
       const crg::Surface road(crg::read(path));
       const crg::ReferenceLine& line = road.reference_line();
-      const crg::Grid& grid = road.file().grid;
+      const crg::Grid& grid = road.grid();
       std::size_t nodes = 0, wrong = 0;
       for (std::size_t i = 0; i + 1 < line.size(); i += 5) {
         // The place of the design: near, and going the same way or the opposite one (the legs cross

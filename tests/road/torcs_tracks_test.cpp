@@ -101,7 +101,7 @@ struct Heights {
 Heights check_heights(const crg::Surface& road, const support::BruteForce& all,
                       const nlohmann::json& rough) {
   Heights result;
-  const crg::Grid& grid = road.file().grid;
+  const crg::Grid& grid = road.grid();
   const crg::ReferenceLine& line = road.reference_line();
   std::mt19937_64 random(7);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1.0p-53; };
@@ -151,7 +151,7 @@ template <class Height>
 Decks check_decks(const crg::Surface& road, const support::BruteForce& drivable, std::size_t begin,
                   std::size_t end, const Height& z) {
   constexpr double kDeck_m = 0.5, kBorder_m = 0.02;
-  const crg::Grid& grid = road.file().grid;
+  const crg::Grid& grid = road.grid();
   const crg::ReferenceLine& line = road.reference_line();
   Decks decks;
   for (std::size_t i = begin; i < end; ++i) {
@@ -201,7 +201,7 @@ TEST_P(TorcsTracks, FollowTheirDesignWithNamesAndWithout) {
     const auto summary = nlohmann::json::parse(built.summary_json);
     const crg::Surface road(crg::read(built.crg_path));
     const crg::ReferenceLine& line = road.reference_line();
-    const crg::Grid& grid = road.file().grid;
+    const crg::Grid& grid = road.grid();
     const double length = line.u_step_m * static_cast<double>(line.size() - 1);
     // What the design itself leaves open is no fault of the line.
     const double length_error =

@@ -50,14 +50,13 @@ struct Written {
 };
 
 Written write_tum(const crg::Surface& road, const std::string& output) {
-  const auto widths = road::track_widths(road.reference_line(), road.file().grid);
+  const auto widths = road::track_widths(road.reference_line(), road.grid());
   base::write_file(output, road::track_widths_csv(widths));
-  return {
-      "tum",
-      fmt::format("{} points; widths end at a column, up to {:.3f} m inside the edge",
-                  widths.size(), widest_column_m(road.file().grid)),
-      {{"points", widths.size()}, {"width_short_by_at_most_m", widest_column_m(road.file().grid)}},
-      {"heights", "banking", "kerbs", "road beyond holes"}};
+  return {"tum",
+          fmt::format("{} points; widths end at a column, up to {:.3f} m inside the edge",
+                      widths.size(), widest_column_m(road.grid())),
+          {{"points", widths.size()}, {"width_short_by_at_most_m", widest_column_m(road.grid())}},
+          {"heights", "banking", "kerbs", "road beyond holes"}};
 }
 
 Written write_mesh(const crg::Surface& road, const ExportCommand& command) {

@@ -40,7 +40,7 @@ void require_on_road(const crg::Surface& road, const std::string& road_path,
   const auto* const x = table.find("x_m");
   const auto* const y = table.find("y_m");
   if (x == nullptr || y == nullptr) return;  // said by those who need them
-  const auto& v_m = road.file().grid.v_m;
+  const auto& v_m = road.grid().v_m;
   std::size_t places = 0, beside = 0;
   // A thousand places tell; the cursor would follow a drive along the road, so each looks anew.
   const std::size_t every = std::max<std::size_t>(1, table.rows() / 1000);

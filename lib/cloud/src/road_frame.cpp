@@ -14,7 +14,7 @@ constexpr int kFastSteps = 8;
 RoadFrame::RoadFrame(const crg::Crg& road) {
   const crg::Surface surface(road);
   const crg::ReferenceLine& line = surface.reference_line();
-  const crg::Grid& grid = surface.file().grid;
+  const crg::Grid& grid = surface.grid();
   u_begin_m_ = grid.u_begin_m;
   u_step_m_ = grid.u_step_m;
   closed_ = line.closed;

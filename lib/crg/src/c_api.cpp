@@ -85,16 +85,14 @@ void crg_close(crg_surface* surface) { delete surface; }
 
 void crg_range(const crg_surface* surface, double* u_begin_m, double* u_end_m, double* v_right_m,
                double* v_left_m) {
-  const crg::Grid& grid = surface->surface.file().grid;
+  const crg::Grid& grid = surface->surface.grid();
   if (u_begin_m != nullptr) *u_begin_m = grid.u_begin_m;
   if (u_end_m != nullptr) *u_end_m = grid.u_of(grid.rows() - 1);
   if (v_right_m != nullptr) *v_right_m = grid.v_m.front();
   if (v_left_m != nullptr) *v_left_m = grid.v_m.back();
 }
 
-int crg_is_closed(const crg_surface* surface) {
-  return surface->surface.reference_line().closed ? 1 : 0;
-}
+int crg_is_closed(const crg_surface* surface) { return surface->surface.closed() ? 1 : 0; }
 
 int crg_at_xy(const crg_surface* surface, double x_m, double y_m, crg_cursor* cursor,
               crg_sample* sample) {

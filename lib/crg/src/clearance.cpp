@@ -295,6 +295,7 @@ void keep_from_others(const std::vector<Station>& stations, std::size_t k, const
 std::vector<Station> make_stations(std::span<const SegmentRecord> segments, std::size_t run,
                                    double reach_m, bool joined) {
   std::vector<Station> stations;
+  stations.reserve((segments.size() + run - 1) / run);
   for (std::size_t begin = 0; begin < segments.size(); begin += run) {
     stations.push_back(
         make_station(segments, begin, std::min(begin + run, segments.size()), reach_m, joined));

@@ -33,4 +33,8 @@ std::optional<Closing> find_closing(const ReferenceLine& line) {
   return Closing{half, half};
 }
 
+Closing closing_of(const ReferenceLine& line) {
+  return line.closed ? find_closing(line).value_or(Closing{}) : Closing{};
+}
+
 }  // namespace crg

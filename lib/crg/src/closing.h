@@ -17,4 +17,7 @@ struct Closing {
 /// not lie before the start. Gaps of zero are accepted.
 std::optional<Closing> find_closing(const ReferenceLine& line);
 
+/// Of a line that is closed; no lengths for others.
+Closing closing_of(const ReferenceLine& line);
+
 }  // namespace crg

@@ -2,29 +2,31 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-
-#include "line_geometry.h"
 
 namespace crg {
 
-std::vector<Direction> directions_of(const ReferenceLine& line) {
-  const std::size_t last = line.size() - 1;
-  const std::size_t half =
-      static_cast<std::size_t>(std::clamp(std::round(0.5 / line.u_step_m), 1.0, 1e9));
-  const bool around = ends_joined(line) && 2 * half < line.size();
-  const double chord = static_cast<double>(half) * line.u_step_m;
+std::size_t chord_segments(double u_step_m) {
+  return static_cast<std::size_t>(std::clamp(std::round(0.5 / u_step_m), 1.0, 1e9));
+}
+
+std::vector<Direction> directions_of(std::span<const SegmentRecord> nodes,
+                                     std::span<const double> heading_rad, double u_step_m,
+                                     bool joined) {
+  const std::size_t last = nodes.size() - 1, half = chord_segments(u_step_m);
+  const bool around = joined && 2 * half < nodes.size();
+  const double chord = static_cast<double>(half) * u_step_m;
   std::vector<Direction> directions(last);
   for (std::size_t i = 0; i < last; ++i) {
     if (!around && (i < half || i + half > last)) {
-      directions[i] = {i < half ? line.heading_rad.front() : line.heading_rad.back(), 0.0};
+      directions[i] = {i < half ? heading_rad.front() : heading_rad.back(), 0.0};
       continue;
     }
-    const std::size_t before = i >= half ? i - half : i + last - half;
-    const std::size_t after = i + half <= last ? i + half : i + half - last;
-    const double x1 = line.x_m[i] - line.x_m[before], y1 = line.y_m[i] - line.y_m[before];
-    const double x2 = line.x_m[after] - line.x_m[i], y2 = line.y_m[after] - line.y_m[i];
-    directions[i] = {line.heading_rad[i + 1], (x1 * y2 - y1 * x2) / (chord * chord * chord)};
+    const SegmentFrame& before = nodes[i >= half ? i - half : i + last - half].frame;
+    const SegmentFrame& here = nodes[i].frame;
+    const SegmentFrame& after = nodes[i + half <= last ? i + half : i + half - last].frame;
+    const double x1 = here.x_m - before.x_m, y1 = here.y_m - before.y_m;
+    const double x2 = after.x_m - here.x_m, y2 = after.y_m - here.y_m;
+    directions[i] = {heading_rad[i + 1], (x1 * y2 - y1 * x2) / (chord * chord * chord)};
   }
   return directions;
 }

@@ -69,7 +69,7 @@ HeightField::HeightField(const Grid& grid, const ReferenceLine& line, const Opti
   }
   simple_ = plain_ && uniform && interpolation_ == Interpolation::Bilinear;
   if (line.closed) {
-    const Closing closing = find_closing(line).value_or(Closing{});
+    const Closing closing = closing_of(line);
     wrap_begin_m_ = u_begin_m_ - closing.before_start_m;
     period_m_ = u_end_m_ + closing.after_end_m - wrap_begin_m_;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "clearance.h"
 #include "crg/huge_pages.h"
@@ -10,7 +11,7 @@
 namespace crg {
 namespace {
 
-constexpr std::size_t kLeafSegments = 16;
+constexpr std::size_t kLeafSegments = 32;
 constexpr int kMaxDepth = 48;
 
 // Whether the end of one segment and the beginning of the next are cut by the same line.
@@ -20,6 +21,18 @@ bool share_mitre(const SegmentFrame& a, const SegmentFrame& b) {
   const double cross = end.x_m * begin.y_m - end.y_m * begin.x_m;
   const double dot = end.x_m * begin.x_m + end.y_m * begin.y_m;
   return dot > 0.0 && std::abs(cross) < 1e-9 * dot;
+}
+
+// The largest float that is not above a value.
+float not_above(double value) {
+  constexpr double kMax = static_cast<double>(std::numeric_limits<float>::max());
+  if (!(std::abs(value) <= kMax))
+    return value > 0.0 ? std::numeric_limits<float>::max()
+                       : -std::numeric_limits<float>::infinity();
+  const float rounded = static_cast<float>(value);
+  return static_cast<double>(rounded) > value
+             ? std::nextafter(rounded, -std::numeric_limits<float>::infinity())
+             : rounded;
 }
 
 }  // namespace
@@ -42,51 +55,51 @@ struct Locator::Best {
   }
 };
 
-Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
-    : v_right_m_(v_right_m),
-      v_left_m_(v_left_m),
-      reach_m_(std::max(std::abs(v_right_m), std::abs(v_left_m))) {
+std::vector<SegmentRecord> segment_records(const ReferenceLine& line) {
   const std::size_t segments = line.size() - 1;
-  joined_ = ends_joined(line);
-  if (line.closed) closing_ = find_closing(line).value_or(Closing{});
-  segments_ = segments;
-  reserve_huge(records_, segments + 1);
-  records_.resize(segments + 1);
+  std::vector<SegmentRecord> records;
+  reserve_huge(records, segments + 1);
+  records.resize(segments + 1);
   Point2 mitre = mitre_direction(line, 0);
   for (std::size_t i = 0; i < segments; ++i) {
     const Point2 next = mitre_direction(line, i + 1);
-    records_[i].frame = segment_frame(line, i, mitre, next);
+    records[i].frame = segment_frame(line, i, mitre, next);
     mitre = next;
   }
-  SegmentFrame& last = records_.back().frame;
+  SegmentFrame& last = records.back().frame;
   last = segment_frame(line, segments - 1, mitre, mitre);
   last.x_m = line.x_m.back();
   last.y_m = line.y_m.back();
-  const std::span<SegmentRecord> of_segments(records_.data(), segments);
-  measure_clearance(of_segments, v_right_m, v_left_m, line.u_step_m, joined_, closing_);
-  coarse_ = CoarseIndex(of_segments, reach_m_);
+  return records;
+}
 
-  const std::size_t leaves = (segments + kLeafSegments - 1) / kLeafSegments;
+Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
+    : Locator(segment_records(line), line.u_step_m, v_right_m, v_left_m, ends_joined(line),
+              closing_of(line)) {}
+
+Locator::Locator(std::vector<SegmentRecord> records, double u_step_m, double v_right_m,
+                 double v_left_m, bool joined, const Closing& closing)
+    : records_(std::move(records)),
+      segments_(records_.size() - 1),
+      v_right_m_(v_right_m),
+      v_left_m_(v_left_m),
+      reach_m_(std::max(std::abs(v_right_m), std::abs(v_left_m))),
+      joined_(joined),
+      closing_(closing) {
+  const std::span<SegmentRecord> of_segments(records_.data(), segments_);
+  measure_clearance(of_segments, v_right_m, v_left_m, u_step_m, joined_, closing_);
+  coarse_ = CoarseIndex(of_segments, reach_m_);
+  make_boxes();
+}
+
+void Locator::make_boxes() {
+  const std::size_t leaves = (segments_ + kLeafSegments - 1) / kLeafSegments;
   std::size_t width = 1;
   while (width < leaves) width *= 2;
   first_leaf_ = width - 1;
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  boxes_.assign(2 * width - 1, {kInfinity, -kInfinity, kInfinity, -kInfinity, 1.0});
-  for (std::size_t i = 0; i < segments; ++i) {
-    Box& box = boxes_[first_leaf_ + i / kLeafSegments];
-    for (const std::size_t node : {i, i + 1}) {
-      box.x_min_m = std::min(box.x_min_m, line.x_m[node]);
-      box.x_max_m = std::max(box.x_max_m, line.x_m[node]);
-      box.y_min_m = std::min(box.y_min_m, line.y_m[node]);
-      box.y_max_m = std::max(box.y_max_m, line.y_m[node]);
-    }
-    const double lean =
-        std::max(std::abs(records_[i].frame.begin_lean), std::abs(records_[i].frame.end_lean()));
-    // At a reversal the two segments have different mitre lines, see search_leaf().
-    const double slack =
-        i + 1 < segments && !share_mitre(records_[i].frame, records_[i + 1].frame) ? 1.5 : 1.0;
-    box.stretch = std::max(box.stretch, slack * std::sqrt(1.0 + lean * lean));
-  }
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  boxes_.assign(2 * width - 1, {kInfinity, -kInfinity, kInfinity, -kInfinity, 1.0F});
+  for (std::size_t leaf = 0; leaf < leaves; ++leaf) boxes_[first_leaf_ + leaf] = box_of(leaf);
   for (std::size_t k = first_leaf_; k-- > 0;) {
     const Box& a = boxes_[2 * k + 1];
     const Box& b = boxes_[2 * k + 2];
@@ -94,6 +107,26 @@ Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
                  std::min(a.y_min_m, b.y_min_m), std::max(a.y_max_m, b.y_max_m),
                  std::max(a.stretch, b.stretch)};
   }
+}
+
+Locator::Box Locator::box_of(std::size_t leaf) const {
+  const std::size_t begin = leaf * kLeafSegments, end = std::min(begin + kLeafSegments, segments_);
+  const SegmentFrame& first = records_[begin].frame;
+  double x_min_m = first.x_m, x_max_m = first.x_m, y_min_m = first.y_m, y_max_m = first.y_m;
+  double stretch = 1.0;
+  for (std::size_t i = begin; i < end; ++i) {
+    const SegmentFrame &frame = records_[i].frame, &next = records_[i + 1].frame;
+    x_min_m = std::min(x_min_m, next.x_m);
+    x_max_m = std::max(x_max_m, next.x_m);
+    y_min_m = std::min(y_min_m, next.y_m);
+    y_max_m = std::max(y_max_m, next.y_m);
+    const double lean = std::max(std::abs(frame.begin_lean), std::abs(frame.end_lean()));
+    // At a reversal the two segments have different mitre lines, see search_leaf().
+    const double slack = i + 1 < segments_ && !share_mitre(frame, next) ? 1.5 : 1.0;
+    stretch = std::max(stretch, slack * std::sqrt(1.0 + lean * lean));
+  }
+  return {not_above(x_min_m), -not_above(-x_max_m), not_above(y_min_m), -not_above(-y_max_m),
+          -not_above(-stretch)};
 }
 
 double Locator::outside(double v_m) const noexcept {
@@ -180,10 +213,12 @@ Place Locator::search(double x_m, double y_m) const noexcept {
   Best best;
   search_ends(x_m, y_m, best);
   const auto distance = [&](const Box& box) {
-    const double dx = std::max({0.0, box.x_min_m - x_m, x_m - box.x_max_m});
-    const double dy = std::max({0.0, box.y_min_m - y_m, y_m - box.y_max_m});
+    const double dx = std::max(
+        {0.0, static_cast<double>(box.x_min_m) - x_m, x_m - static_cast<double>(box.x_max_m)});
+    const double dy = std::max(
+        {0.0, static_cast<double>(box.y_min_m) - y_m, y_m - static_cast<double>(box.y_max_m)});
     // |point - foot| <= stretch |v| for the foot of the point on its segment.
-    return std::sqrt(dx * dx + dy * dy) / box.stretch * (1.0 - 1e-12);
+    return std::sqrt(dx * dx + dy * dy) / static_cast<double>(box.stretch) * (1.0 - 1e-12);
   };
   struct Entry {
     std::size_t box;

@@ -34,6 +34,9 @@ class Locator {
  public:
   Locator() = default;
   Locator(const ReferenceLine& line, double v_right_m, double v_left_m);
+  /// The same for who drops the line's nodes once they are in its segment_records().
+  Locator(std::vector<SegmentRecord> records, double u_step_m, double v_right_m, double v_left_m,
+          bool joined, const Closing& closing);
 
   /// Starts from the cursor and moves it; a good cursor is fast, the answer is the same for all.
   Place locate(double x_m, double y_m, Cursor& cursor) const noexcept {
@@ -61,12 +64,14 @@ class Locator {
   std::size_t segments() const { return segments_; }
 
  private:
-  struct Box {
-    double x_min_m, x_max_m, y_min_m, y_max_m;
-    double stretch;
+  struct Box {  // rounded outwards
+    float x_min_m, x_max_m, y_min_m, y_max_m;
+    float stretch;
   };
   struct Best;
 
+  void make_boxes();
+  Box box_of(std::size_t leaf) const;
   bool locate_near(double x_m, double y_m, std::size_t hint, double farthest,
                    Place& place) const noexcept;
   Place search(double x_m, double y_m) const noexcept;
@@ -83,6 +88,9 @@ class Locator {
   bool joined_ = false;
   Closing closing_;
 };
+
+/// One for every segment of the line, and one for its last node. Nothing is certain yet.
+std::vector<SegmentRecord> segment_records(const ReferenceLine& line);
 
 /// A point in the frame of a segment.
 struct Local {

@@ -19,7 +19,7 @@ struct Weight {
 };
 
 Weight weight_of(const Surface& surface, const Sample& sample, double blend_m) {
-  const Grid& grid = surface.file().grid;
+  const Grid& grid = surface.grid();
   const double u_end = grid.u_of(grid.rows() - 1);
   // Distance to the nearest border, and the direction in which it grows fastest.
   const double distances[4] = {sample.u_m - grid.u_begin_m, u_end - sample.u_m,
@@ -98,7 +98,7 @@ PatchedSurface::PatchedSurface(Surface base, std::vector<Patch> patches)
     if (!(patch.blend_m > 0.0))
       throw Error("patch with a blend of " + shortest(patch.blend_m) + " m: want more than 0");
     const ReferenceLine& line = patch.surface.reference_line();
-    const std::vector<double>& v_m = patch.surface.file().grid.v_m;
+    const std::vector<double>& v_m = patch.surface.grid().v_m;
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     Box box{kInfinity, -kInfinity, kInfinity, -kInfinity};
     for (std::size_t i = 0; i < line.size(); ++i) {

@@ -117,7 +117,7 @@ inline Heading Surface::Data::direction(const Place& place) const noexcept {
   const Direction& direction = directions[place.segment];
   double heading_rad = direction.heading_rad, curvature_1pm = direction.curvature_1pm;
   if (place.beyond_m < 0.0) [[unlikely]] {
-    heading_rad = line.heading_rad.front();
+    heading_rad = begin_heading_rad;
     curvature_1pm = 0.0;
   }
   if (!curvature_of_reference_line) curvature_1pm /= 1.0 - curvature_1pm * place.v_m;
@@ -366,7 +366,9 @@ Heading Surface::heading_at_uv(double u_m, double v_m) const noexcept {
   return data_->direction(data_->place_of(u_m, v_m));
 }
 
-const Crg& Surface::file() const noexcept { return data_->file; }
-const ReferenceLine& Surface::reference_line() const noexcept { return data_->line; }
+const Crg& Surface::file() const { return data_->whole_file(); }
+const ReferenceLine& Surface::reference_line() const { return data_->whole_line(); }
+const Grid& Surface::grid() const noexcept { return data_->file.grid; }
+bool Surface::closed() const noexcept { return data_->line.closed; }
 
 }  // namespace crg

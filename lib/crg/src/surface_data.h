@@ -2,8 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
-#include <utility>
+#include <mutex>
 #include <vector>
 
 #include "crg/surface.h"
@@ -15,37 +14,13 @@
 
 namespace crg {
 
-inline Crg with_modifiers(Crg crg, ModifierUse use) {
-  if (use == ModifierUse::None) {
-    crg.modifiers.clear();
-    return crg;
-  }
-  if (use == ModifierUse::ReferenceDefaults && !crg.has_modifier_section) {
-    crg.modifiers = reference_default_modifiers(crg);
-  }
-  return apply_modifiers(std::move(crg));
-}
-
 struct Surface::Data {
-  Data(Crg crg, SurfaceOptions& options)
-      : friction_constant(options.friction),
-        friction(take_friction(crg.grid, options)),
-        file(with_modifiers(std::move(crg), options.modifiers)),
-        line(integrate_reference_line(file)),
-        heights(file.grid, line, options_of(file), options.interpolation),
-        locator(line, heights.v_right_m(), heights.v_left_m()),
-        directions(directions_of(line)),
-        curvature_of_reference_line(options.curvature_of_reference_line),
-        least_width_m(1e-9 * line.u_step_m),
-        quick(heights.simple() && friction.empty()),
-        fours(heights.simple() && four_wheels_available() &&
-              file.grid.z_m.size() <= std::numeric_limits<std::int32_t>::max()) {}
+  Data(Crg crg, SurfaceOptions& options);
 
-  static std::vector<float> take_friction(const Grid& road, SurfaceOptions& options) {
-    if (!options.friction_map) return {};
-    want_same_shape(road, options.friction_map->grid);
-    return std::move(options.friction_map->grid.z_m);
-  }
+  // Made for whoever asks, once, from the tables below: bit for bit what the file said and the line
+  // that it means. They would take 64 bytes a row beside 706 that the queries need.
+  const Crg& whole_file() const;
+  const ReferenceLine& whole_line() const;
 
   // On the grid, with no smoothing zone near: the place found is all that height needs.
   bool on_grid(const Place& place) const noexcept {
@@ -78,15 +53,34 @@ struct Surface::Data {
 
   double friction_constant;
   std::vector<float> friction;  ///< empty: constant
-  Crg file;
-  ReferenceLine line;
+  mutable Crg file;             ///< phi, slope and banking only in whole_file()
+  mutable ReferenceLine line;   ///< nodes only in whole_line(); the numbers always
   HeightField heights;
   Locator locator;
   std::vector<Direction> directions;  ///< one per segment
   bool curvature_of_reference_line;
+  double begin_heading_rad;
   double least_width_m;  ///< of a cell whose gradient along the line is known
   bool quick;            ///< sample_ahead() may be asked
   bool fours;            ///< z_of_four_wheels() may be asked
+
+ private:
+  // What the tables do not say of file and line.
+  struct Rest {
+    bool has_heading, has_slope, has_banking;  ///< whether the file has the channel
+    double heading_rad = 0.0;                  ///< row 0 of the file's channel
+    std::vector<float> slope;                  ///< where each of its values is a float
+    bool line_has_z, line_has_banking;
+    std::vector<double> first_headings_rad, last_headings_rad;  ///< of the line
+  };
+  void spare_channels();
+  void spare_heights();
+  void spare_headings(bool around);
+  std::vector<double> headings() const;
+  std::vector<double> bankings() const;
+
+  Rest rest_;
+  mutable std::once_flag file_made_, line_made_;
 };
 
 }  // namespace crg

@@ -202,7 +202,7 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs,
     return all_heights(logs, mapping, surface, car, strip, cells, heights);
   };
   if (const std::string reason = look_at(false, {}); !reason.empty()) return cannot(reason);
-  const auto& v = surface.file().grid.v_m;
+  const auto& v = surface.grid().v_m;
   const Plane plane = plane_of(heights, logs.front().signals->length_m, v.front(), v.back());
   Dice dice{311};
   const double threshold = agreement_by_chance(plane, dice);
@@ -243,7 +243,7 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs,
     f.parameters.push_back(missing_height(plane, waves, dice));
     if (strip) f.rivals.push_back({kMultiPointContact, "", experiment, strip_gain, true});
     put_patch(heights, waves.cells, plane, f.held_out.front().rmse_after, f);
-    remark_step(surface.file().grid.u_step_m, findings);
+    remark_step(surface.grid().u_step_m, findings);
   }
   findings.findings.push_back(f);
 }

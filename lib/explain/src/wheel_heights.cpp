@@ -121,7 +121,7 @@ Seen seen_by(const Eyes& eyes, const Motion& motion, std::size_t wheel,
                  wy = y[i] + lx * s + ly * c;
     const crg::UV at = tracker.at(wx, wy);
     const double file_m = surface.z_at_uv(at.u_m, at.v_m);
-    u[i] = at.u_m - surface.reference_line().u_begin_m;
+    u[i] = at.u_m - surface.grid().u_begin_m;
     v[i] = at.v_m;
     measured[i] = z[i] - lx * pitch[i] + ly * roll[i] + travel[i] + load[i] / stiffness;
     file[i] = std::isfinite(file_m) ? file_m : (i > 0 ? file[i - 1] : 0.0);

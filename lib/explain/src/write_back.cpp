@@ -25,7 +25,7 @@ crg::Crg copy_of(const crg::Crg& road) {
   return out;
 }
 
-bool is_closed(const crg::Crg& road) { return crg::Surface(road).reference_line().closed; }
+bool is_closed(const crg::Crg& road) { return crg::Surface(road).closed(); }
 
 /// A map of the road's shape: that which was known, 1 elsewhere.
 crg::Crg known_factors(const crg::Crg& road, const crg::Crg* known) {

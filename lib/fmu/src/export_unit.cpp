@@ -79,7 +79,7 @@ std::string road_bytes(const std::string& path) {
 /// Where a car can stand: on the middle of the road or on its reference line.
 void choose_start(const vehicle::Vehicle& car, const crg::Surface& surface, UnitFile& unit) {
   const crg::ReferenceLine& line = surface.reference_line();
-  const std::vector<double>& v_m = surface.file().grid.v_m;
+  const std::vector<double>& v_m = surface.grid().v_m;
   constexpr double kBesideWheel_m = 1.5;
   double u_m = line.u_begin_m;
   if (!line.closed) u_m += car.parameters[vehicle::Parameter::chassis_wheelbase_m] + kBesideWheel_m;

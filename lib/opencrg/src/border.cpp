@@ -85,7 +85,7 @@ Border border_of(const Settings& settings) {
 std::optional<double> height(const crg::Surface& surface, const Border& border,
                              const ClosedRange& closed, bool banking_folds, double u_m,
                              double v_m) noexcept {
-  const crg::Grid& grid = surface.file().grid;
+  const crg::Grid& grid = surface.grid();
   const crg::ReferenceLine& line = surface.reference_line();
   const double begin_m = grid.u_begin_m, end_m = grid.u_of(grid.rows() - 1);
   const double right_m = grid.v_m.front(), left_m = grid.v_m.back();

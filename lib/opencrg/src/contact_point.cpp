@@ -81,9 +81,9 @@ void refresh_points_of(const DataSet& set) {
 }
 
 void search_from(ContactPoint& point, double u_m) {
-  const crg::ReferenceLine& line = point.surface->reference_line();
-  const double rows = (u_m - line.u_begin_m) / line.u_step_m;
-  if (!(rows >= 0.0 && rows <= static_cast<double>(line.size() - 2))) return;
+  const crg::Grid& grid = point.surface->grid();
+  const double rows = (u_m - grid.u_begin_m) / grid.u_step_m;
+  if (!(rows >= 0.0 && rows <= static_cast<double>(grid.rows() - 2))) return;
   point.cursor = {rows, 0.0};
 }
 

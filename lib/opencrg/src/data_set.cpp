@@ -38,7 +38,7 @@ bool evenly_spaced(const std::vector<double>& v_m) {
 
 void take_surface(DataSet& set, std::unique_ptr<const crg::Surface> surface, bool close) {
   const crg::ReferenceLine& line = surface->reference_line();
-  const crg::Grid& grid = surface->file().grid;
+  const crg::Grid& grid = surface->grid();
   set.range = {};
   // Ends that lie on each other count as open, as they do for the reference implementation.
   if (const auto closing = crg::find_closing(line);

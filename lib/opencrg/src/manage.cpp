@@ -102,7 +102,7 @@ void crgMemRelease(void) {
 int crgDataSetGetURange(int dataSetId, double* uMin, double* uMax) {
   if (uMin == nullptr || uMax == nullptr) return 0;
   return with_set(__func__, dataSetId, 0, [&](const DataSet& set) {
-    const crg::Grid& grid = set.any().file().grid;
+    const crg::Grid& grid = set.any().grid();
     *uMin = grid.u_begin_m;
     *uMax = grid.u_of(grid.rows() - 1);
     return 1;
@@ -112,8 +112,8 @@ int crgDataSetGetURange(int dataSetId, double* uMin, double* uMax) {
 int crgDataSetGetVRange(int dataSetId, double* vMin, double* vMax) {
   if (vMin == nullptr || vMax == nullptr) return 0;
   return with_set(__func__, dataSetId, 0, [&](const DataSet& set) {
-    *vMin = set.any().file().grid.v_m.front();
-    *vMax = set.any().file().grid.v_m.back();
+    *vMin = set.any().grid().v_m.front();
+    *vMax = set.any().grid().v_m.back();
     return 1;
   });
 }
@@ -121,7 +121,7 @@ int crgDataSetGetVRange(int dataSetId, double* vMin, double* vMax) {
 int crgDataSetGetIncrements(int dataSetId, double* uInc, double* vInc) {
   if (uInc == nullptr || vInc == nullptr) return 0;
   return with_set(__func__, dataSetId, 0, [&](const DataSet& set) {
-    *uInc = set.any().file().grid.u_step_m;
+    *uInc = set.any().grid().u_step_m;
     *vInc = set.v_step_m;
     return 1;
   });
@@ -232,7 +232,7 @@ int crgContactPointOptionSetDouble(int cpId, unsigned int optionId, double optio
   const int done = with_point(__func__, cpId, [&](ContactPoint& point) {
     if (!point.options.set_double(optionId, optionValue)) return -1;
     opencrg::refresh(point);
-    const crg::Grid& grid = point.surface->file().grid;
+    const crg::Grid& grid = point.surface->grid();
     const double length = grid.u_of(grid.rows() - 1) - grid.u_begin_m;
     if (optionId == dCrgCpOptionRefLineSearchU) opencrg::search_from(point, optionValue);
     if (optionId == dCrgCpOptionRefLineSearchUFrac)

@@ -295,7 +295,7 @@ void add_nodes(py::class_<Road>& type) {
   type.def_property_readonly(
           "z_m",
           [](const py::object& self) {
-            const crg::Grid& grid = self.cast<const Road&>().surface.file().grid;
+            const crg::Grid& grid = self.cast<const Road&>().surface.grid();
             return view_of(
                 self, grid.z_m,
                 {static_cast<py::ssize_t>(grid.rows()), static_cast<py::ssize_t>(grid.columns())});
@@ -304,7 +304,7 @@ void add_nodes(py::class_<Road>& type) {
       .def_property_readonly(
           "v_m",
           [](const py::object& self) {
-            const crg::Grid& grid = self.cast<const Road&>().surface.file().grid;
+            const crg::Grid& grid = self.cast<const Road&>().surface.grid();
             return view_of(self, grid.v_m, {static_cast<py::ssize_t>(grid.columns())});
           },
           "Of the columns, ascending; read only.")
@@ -334,22 +334,21 @@ void add_nodes(py::class_<Road>& type) {
 /// Its sizes.
 void add_facts(py::class_<Road>& type) {
   type.def_property_readonly("u_begin_m",
-                             [](const Road& road) { return road.surface.file().grid.u_begin_m; })
+                             [](const Road& road) { return road.surface.grid().u_begin_m; })
       .def_property_readonly("u_step_m",
-                             [](const Road& road) { return road.surface.file().grid.u_step_m; })
+                             [](const Road& road) { return road.surface.grid().u_step_m; })
       .def_property_readonly("length_m",
                              [](const Road& road) {
                                const crg::ReferenceLine& line = road.surface.reference_line();
                                return line.u_step_m * static_cast<double>(line.size() - 1);
                              })
-      .def_property_readonly("closed",
-                             [](const Road& road) { return road.surface.reference_line().closed; })
+      .def_property_readonly("closed", [](const Road& road) { return road.surface.closed(); })
       .def_property_readonly(
           "notes", [](const Road& road) { return road.surface.file().notes; },
           "What was accepted although it is not quite the standard.")
       .def("__repr__", [](const Road& road) {
         const crg::ReferenceLine& line = road.surface.reference_line();
-        const crg::Grid& grid = road.surface.file().grid;
+        const crg::Grid& grid = road.surface.grid();
         return "Road(" + std::string(line.closed ? "closed" : "open") + ", " +
                std::to_string(line.u_step_m * static_cast<double>(line.size() - 1)) + " m, " +
                std::to_string(grid.rows()) + " x " + std::to_string(grid.columns()) + " nodes)";

@@ -15,7 +15,7 @@ constexpr double kOnTheRoad_m = 1e-7;
 }  // namespace
 
 NearbyRoad::NearbyRoad(std::shared_ptr<const crg::Surface> surface) : surface_(std::move(surface)) {
-  const crg::Grid& grid = surface_->file().grid;
+  const crg::Grid& grid = surface_->grid();
   for (const double v_m : grid.v_m)
     if (v_m_.empty() || v_m - v_m_.back() >= kAcross_m - 1e-9) v_m_.push_back(v_m);
   if (v_m_.back() < grid.v_m.back()) v_m_.push_back(grid.v_m.back());
@@ -44,7 +44,7 @@ NearbyRoad::NearbyRoad(std::shared_ptr<const crg::Surface> surface) : surface_(s
 }
 
 void NearbyRoad::make(Stretch& stretch) const {
-  const crg::Grid& grid = surface_->file().grid;
+  const crg::Grid& grid = surface_->grid();
   road::Mesh mesh;
   mesh.objects = {{}};
   const crg::Point2 begin = surface_->xy_of_uv(grid.u_of(stretch.first_row), 0.0);

@@ -66,9 +66,9 @@ std::optional<std::array<double, 2>> drivable_of(const crg::Grid& grid, std::siz
 /// road; rising, over the seam of a closed road.
 std::vector<std::size_t> rows_around(const crg::Surface& road, double u_m, double around_m,
                                      double spacing_m) {
-  const crg::Grid& grid = road.file().grid;
+  const crg::Grid& grid = road.grid();
   const std::size_t rows = grid.rows();
-  const bool closed = road.reference_line().closed;
+  const bool closed = road.closed();
   const double length_m = grid.u_step_m * static_cast<double>(rows - 1);
   // A car that has gone astray, too far for numbers that count rows.
   if (!(std::abs(u_m - grid.u_begin_m) < 2.0 * length_m + around_m)) return {};
@@ -132,7 +132,7 @@ Edges see_edges(const crg::Surface& road, const vehicle::EdgeSensor& sensor, con
   std::vector<std::size_t> rows =
       rows_around(road, here.u_m, 1.5 * sensor.reach_m, sensor.spacing_m);
   if (against) std::reverse(rows.begin(), rows.end());
-  const crg::Grid& grid = road.file().grid;
+  const crg::Grid& grid = road.grid();
   for (const std::size_t row : rows) {
     const auto ends_m = drivable_of(grid, row);
     if (!ends_m) continue;

@@ -210,7 +210,7 @@ class LapRun {
     const Begin begin = begin_on(line_, surface_, car, options);
     sim_ = start(car, road, begin.start);
     driver_ = driver_on(line_, begin, options);
-    const auto& v_m = surface_.file().grid.v_m;
+    const auto& v_m = surface_.grid().v_m;
     out_.least_edge_m = v_m.back() - v_m.front();
     energy_begin_ = energy(car, sim_.state);
   }
@@ -261,7 +261,7 @@ class LapRun {
 
  private:
   void note(const State<double>& before, std::span<const OpponentPlace> others) {
-    note_wheels(detail_, surface_.file().grid.v_m, out_);
+    note_wheels(detail_, surface_.grid().v_m, out_);
     out_.top_mps = std::max(out_.top_mps, before[kVx]);
     for (const OpponentPlace& other : others)
       out_.nearest_m =

@@ -19,7 +19,7 @@ struct Width {
 };
 
 Width width_at(const crg::Surface& road, double u_m) {
-  const auto& v_m = road.file().grid.v_m;
+  const auto& v_m = road.grid().v_m;
   const double middle = 0.5 * (v_m.front() + v_m.back());
   const double step = (v_m.back() - v_m.front()) / (4.0 * static_cast<double>(v_m.size() - 1));
   // Start from the valid place nearest to the middle.

@@ -15,7 +15,7 @@ constexpr double kOtherLevel_m = 1.5;
 template <class Use>
 void each_leg(const crg::Surface& surface, double x_m, double y_m, Use&& use) {
   const crg::ReferenceLine& line = surface.reference_line();
-  const auto& v_m = surface.file().grid.v_m;
+  const auto& v_m = surface.grid().v_m;
   if (v_m.size() < 2) return;
   const double reach = std::max(std::abs(v_m.front()), std::abs(v_m.back()));
   constexpr double kStride_m = 4.0;
@@ -67,9 +67,9 @@ RoadPoint Road::at(double x_m, double y_m, double z_near_m, std::size_t wheel,
   out.u_m = sample.u_m;
   out.v_m = sample.v_m;
   // A closed road has no end: the millimetre between its last row and its first is road.
-  const auto& v_m = surface_->file().grid.v_m;
-  out.on_road = sample.inside || (surface_->reference_line().closed && sample.v_m >= v_m.front() &&
-                                  sample.v_m <= v_m.back());
+  const auto& v_m = surface_->grid().v_m;
+  out.on_road = sample.inside ||
+                (surface_->closed() && sample.v_m >= v_m.front() && sample.v_m <= v_m.back());
   out.friction = sample.friction;
   return out;
 }
@@ -156,11 +156,10 @@ crg::Sample Road::other_leg(double x_m, double y_m, double z_near_m,
 /// A closed road has no end: what lies between its last row and its first has the height of the
 /// nearer one.
 crg::Sample Road::over_seam(const crg::Sample& gap) const noexcept {
-  const crg::ReferenceLine& line = surface_->reference_line();
-  if (!line.closed) return gap;
-  const double end = line.u_begin_m + line.u_step_m * static_cast<double>(line.size() - 1);
-  const double u_m = std::clamp(gap.u_m, line.u_begin_m, end);
-  if (u_m == gap.u_m || std::abs(u_m - gap.u_m) > line.u_step_m) return gap;
+  if (!surface_->closed()) return gap;
+  const crg::Grid& grid = surface_->grid();
+  const double u_m = std::clamp(gap.u_m, grid.u_begin_m, grid.u_of(grid.rows() - 1));
+  if (u_m == gap.u_m || std::abs(u_m - gap.u_m) > grid.u_step_m) return gap;
   return surface_->at_uv(u_m, gap.v_m);
 }
 
@@ -170,7 +169,7 @@ RoadPoint Road::nearest_valid(const crg::Sample& hole) const noexcept {
   out.u_m = hole.u_m;
   out.v_m = hole.v_m;
   out.z_m = std::numeric_limits<double>::quiet_NaN();
-  const auto& v_m = surface_->file().grid.v_m;
+  const auto& v_m = surface_->grid().v_m;
   if (v_m.size() < 2 || !std::isfinite(hole.u_m)) return out;
   const double step = (v_m.back() - v_m.front()) / static_cast<double>(v_m.size() - 1);
   const double start = std::clamp(hole.v_m, v_m.front(), v_m.back());
@@ -188,15 +187,15 @@ RoadPoint Road::nearest_valid(const crg::Sample& hole) const noexcept {
 }
 
 crg::UV RoadTracker::at(double x_m, double y_m, double z_near_m) {
-  const crg::ReferenceLine& line = surface_->reference_line();
-  const double length_m = line.u_step_m * static_cast<double>(line.size() - 1);
+  const crg::Grid& grid = surface_->grid();
+  const double length_m = grid.u_step_m * static_cast<double>(grid.rows() - 1);
   crg::UV best = surface_->uv_of_xy(x_m, y_m, cursor_);
   if (!std::isfinite(best.u_m)) return best;
   // A car gets no further along the road than it moves, inside a bend somewhat.
   const double reach_m = 2.0 * std::hypot(x_m - last_.x_m, y_m - last_.y_m) + 3.0;
   const auto gone = [&](const crg::UV& place) {
     const double du = place.u_m - last_.u_m;
-    return std::abs(line.closed ? std::remainder(du, length_m) : du);
+    return std::abs(surface_->closed() ? std::remainder(du, length_m) : du);
   };
   const bool known = std::isfinite(last_.u_m);
   if (!known || gone(best) > reach_m) {

@@ -124,7 +124,7 @@ class Follower {
 }  // namespace
 
 std::string packed_road(const crg::Surface& surface) {
-  const crg::Grid& grid = surface.file().grid;
+  const crg::Grid& grid = surface.grid();
   const std::vector<std::size_t> rows = some_of(grid.rows(), kMostRows),
                                  columns = some_of(grid.columns(), kMostColumns);
   std::vector<double> u, x, y, left_x, left_y, right_x, right_y, v;
@@ -158,7 +158,7 @@ std::string packed_road(const crg::Surface& surface) {
                  {"columns_in_file", grid.columns()},
                  {"length_m", u.empty() ? 0.0 : u.back() - u.front()},
                  {"u_begin_m", u.empty() ? 0.0 : u.front()},
-                 {"closed", surface.reference_line().closed}});
+                 {"closed", surface.closed()}});
   packed.add("u_m", u);
   packed.add("x_m", x);
   packed.add("y_m", y);
@@ -180,7 +180,7 @@ std::string place_json(const crg::Surface& surface, double x_m, double y_m) {
 
 std::string packed_difference(const crg::Surface& surface, const crg::Surface& other,
                               double u_begin_m, double u_end_m) {
-  const crg::Grid& grid = surface.file().grid;
+  const crg::Grid& grid = surface.grid();
   std::vector<std::size_t> inside, before_start;
   for (std::size_t i = 0; i < grid.rows(); ++i) {
     const double u = grid.u_of(i);
@@ -222,7 +222,7 @@ std::string packed_profile(const crg::Surface& road, const crg::Point2& from,
     throw base::Error("a line from one place to another wanted, one place seen");
   const auto steps = static_cast<std::size_t>(
       std::clamp(std::ceil(length_m / kFinestProfile_m), 1.0, kMostProfile - 1.0));
-  const crg::Grid& grid = road.file().grid;
+  const crg::Grid& grid = road.grid();
   const double u_end_m = grid.u_of(grid.rows() - 1);
   std::vector<double> s, u, v, z;
   crg::Cursor cursor;
@@ -277,10 +277,9 @@ std::string packed_channels(const recording::Log& log, const std::vector<std::st
 std::string packed_places(const recording::Log& log, const std::string& x_name,
                           const std::string& y_name, const crg::Surface& surface) {
   const std::vector<double>&x = channel_of(log, x_name).values, &y = channel_of(log, y_name).values;
-  const double length_m =
-      surface.file().grid.u_step_m *
-      static_cast<double>(std::max<std::size_t>(surface.file().grid.rows(), 1) - 1);
-  const bool closed = surface.reference_line().closed;
+  const double length_m = surface.grid().u_step_m *
+                          static_cast<double>(std::max<std::size_t>(surface.grid().rows(), 1) - 1);
+  const bool closed = surface.closed();
   crg::Cursor cursor;
   std::vector<double> u(x.size(), kNaN), v(x.size(), kNaN);
   double driven_m = 0.0;  // since the last place that was believed

@@ -24,7 +24,7 @@ std::string heights_over(const crg::Surface& road, const std::string& tiles_path
   const std::size_t count = bytes.size() / kPlaceBytes;
   std::vector<float> xyz_m(3 * count), above_m(count);
   std::memcpy(xyz_m.data(), bytes.data(), bytes.size());
-  const crg::Grid& grid = road.file().grid;
+  const crg::Grid& grid = road.grid();
   const double u_end_m = grid.u_of(grid.rows() - 1);
   crg::Cursor cursor;
   for (std::size_t k = 0; k < count; ++k) {

@@ -116,8 +116,13 @@ class Surface {
   /// rows are 0.1 m apart or nearer (docs/accuracy.md).
   double strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor) const noexcept;
 
-  const Crg& file() const noexcept;                      ///< after modifiers
-  const ReferenceLine& reference_line() const noexcept;  ///< after modifiers
+  const Grid& grid() const noexcept;  ///< after modifiers
+  /// The last row leads to the first: the file asks for it, and the ends meet.
+  bool closed() const noexcept;
+  /// File and line after modifiers. Made at the first call, from any thread, and kept: 24 and 40
+  /// bytes a row more. Whoever wants grid or closed alone asks for those.
+  const Crg& file() const;
+  const ReferenceLine& reference_line() const;
 
  private:
   struct Data;

@@ -97,7 +97,7 @@ HeightRaster height_raster(const crg::Surface& road, double cell_m) {
   raster.x_m = low(frame.x_min) * cell_m;
   raster.y_m = high(frame.y_max) * cell_m;
   std::vector<float> above_m(raster.rows * raster.columns);  // the road's first height
-  const double base_m = road.z_at_uv(road.reference_line().u_begin_m, 0.0);
+  const double base_m = road.z_at_uv(road.grid().u_begin_m, 0.0);
   const double zero_m = std::isfinite(base_m) ? base_m : 0.0;
   float least = std::numeric_limits<float>::infinity(), most = -least;
   const std::vector<char> near = near_road(raster, map);
@@ -106,9 +106,8 @@ HeightRaster height_raster(const crg::Surface& road, double cell_m) {
     above_m[k] = std::numeric_limits<float>::quiet_NaN();
     if (near[k] == 0) continue;
     const std::size_t row = k / raster.columns, column = k % raster.columns;
-    const crg::Sample sample =
-        road.at_xy(raster.x_m + static_cast<double>(column) * cell_m,
-                   raster.y_m - static_cast<double>(row) * cell_m, cursor);
+    const crg::Sample sample = road.at_xy(raster.x_m + static_cast<double>(column) * cell_m,
+                                          raster.y_m - static_cast<double>(row) * cell_m, cursor);
     if (!sample.inside || !sample.valid) continue;
     above_m[k] = static_cast<float>(sample.z_m - zero_m);
     least = std::min(least, above_m[k]);

@@ -55,7 +55,7 @@ void put_matrix(std::string& to, std::string_view name, std::size_t rows, std::s
 
 std::string matlab_file(const crg::Surface& road) {
   const crg::ReferenceLine& line = road.reference_line();
-  const crg::Grid& grid = road.file().grid;
+  const crg::Grid& grid = road.grid();
   const std::size_t rows = grid.rows(), columns = grid.columns();
   if (rows > kMostBytes / 8 / columns)
     throw Error(fmt::format(

@@ -12,7 +12,7 @@
 namespace road {
 
 HeightMap height_map(const crg::Surface& surface) {
-  const crg::Grid& grid = surface.file().grid;
+  const crg::Grid& grid = surface.grid();
   HeightMap map;
   map.line = surface.reference_line();
   map.v_m = grid.v_m;

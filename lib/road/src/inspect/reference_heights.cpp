@@ -56,7 +56,7 @@ ReferenceHeights reference_of(const RaySurface& mesh, const RotoTranslation& T_g
 ReferenceHeights reference_of(const crg::Surface& surface, double reach_m) {
   return [&surface, reach_m](std::span<const crg::Point2> points, std::span<const double> z_near_m,
                              std::span<double> z_out_m) {
-    const crg::Grid& grid = surface.file().grid;
+    const crg::Grid& grid = surface.grid();
     const crg::ReferenceLine& line = surface.reference_line();
     const double u_end_m = line.u_begin_m + static_cast<double>(line.size() - 1) * line.u_step_m;
     constexpr double kEdge_m =

@@ -47,7 +47,7 @@ Cell cell_of(const crg::Grid& grid, double u_m, double v_m) {
 
 std::string reason_at(const crg::Surface& road, const RaySurface& mesh,
                       const ValidateOptions& options, const RoughPoint& point) {
-  const Cell cell = cell_of(road.file().grid, point.u_m, point.v_m);
+  const Cell cell = cell_of(road.grid(), point.u_m, point.v_m);
   std::vector<Place3> places{on_mesh(road, options, point.u_m, point.v_m)};
   for (const double u : cell.u_m) {
     for (const double v : cell.v_m) places.push_back(on_mesh(road, options, u, v));
@@ -73,7 +73,7 @@ std::string reason_at(const crg::Surface& road, const RaySurface& mesh,
 /// even, as a wall whose foot was filled.
 void sweep_row(const crg::Surface& road, const RaySurface& mesh, const ValidateOptions& options,
                std::size_t i, RayPacket16& packet, std::vector<RoughPoint>& found) {
-  const crg::Grid& grid = road.file().grid;
+  const crg::Grid& grid = road.grid();
   const double u_m = grid.u_of(i) + 0.5 * grid.u_step_m;
   // A row is straight: two places of it give all.
   const Place3 middle = on_mesh(road, options, u_m, 0.0), one = on_mesh(road, options, u_m, 1.0);
@@ -126,7 +126,7 @@ std::optional<double> error_at(const crg::Surface& road, const RaySurface& mesh,
 std::vector<RoughPlace> find_rough_places(const crg::Surface& road, const RaySurface& mesh,
                                           const ValidateOptions& options,
                                           std::vector<RoughPoint> known) {
-  const crg::Grid& grid = road.file().grid;
+  const crg::Grid& grid = road.grid();
   const std::size_t rows = grid.rows(), columns = grid.columns();
   const double screen_m = options.named_error_m / 3.0;
   const auto z = [&](std::size_t i, std::size_t j) { return static_cast<double>(grid.at(i, j)); };

@@ -29,7 +29,7 @@ ErrorQuantiles quantiles(std::vector<double>& errors) {
 
 void check_seam(const crg::Surface& road, ValidateReport& report) {
   const crg::ReferenceLine& line = road.reference_line();
-  const crg::Grid& grid = road.file().grid;
+  const crg::Grid& grid = road.grid();
   if (!line.closed || grid.rows() < 2) return;
   const std::size_t last = grid.rows() - 1;
   for (std::size_t j = 0; j < grid.columns(); ++j) {
@@ -56,7 +56,7 @@ ValidateReport validate(const std::string& crg_path, const Mesh& original,
 
 ValidateReport validate(const crg::Surface& road, const RaySurface& mesh,
                         const ValidateOptions& options) {
-  const crg::Grid& grid = road.file().grid;
+  const crg::Grid& grid = road.grid();
   if (grid.rows() < 2 || grid.columns() < 2)
     throw Error(fmt::format("{}: a grid of {} x {} nodes has no area to compare",
                             road.file().source, grid.rows(), grid.columns()));
