@@ -45,7 +45,7 @@ TEST(Louder, ADrawOfNoiseIsAsLargeAsThatOfTheSamples) {
 
 // At 20 ms and 50 Hz it is named as a delay, and not told from a filter.
 TEST(Louder, AFilterOfTheAccelerometerIsAmongWhatItCannotBeToldFrom) {
-  Proof proof("filtered", 3);
+  Proof proof("filtered", unless_heavy(3));
   const json found = proof.explain();
   ASSERT_EQ(found.at("findings").size(), 1u) << found.at("findings").dump(1);
   const json& first = found.at("findings").at(0);

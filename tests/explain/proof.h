@@ -18,12 +18,14 @@ namespace explain_test {
 
 using nlohmann::json;
 
+/// So many laps are enough to show it; all that the scenario has with KERBSTONE_HEAVY=1.
+inline int unless_heavy(int laps) { return std::getenv("KERBSTONE_HEAVY") != nullptr ? 0 : laps; }
+
 /// A named scenario, drawn and explained.
 class Proof {
  public:
-  /// `laps`: so many are enough to show it; 0, and all with KERBSTONE_HEAVY=1: as many as it has.
+  /// `laps`: 0 for as many as the scenario has.
   explicit Proof(std::string name, int laps = 0) : name_(std::move(name)) {
-    if (std::getenv("KERBSTONE_HEAVY") != nullptr) laps = 0;
     EXPECT_EQ(shell(fmt::format("{} --scenario {} {} {} 2>> {}", places::make_trials(), name_,
                                 folder.path("."), laps, folder.path("log"))),
               0)

@@ -22,6 +22,7 @@ namespace {
 using explain_test::finding;
 using explain_test::json;
 using explain_test::Proof;
+using explain_test::unless_heavy;
 using explain_test::value;
 using ::testing::HasSubstr;
 
@@ -78,7 +79,7 @@ double difference(const std::string& a, const std::string& b, double begin_m = 0
 }
 
 TEST(Proofs, NothingMissing) {
-  Proof proof("none", 3);
+  Proof proof("none", unless_heavy(3));
   EXPECT_EQ(proof.explain().at("verdict"), "none");
 }
 
@@ -189,7 +190,7 @@ TEST(Proofs, DiscsThatDoNotAreLeftAlone) {
 
 // In a folder whose name a shell would take apart: what is printed can be run there too.
 TEST(Proofs, BankingThatTheFileDoesNotHave) {
-  Proof proof("banking", 3);
+  Proof proof("banking", unless_heavy(3));
   proof.move_inputs("it's here");
   const json found = proof.explain("run.csv", "it's here/out");
   EXPECT_EQ(found.at("verdict"), "explained");
@@ -225,7 +226,7 @@ TEST(Proofs, HeightsThatLieShiftedAlongTheRoad) {
 }
 
 TEST(Proofs, BumpsThatWereSmoothedAway) {
-  Proof proof("bumps", 3);
+  Proof proof("bumps", unless_heavy(3));
   const json found = proof.explain();
   EXPECT_EQ(found.at("verdict"), "explained");
   const json bumps = finding(found, "road.kerb_or_roughness");
@@ -265,7 +266,7 @@ TEST(Proofs, BumpsThatMakeTheSimulatedCarWorseAreNotWritten) {
 }
 
 TEST(Proofs, AKerbThatSmoothingLowered) {
-  Proof proof("kerb", 3);
+  Proof proof("kerb", unless_heavy(3));
   const json found = proof.explain();
   EXPECT_EQ(found.at("verdict"), "explained");
   const json kerb = finding(found, "road.kerb_or_roughness");
@@ -283,7 +284,7 @@ TEST(Proofs, AKerbThatSmoothingLowered) {
 }
 
 TEST(Proofs, TyresThatEnvelopAKerb) {
-  Proof proof("contact", 3);
+  Proof proof("contact", unless_heavy(3));
   const json found = proof.explain();
   EXPECT_EQ(found.at("verdict"), "explained");
   const json contact = finding(found, "vehicle.multi_point_contact");
@@ -313,7 +314,7 @@ TEST(Proofs, ATieIsResolvedByTheExperimentItAskedFor) {
 }
 
 TEST(Proofs, WhatNoMechanismExplainsIsUnknown) {
-  Proof proof("outside", 3);
+  Proof proof("outside", unless_heavy(3));
   const json found = proof.explain();
   EXPECT_EQ(found.at("verdict"), "unknown");
   ASSERT_FALSE(found.at("unexplained").empty());

@@ -19,6 +19,7 @@ using explain::Finding;
 using explain_test::finding;
 using explain_test::json;
 using explain_test::Proof;
+using explain_test::unless_heavy;
 using explain_test::value;
 using ::testing::HasSubstr;
 using P = vehicle::Parameter;
@@ -275,7 +276,7 @@ class WriteCarAgain : public ::testing::TestWithParam<RoundTrip> {};
 TEST_P(WriteCarAgain, NothingIsMissingAnyMore) {
   if (std::getenv("KERBSTONE_HEAVY") == nullptr && std::string(GetParam().scenario) != "burn")
     GTEST_SKIP() << "half a minute: KERBSTONE_HEAVY=1";
-  Proof proof(GetParam().scenario, 3);
+  Proof proof(GetParam().scenario, unless_heavy(3));
   const json all = proof.explain();
   EXPECT_EQ(all.at("verdict"), "explained");
   const json named = finding(all, GetParam().mechanism);
