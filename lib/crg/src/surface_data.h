@@ -18,7 +18,7 @@ struct Surface::Data {
   Data(Crg crg, SurfaceOptions& options);
 
   // Made for whoever asks, once, from the tables below: bit for bit what the file said and the line
-  // that it means. They would take 64 bytes a row beside 706 that the queries need.
+  // that it means. They would take 64 bytes a row beside 707 that the queries need.
   const Crg& whole_file() const;
   const ReferenceLine& whole_line() const;
 

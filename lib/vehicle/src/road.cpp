@@ -14,17 +14,19 @@ constexpr double kOtherLevel_m = 1.5;
 /// Calls use(place) for every leg of the road on whose grid the point lies.
 template <class Use>
 void each_leg(const crg::Surface& surface, double x_m, double y_m, Use&& use) {
-  const crg::ReferenceLine& line = surface.reference_line();
-  const auto& v_m = surface.grid().v_m;
+  const crg::Grid& grid = surface.grid();
+  const auto& v_m = grid.v_m;
   if (v_m.size() < 2) return;
   const double reach = std::max(std::abs(v_m.front()), std::abs(v_m.back()));
   constexpr double kStride_m = 4.0;
-  const auto stride = static_cast<std::size_t>(std::max(1.0, kStride_m / line.u_step_m));
+  const auto stride = static_cast<std::size_t>(std::max(1.0, kStride_m / grid.u_step_m));
   double last_u = -1e300;
-  for (std::size_t i = 0; i < line.size(); i += stride) {
-    if (std::hypot(x_m - line.x_m[i], y_m - line.y_m[i]) > reach + kStride_m) continue;
+  for (std::size_t i = 0; i < grid.rows(); i += stride) {
+    // Not from reference_line(): a car that drives would wait until that is made.
+    const crg::Point2 node = surface.xy_of_uv(grid.u_of(i), 0.0);
+    if (std::hypot(x_m - node.x_m, y_m - node.y_m) > reach + kStride_m) continue;
     // The foot of the point on this leg, by steps along the line.
-    double u = line.u_begin_m + static_cast<double>(i) * line.u_step_m, v = 0.0;
+    double u = grid.u_of(i), v = 0.0;
     for (int k = 0; k < 30; ++k) {
       const crg::Point2 base = surface.xy_of_uv(u, 0.0), left = surface.xy_of_uv(u, 1.0);
       const double nx = left.x_m - base.x_m, ny = left.y_m - base.y_m;
