@@ -161,7 +161,7 @@ TEST(ForcesOfTrials, HoldTheirIntervals) {
     for (const auto& [name, share] : inside) {
       fmt::print("{} car, {:14} {:5.1f} % inside\n", third ? "third" : "second", name,
                  100.0 * share);
-      // Measured: fy and fz 94 to 100 %, fx 80 to 99 %, slip ratios 64 to 99 %, the second car's
+      // Measured: fy and fz 94 to 100 %, fx 80 to 99 %, slip ratios 78 to 100 %, the second car's
       // behind least: its gears change without a clutch (docs/accuracy.md).
       if (name.starts_with("fy") || name.starts_with("fz")) {
         EXPECT_GT(share, 0.85) << name;
@@ -170,7 +170,7 @@ TEST(ForcesOfTrials, HoldTheirIntervals) {
         EXPECT_GT(share, 0.78) << name;
       }
       if (name.starts_with("kappa")) {
-        EXPECT_GT(share, third ? 0.75 : 0.6) << name;
+        EXPECT_GT(share, third ? 0.9 : 0.72) << name;
       }
     }
   }
