@@ -244,7 +244,29 @@ TEST_F(BadInput, AnotherCar) {
   EXPECT_EQ(explain::judge(found), explain::Verdict::kUnknown);
   ASSERT_FALSE(found.remarks.empty());
   EXPECT_THAT(found.remarks.back().text,
-              HasSubstr("is it the file of this car? Nothing about the car is written back"));
+              HasSubstr("is it the file of this car? Nothing about the car is named"));
+}
+
+TEST(AnotherCarsFile, LeavesWhatNeedsNoForces) {
+  Findings found;
+  for (const char* kind : {"sensor", "parameter", "vehicle", "environment", "road"})
+    found.findings.emplace_back().kind = kind;
+  const auto add_parameter = [&](double value) {
+    ParameterValue& p = found.parameters.emplace_back();
+    p.stated = 1.0;
+    p.value = value;
+    p.beyond_prior = true;
+  };
+  add_parameter(0.6);
+  doubt_the_car(found);
+  EXPECT_FALSE(found.doubtful_car) << "one alone may be off";
+  EXPECT_EQ(found.findings.size(), 5u);
+  add_parameter(1.4);
+  doubt_the_car(found);
+  EXPECT_TRUE(found.doubtful_car);
+  ASSERT_EQ(found.findings.size(), 2u);
+  EXPECT_EQ(found.findings[0].kind, "sensor");
+  EXPECT_EQ(found.findings[1].kind, "road");
 }
 
 TEST_F(BadInput, ACorrectedInputNeverReplacesAnInput) {

@@ -6,7 +6,7 @@
 namespace explain {
 namespace {
 
-using ::testing::HasSubstr;
+using ::testing::HasSubstr, ::testing::Not;
 
 Evidence tried(const char* mechanism, double amount, double score) {
   Evidence e;
@@ -39,6 +39,16 @@ TEST(Seen, IsWhatStandsOutOfTheNoiseAndIsNotNamed) {
   EXPECT_LT(seen[1].low, seen[1].high);
   EXPECT_LT(seen[1].high, 0) << "the interval of what was seen does not hold nothing";
   EXPECT_THAT(seen[1].why, HasSubstr("score 4.0 where 5.0 is needed"));
+}
+
+TEST(Seen, ForcesOfAnotherCarSayNothing) {
+  Findings f;
+  f.doubtful_car = true;
+  f.evidence = {tried("vehicle.fuel_burn", 0.17, 15), tried("sensor.bias", 0.002, 9)};
+  const std::vector<Seen> seen = seen_and_not_named(f);
+  ASSERT_EQ(seen.size(), 2u);
+  EXPECT_THAT(seen[0].why, HasSubstr("another car"));
+  EXPECT_THAT(seen[1].why, Not(HasSubstr("another car"))) << "no forces take part";
 }
 
 TEST(Seen, AStretchOfRoadIsTheBestOfManyPlaces) {

@@ -290,10 +290,13 @@ void doubt_the_car(Findings& findings) {
   if (count < selection::kOtherCarParameters) return;
   findings.remarks.push_back(
       fmt::format("{} are each more than 30 % off what the vehicle file states: is it the file of "
-                  "this car? Nothing about the car is written back",
+                  "this car? Nothing about the car is named or written back",
                   far));
-  // None of them is a finding about a car that may be another one; the list of parameters has them.
-  std::erase_if(findings.findings, [](const Finding& f) { return f.kind == "parameter"; });
+  // Forces are those of the file's car: what is missing of another one is not found with them. The
+  // list of parameters has these, and what stands out is listed as seen.
+  std::erase_if(findings.findings, [](const Finding& f) {
+    return f.kind == "parameter" || f.kind == "vehicle" || f.kind == "environment";
+  });
   findings.doubtful_car = true;
 }
 

@@ -23,6 +23,8 @@ bool is_named(const Findings& f, const Evidence& e) {
 }
 
 std::string why_not(const Findings& f, const Evidence& e) {
+  if (f.doubtful_car && !e.mechanism.starts_with("sensor.") && !e.mechanism.starts_with("road."))
+    return "the vehicle file may be that of another car";
   if (std::abs(e.amount) < e.least)
     return fmt::format("less than {:.3g}{}{}, which is what counts", e.least,
                        e.unit == "1" ? "" : " ", e.unit == "1" ? "" : e.unit);
