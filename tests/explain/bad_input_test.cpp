@@ -251,6 +251,7 @@ TEST(AnotherCarsFile, LeavesWhatNeedsNoForces) {
   Findings found;
   for (const char* kind : {"sensor", "parameter", "vehicle", "environment", "road"})
     found.findings.emplace_back().kind = kind;
+  found.findings[2].mechanism = "vehicle.fuel_burn";
   const auto add_parameter = [&](double value) {
     ParameterValue& p = found.parameters.emplace_back();
     p.stated = 1.0;
@@ -267,6 +268,7 @@ TEST(AnotherCarsFile, LeavesWhatNeedsNoForces) {
   ASSERT_EQ(found.findings.size(), 2u);
   EXPECT_EQ(found.findings[0].kind, "sensor");
   EXPECT_EQ(found.findings[1].kind, "road");
+  EXPECT_THAT(found.remarks.back().text, HasSubstr("else it would name vehicle.fuel_burn"));
 }
 
 TEST_F(BadInput, ACorrectedInputNeverReplacesAnInput) {

@@ -9,11 +9,15 @@ std::size_t chord_segments(double u_step_m) {
   return static_cast<std::size_t>(std::clamp(std::round(0.5 / u_step_m), 1.0, 1e9));
 }
 
+bool chords_go_around(std::size_t rows, double u_step_m, bool joined) {
+  return joined && 2 * chord_segments(u_step_m) < rows;
+}
+
 std::vector<Direction> directions_of(std::span<const SegmentRecord> nodes,
                                      std::span<const double> heading_rad, double u_step_m,
                                      bool joined) {
   const std::size_t last = nodes.size() - 1, half = chord_segments(u_step_m);
-  const bool around = joined && 2 * half < nodes.size();
+  const bool around = chords_go_around(nodes.size(), u_step_m, joined);
   const double chord = static_cast<double>(half) * u_step_m;
   std::vector<Direction> directions(last);
   for (std::size_t i = 0; i < last; ++i) {

@@ -16,6 +16,9 @@ struct Direction {
 
 /// How many segments half a metre is, at least one: so long are the chords.
 std::size_t chord_segments(double u_step_m);
+/// Whether every row has both its chords: on a line whose last row repeats the first, if it is long
+/// enough.
+bool chords_go_around(std::size_t rows, double u_step_m, bool joined);
 
 /// One per segment. `nodes`: a record for every row, of which only the position is used;
 /// `heading_rad`: as in ReferenceLine; `joined`: the last row repeats the first. Curvature from the

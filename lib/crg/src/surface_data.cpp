@@ -66,13 +66,12 @@ Surface::Data::Data(Crg crg, SurfaceOptions& options)
                     joined, closing);
   const std::span<const SegmentRecord> nodes(locator.records(), heights.rows());
   directions = directions_of(nodes, line.heading_rad, line.u_step_m, joined);
-  spare_headings(joined && 2 * chord_segments(line.u_step_m) < heights.rows());
+  spare_headings(chords_go_around(heights.rows(), line.u_step_m, joined));
 }
 
 // The line has the headings and banking of the channels, but for the first heading.
 void Surface::Data::spare_channels() {
   rest_.has_heading = !file.heading_rad.empty();
-  rest_.has_slope = !file.slope.empty();
   rest_.has_banking = !file.banking.empty();
   if (rest_.has_heading) rest_.heading_rad = file.heading_rad.front();
   drop(file.heading_rad);
@@ -124,8 +123,7 @@ const Crg& Surface::Data::whole_file() const {
       file.heading_rad = headings();
       file.heading_rad.front() = rest_.heading_rad;
     }
-    if (rest_.has_slope && file.slope.empty())
-      file.slope.assign(rest_.slope.begin(), rest_.slope.end());
+    if (!rest_.slope.empty()) file.slope.assign(rest_.slope.begin(), rest_.slope.end());
     if (rest_.has_banking) file.banking = bankings();
   });
   return file;

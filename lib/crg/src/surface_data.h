@@ -67,9 +67,9 @@ struct Surface::Data {
  private:
   // What the tables do not say of file and line.
   struct Rest {
-    bool has_heading, has_slope, has_banking;  ///< whether the file has the channel
-    double heading_rad = 0.0;                  ///< row 0 of the file's channel
-    std::vector<float> slope;                  ///< where each of its values is a float
+    bool has_heading, has_banking;  ///< whether the file has the channel
+    double heading_rad = 0.0;       ///< row 0 of the file's channel
+    std::vector<float> slope;       ///< where each of its values is a float
     bool line_has_z, line_has_banking;
     std::vector<double> first_headings_rad, last_headings_rad;  ///< of the line
   };
