@@ -120,7 +120,7 @@ int main(int argc, char** argv) {
   other_path = folder + "/other.crg";
   in_child([&] {
     write_road(road_path, 30001, 450.0, columns);
-    write_road(other_path, 101, 1.5, 5);
+    write_road(other_path, 301, 4.5, 151);
     return 0.0;
   });
   growth_read = growth_of(false);

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "locator.h"
+#include "locators.h"
 #include "roads.h"
 
 namespace crg {
@@ -18,7 +18,7 @@ struct Guesses {
 };
 
 Guesses guesses_on(const ReferenceLine& line, double half_width_m) {
-  const Locator locator(line, -half_width_m, half_width_m);
+  const Locator locator = test::locator_of(line, -half_width_m, half_width_m);
   std::mt19937 random(5);
   std::uniform_real_distribution<double> row_of(0.0, static_cast<double>(line.size() - 1)),
       v_of(-half_width_m, half_width_m);
@@ -53,7 +53,7 @@ TEST(CoarseIndex, TheGuessIsMostlyTheSegmentItself) {
 
 TEST(CoarseIndex, FarFromTheRoadThereIsNone) {
   const ReferenceLine line = test::line_along(3000, 0.1, [](double) { return 0.0; });
-  const Locator locator(line, -5.0, 5.0);
+  const Locator locator = test::locator_of(line, -5.0, 5.0);
   for (const Point2 p : {Point2{150.0, 400.0}, Point2{-1e4, 0.0}, Point2{1e300, 0.0},
                          Point2{NAN, 0.0}, Point2{0.0, NAN}, Point2{INFINITY, -INFINITY}})
     EXPECT_EQ(locator.guess(p.x_m, p.y_m).segment, CoarseIndex::kNone) << p.x_m << ", " << p.y_m;
@@ -62,7 +62,7 @@ TEST(CoarseIndex, FarFromTheRoadThereIsNone) {
 TEST(Cursor, ExpectsTheNextQueryAsFarOnAsTheLast) {
   const ReferenceLine line =
       test::line_along(3000, 0.1, [](double u) { return 0.01 * std::sin(0.05 * u); });
-  const Locator locator(line, -5.0, 5.0);
+  const Locator locator = test::locator_of(line, -5.0, 5.0);
   for (const double step : {0.6, -0.6, 3.7, -3.7}) {
     Cursor cursor;
     EXPECT_TRUE(is_new(cursor));

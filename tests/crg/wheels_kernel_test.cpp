@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "crg/surface.h"
+#include "locators.h"
 #include "roads.h"
 
 namespace crg {
@@ -72,7 +73,7 @@ TEST(Wheels, FourAtOnceIsTheCommonCase) {
                              [](double u, double v) { return 0.1 * std::sin(u) * v; }));
   const ReferenceLine line = integrate_reference_line(crg);
   const HeightField heights(crg.grid, line, options_of(crg));
-  const Locator locator(line, -4.0, 4.0);
+  const Locator locator = test::locator_of(line, -4.0, 4.0);
   std::array<Cursor, 4> cursors;
   int answered = 0;
   for (int k = 0; k < 3000; ++k) {

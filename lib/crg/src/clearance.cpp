@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "float_rounding.h"
+
 namespace crg {
 namespace {
 
@@ -17,51 +19,62 @@ constexpr double kDegenerateLean = 50.0;
 // Of the reach: in shorter segments a point within reach has no certain place along, for rounding.
 constexpr double kDegenerateLength = 1e-8;
 
+// What a run of segments may claim, rounded so that less becomes certain. There are as many as a
+// fourth of the rows while a road becomes ready: hence floats, and no copies from the segments.
 struct Station {
-  double x_m = 0.0, y_m = 0.0;  // middle of the run
-  double cos = 1.0, sin = 0.0;  // direction there
-  double span_m = 0.0;          // no point of the run is farther than this from the middle
-  double turn_rad = 0.0;        // sum of |turns| inside the run and to the next
-  double stretch = 1.0;         // |point - foot| / |v| at most
-  double fold_left_m = 0.0, fold_right_m = 0.0;
+  float span_m;    // no point of the run is farther than this from the middle
+  float turn_rad;  // sum of |turns| inside the run and to the next
+  float stretch;   // |point - foot| / |v| at most
+  float fold_left_m, fold_right_m;
+};
+
+struct Stations {
+  std::span<const SegmentRecord> segments;
+  std::size_t run;  // segments of a station; the last one may have fewer
+  std::vector<Station> of = {};
+
+  std::size_t size() const { return of.size(); }
+  const Station& operator[](std::size_t k) const { return of[k]; }
+  /// Its first node is the middle of the station.
+  const SegmentFrame& middle(std::size_t k) const {
+    const std::size_t begin = k * run, end = std::min(begin + run, segments.size());
+    return segments[(begin + end) / 2].frame;
+  }
 };
 
 double turn_between(const SegmentFrame& a, const SegmentFrame& b) {
   return std::abs(std::atan2(a.cos * b.sin - a.sin * b.cos, a.cos * b.cos + a.sin * b.sin));
 }
 
-Station make_station(std::span<const SegmentRecord> segments, std::size_t begin, std::size_t end,
-                     double reach_m, bool joined) {
-  Station station;
-  const SegmentFrame& middle = segments[(begin + end) / 2].frame;
-  station.x_m = middle.x_m;
-  station.y_m = middle.y_m;
-  station.cos = middle.cos;
-  station.sin = middle.sin;
-  station.fold_left_m = station.fold_right_m = std::numeric_limits<double>::infinity();
-  for (std::size_t i = begin; i < end; ++i) {
+Station make_station(const Stations& stations, std::size_t k, double reach_m, bool joined) {
+  const std::span<const SegmentRecord> segments = stations.segments;
+  const SegmentFrame& middle = stations.middle(k);
+  double span_m = 0.0, turn_rad = 0.0, stretch = 1.0;
+  double fold_left_m = std::numeric_limits<double>::infinity(), fold_right_m = fold_left_m;
+  const std::size_t end = std::min((k + 1) * stations.run, segments.size());
+  for (std::size_t i = k * stations.run; i < end; ++i) {
     const SegmentFrame& frame = segments[i].frame;
-    station.span_m =
-        std::max(station.span_m,
-                 std::hypot(frame.x_m - station.x_m, frame.y_m - station.y_m) + frame.length_m);
+    span_m = std::max(span_m,
+                      std::hypot(frame.x_m - middle.x_m, frame.y_m - middle.y_m) + frame.length_m);
     if (i + 1 < segments.size()) {
-      station.turn_rad += turn_between(frame, segments[i + 1].frame);
+      turn_rad += turn_between(frame, segments[i + 1].frame);
     } else if (joined) {
-      station.turn_rad += turn_between(frame, segments[0].frame);
+      turn_rad += turn_between(frame, segments[0].frame);
     }
     const double lean = std::max(std::abs(frame.begin_lean), std::abs(frame.end_lean()));
-    station.stretch = std::max(station.stretch, std::sqrt(1.0 + lean * lean));
+    stretch = std::max(stretch, std::sqrt(1.0 + lean * lean));
     // width(v) = length + v (end_lean - begin_lean) reaches zero at the fold.
     const double rate = frame.lean_change;
     if (!(frame.length_m > kDegenerateLength * reach_m) || lean > kDegenerateLean) {
-      station.fold_left_m = station.fold_right_m = 0.0;
+      fold_left_m = fold_right_m = 0.0;
     } else if (rate < 0.0) {
-      station.fold_left_m = std::min(station.fold_left_m, frame.length_m / -rate);
+      fold_left_m = std::min(fold_left_m, frame.length_m / -rate);
     } else if (rate > 0.0) {
-      station.fold_right_m = std::min(station.fold_right_m, frame.length_m / rate);
+      fold_right_m = std::min(fold_right_m, frame.length_m / rate);
     }
   }
-  return station;
+  return {float_above(span_m), float_above(turn_rad), float_above(stretch),
+          float_below(fold_left_m), float_below(fold_right_m)};
 }
 
 // Of all stations.
@@ -70,12 +83,13 @@ struct Extremes {
   double nearest_fold_m = std::numeric_limits<double>::infinity();
 };
 
-Extremes extremes_of(const std::vector<Station>& stations) {
+Extremes extremes_of(const Stations& stations) {
   Extremes of;
-  for (const Station& station : stations) {
-    of.largest_span_m = std::max(of.largest_span_m, station.span_m);
-    of.largest_stretch = std::max(of.largest_stretch, station.stretch);
-    of.nearest_fold_m = std::min({of.nearest_fold_m, station.fold_left_m, station.fold_right_m});
+  for (const Station& station : stations.of) {
+    of.largest_span_m = std::max<double>(of.largest_span_m, station.span_m);
+    of.largest_stretch = std::max<double>(of.largest_stretch, station.stretch);
+    of.nearest_fold_m =
+        std::min<double>(of.nearest_fold_m, std::min(station.fold_left_m, station.fold_right_m));
   }
   return of;
 }
@@ -89,7 +103,7 @@ struct Run {
 // a table by hashing.
 class Neighbourhood {
  public:
-  Neighbourhood(const std::vector<Station>& stations, double side_m) : side_m_(side_m) {
+  Neighbourhood(const Stations& stations, double side_m) : side_m_(side_m) {
     std::size_t buckets = 1;
     while (buckets < stations.size()) buckets *= 2;
     mask_ = buckets - 1;
@@ -97,7 +111,8 @@ class Neighbourhood {
     std::vector<std::size_t> bucket_of;
     std::int64_t x = 0, y = 0;
     for (std::size_t k = 0; k < stations.size(); ++k) {
-      const std::int64_t here_x = cell(stations[k].x_m), here_y = cell(stations[k].y_m);
+      const std::int64_t here_x = cell(stations.middle(k).x_m),
+                         here_y = cell(stations.middle(k).y_m);
       if (runs.empty() || here_x != x || here_y != y) {
         x = here_x;
         y = here_y;
@@ -114,10 +129,10 @@ class Neighbourhood {
     for (std::size_t r = 0; r < runs.size(); ++r) runs_[next[bucket_of[r]]++] = runs[r];
   }
 
-  // Calls visit(runs) for lists of runs that together hold all stations within side_m.
+  // Calls visit(runs) for lists of runs that together hold all stations within side_m of a place.
   template <typename Visit>
-  void around(const Station& station, Visit visit) const {
-    const std::int64_t cx = cell(station.x_m), cy = cell(station.y_m);
+  void around(double x_m, double y_m, Visit visit) const {
+    const std::int64_t cx = cell(x_m), cy = cell(y_m);
     for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
       for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
         const std::size_t b = bucket(x, y);
@@ -143,29 +158,30 @@ class Neighbourhood {
   std::vector<Run> runs_;
 };
 
-// The float next to a value that is not farther from zero.
-float inward(double value) {
-  const float rounded = static_cast<float>(value);
-  return std::abs(static_cast<double>(rounded)) > std::abs(value) ? std::nextafter(rounded, 0.0F)
-                                                                  : rounded;
-}
-
 struct Window {
-  std::size_t before = 0, after = 0;  // stations on either side that count as the same stretch
+  std::uint32_t before = 0, after = 0;  // stations on either side that count as the same stretch
+};
+
+// Of something of every station, over all before it; going round again behind the last one.
+class Sums {
+ public:
+  Sums(const Stations& stations, float Station::*what) : of_(stations.size() + 1) {
+    for (std::size_t k = 0; k < stations.size(); ++k)
+      of_[k + 1] = of_[k] + static_cast<double>(stations[k].*what);
+  }
+  double operator[](std::size_t k) const {
+    return k < of_.size() ? of_[k] : of_.back() + of_[k - (of_.size() - 1)];
+  }
+
+ private:
+  std::vector<double> of_;
 };
 
 // The windows of all stations: as far as the road has turned little and is not long before the last
 // one. What is added up along a window is never negative, so both its ends move on with k.
-std::vector<Window> same_stretches(const std::vector<Station>& stations, double reach_m,
-                                   bool joined) {
+std::vector<Window> same_stretches(const Stations& stations, double reach_m, bool joined) {
   const std::size_t count = stations.size();
-  // Sums over all stations before each, going round twice.
-  std::vector<double> turn(2 * count + 1), span(2 * count + 1);
-  for (std::size_t k = 0; k < 2 * count; ++k) {
-    const Station& station = stations[k < count ? k : k - count];
-    turn[k + 1] = turn[k] + station.turn_rad;
-    span[k + 1] = span[k] + station.span_m;
-  }
+  const Sums turn(stations, &Station::turn_rad), span(stations, &Station::span_m);
   const auto same = [&](double turned, double spans) {
     return turned <= kWindowTurn_rad && 2.0 * spans < 2.5 * reach_m;
   };
@@ -180,7 +196,8 @@ std::vector<Window> same_stretches(const std::vector<Station>& stations, double 
     while (end < last && same(turn[end + 1] - turn[k] + (turn[end + 2] - turn[k + 1]),
                               span[end + 1] - span[k + 1]))
       ++end;
-    windows[k] = {at - begin, std::min(end - k, count - 1 - (at - begin))};
+    windows[k] = {static_cast<std::uint32_t>(at - begin),
+                  static_cast<std::uint32_t>(std::min(end - k, count - 1 - (at - begin)))};
   }
   return windows;
 }
@@ -209,7 +226,7 @@ struct Certain {
 };
 
 // Up to the folds of the own stretch.
-Certain before_folds(const std::vector<Station>& stations, std::size_t k, const Window& window,
+Certain before_folds(const Stations& stations, std::size_t k, const Window& window,
                      const Extremes& extremes, double reach_m) {
   Certain certain{reach_m, reach_m};
   if (kFoldShare * extremes.nearest_fold_m >= reach_m) return certain;
@@ -223,12 +240,11 @@ Certain before_folds(const std::vector<Station>& stations, std::size_t k, const 
 }
 
 // Not into what another station's run may claim.
-void keep_from(const Station& here, const Station& other, double reach_m, Certain& certain) {
-  const double dx = other.x_m - here.x_m, dy = other.y_m - here.y_m;
-  const double across = -dx * here.sin + dy * here.cos;
-  const double slack = here.span_m + other.span_m;
-  const double growth = std::max(here.stretch, other.stretch) + here.turn_rad;
-  const double squared = dx * dx + dy * dy - slack * slack;
+void keep_from(const Station& here, const Station& other, double distance_squared, double across,
+               double reach_m, Certain& certain) {
+  const double slack = double{here.span_m} + other.span_m;
+  const double growth = double{std::max(here.stretch, other.stretch)} + here.turn_rad;
+  const double squared = distance_squared - slack * slack;
   // |other - point|^2 > (growth |v| + slack)^2 for all |v| up to the bound.
   const auto lower = [&](double& certain_m, double side) {
     const double rate = 2.0 * (side * across + growth * slack) + reach_m * (growth * growth - 1.0);
@@ -248,7 +264,7 @@ double harmless_squared(const Station& here, const Extremes& extremes, double re
                         const Certain& certain) {
   const double most = std::max(certain.left_m, certain.right_m);
   const double slack = here.span_m + extremes.largest_span_m;
-  const double growth = std::max(here.stretch, extremes.largest_stretch) + here.turn_rad;
+  const double growth = std::max<double>(here.stretch, extremes.largest_stretch) + here.turn_rad;
   const double rest = 2.0 * growth * slack + reach_m * (growth * growth - 1.0);
   const double distance = most + std::sqrt(most * most + slack * slack + most * rest);
   return distance * distance * (1.0 + 1e-9);
@@ -256,23 +272,27 @@ double harmless_squared(const Station& here, const Extremes& extremes, double re
 
 // Not into what any station outside the own stretch may claim. What would cost more than `budget`
 // pairs stays uncertain, as does all after it: the budget is then 0.
-void keep_from_others(const std::vector<Station>& stations, std::size_t k, const Window& window,
+void keep_from_others(const Stations& stations, std::size_t k, const Window& window,
                       const Neighbourhood& neighbourhood, const Extremes& extremes, double reach_m,
                       std::size_t& budget, Certain& certain) {
   const std::size_t count = stations.size();
   const Station& here = stations[k];
+  const SegmentFrame& middle = stations.middle(k);
   const double harmless = harmless_squared(here, extremes, reach_m, certain);
   const auto keep_from_all = [&](std::size_t first, std::size_t last) {
     for (; first < last; ++first) {
-      const Station& other = stations[first];
-      const double dx = other.x_m - here.x_m, dy = other.y_m - here.y_m;
-      if (dx * dx + dy * dy < harmless) keep_from(here, other, reach_m, certain);
+      const SegmentFrame& other = stations.middle(first);
+      const double dx = other.x_m - middle.x_m, dy = other.y_m - middle.y_m;
+      const double squared = dx * dx + dy * dy;
+      if (squared < harmless)
+        keep_from(here, stations[first], squared, dy * middle.cos - dx * middle.sin, reach_m,
+                  certain);
     }
   };
   // The window, which may lie over the seam.
   const std::size_t begin = k >= window.before ? k - window.before : k + count - window.before;
   const std::size_t behind = k + window.after + 1, end = behind > count ? behind - count : behind;
-  neighbourhood.around(here, [&](std::span<const Run> runs) {
+  neighbourhood.around(middle.x_m, middle.y_m, [&](std::span<const Run> runs) {
     std::size_t pairs = 0;
     for (const Run& run : runs) pairs += run.last - run.first;
     if (pairs > budget) {
@@ -292,14 +312,13 @@ void keep_from_others(const std::vector<Station>& stations, std::size_t k, const
   });
 }
 
-std::vector<Station> make_stations(std::span<const SegmentRecord> segments, std::size_t run,
-                                   double reach_m, bool joined) {
-  std::vector<Station> stations;
-  stations.reserve((segments.size() + run - 1) / run);
-  for (std::size_t begin = 0; begin < segments.size(); begin += run) {
-    stations.push_back(
-        make_station(segments, begin, std::min(begin + run, segments.size()), reach_m, joined));
-  }
+Stations make_stations(std::span<const SegmentRecord> segments, std::size_t run, double reach_m,
+                       bool joined) {
+  Stations stations{.segments = segments, .run = run};
+  const std::size_t count = (segments.size() + run - 1) / run;
+  stations.of.reserve(count);
+  for (std::size_t k = 0; k < count; ++k)
+    stations.of.push_back(make_station(stations, k, reach_m, joined));
   return stations;
 }
 
@@ -310,10 +329,10 @@ double farthest_rival_m(const Extremes& extremes, double reach_m) {
 
 void write_certain(std::span<SegmentRecord> segments, const Certain& certain, double v_right_m,
                    double v_left_m, double reach_m) {
-  const float right =
-      inward(std::max(v_right_m, certain.right_m < reach_m ? -0.999 * certain.right_m : v_right_m));
-  const float left =
-      inward(std::min(v_left_m, certain.left_m < reach_m ? 0.999 * certain.left_m : v_left_m));
+  const float right = float_inward(
+      std::max(v_right_m, certain.right_m < reach_m ? -0.999 * certain.right_m : v_right_m));
+  const float left = float_inward(
+      std::min(v_left_m, certain.left_m < reach_m ? 0.999 * certain.left_m : v_left_m));
   for (SegmentRecord& segment : segments) {
     segment.certain_right_m = right;
     segment.certain_left_m = left;
@@ -327,7 +346,7 @@ void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, doub
   const double reach_m = std::max(std::abs(v_right_m), std::abs(v_left_m));
   std::size_t run = 1;
   while (run < (1U << 20U) && u_step_m * static_cast<double>(2 * run) <= reach_m / 16.0) run *= 2;
-  const std::vector<Station> stations = make_stations(segments, run, reach_m, joined);
+  const Stations stations = make_stations(segments, run, reach_m, joined);
   const std::size_t count = stations.size();
   const Extremes extremes = extremes_of(stations);
   const double far_m = farthest_rival_m(extremes, reach_m);
@@ -347,7 +366,8 @@ void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, doub
       if (end.length_m <= u_step_m && (k <= window.before || count - 1 - k <= window.after))
         continue;
       // Near a long one nothing is certain.
-      const double dx = end.middle.x_m - here.x_m, dy = end.middle.y_m - here.y_m;
+      const SegmentFrame& middle = stations.middle(k);
+      const double dx = end.middle.x_m - middle.x_m, dy = end.middle.y_m - middle.y_m;
       if (std::hypot(dx, dy) - 0.5 * end.length_m <= far_m) certain = {0.0, 0.0};
     }
     if (certain.left_m <= 0.0 || certain.right_m <= 0.0) continue;

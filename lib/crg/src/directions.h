@@ -9,24 +9,25 @@
 
 namespace crg {
 
-struct Direction {
-  double heading_rad;
-  double curvature_1pm;  ///< left turn positive
+/// The headings of a line's rows as the queries answer them: of a segment the one at its second
+/// node. What the ends of an open line say differently is kept beside them.
+struct Headings {
+  std::vector<double> of_row_rad;
+  std::vector<double> first_rad, last_rad;  ///< of the first rows and the last ones, as they were
+
+  double of_segment_rad(std::size_t segment) const { return of_row_rad[segment + 1]; }
+  /// As the line has them.
+  std::vector<double> of_line_rad() const;
 };
 
-/// How many segments half a metre is, at least one: so long are the chords.
-std::size_t chord_segments(double u_step_m);
-/// Whether every row has both its chords: on a line whose last row repeats the first, if it is long
-/// enough.
-bool chords_go_around(std::size_t rows, double u_step_m, bool joined);
+/// `of_row_rad`: as in ReferenceLine. Nearer to an open end than the chords below are long the
+/// reference implementation answers the heading of that end and no curvature, and so do we.
+Headings headings_of(std::vector<double> of_row_rad, double u_step_m, bool joined);
 
-/// One per segment. `nodes`: a record for every row, of which only the position is used;
-/// `heading_rad`: as in ReferenceLine; `joined`: the last row repeats the first. Curvature from the
-/// cross product of the two chords that meet in the segment's first node, each half a metre or one
-/// row long. Nearer than that to an open end the reference implementation answers the heading of
-/// that end and no curvature, and so do we.
-std::vector<Direction> directions_of(std::span<const SegmentRecord> nodes,
-                                     std::span<const double> heading_rad, double u_step_m,
-                                     bool joined);
+/// One per segment, left turn positive, in 1/m. `nodes`: a record for every row, of which only the
+/// position is used; `joined`: the last row repeats the first. From the cross product of the two
+/// chords that meet in the segment's first node, each half a metre or one row long.
+std::vector<double> curvatures_of(std::span<const SegmentRecord> nodes, double u_step_m,
+                                  bool joined);
 
 }  // namespace crg

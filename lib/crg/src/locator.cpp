@@ -7,6 +7,7 @@
 
 #include "clearance.h"
 #include "crg/huge_pages.h"
+#include "float_rounding.h"
 
 namespace crg {
 namespace {
@@ -23,16 +24,10 @@ bool share_mitre(const SegmentFrame& a, const SegmentFrame& b) {
   return dot > 0.0 && std::abs(cross) < 1e-9 * dot;
 }
 
-// The largest float that is not above a value.
-float not_above(double value) {
-  constexpr double kMax = static_cast<double>(std::numeric_limits<float>::max());
-  if (!(std::abs(value) <= kMax))
-    return value > 0.0 ? std::numeric_limits<float>::max()
-                       : -std::numeric_limits<float>::infinity();
-  const float rounded = static_cast<float>(value);
-  return static_cast<double>(rounded) > value
-             ? std::nextafter(rounded, -std::numeric_limits<float>::infinity())
-             : rounded;
+// Also their memory.
+void drop_first(std::vector<double>& values, std::size_t count) {
+  values.erase(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
+  values.shrink_to_fit();
 }
 
 }  // namespace
@@ -55,27 +50,31 @@ struct Locator::Best {
   }
 };
 
-std::vector<SegmentRecord> segment_records(const ReferenceLine& line) {
+std::vector<SegmentRecord> segment_records(ReferenceLine& line) {
   const std::size_t segments = line.size() - 1;
   std::vector<SegmentRecord> records;
   reserve_huge(records, segments + 1);
-  records.resize(segments + 1);
+  const Point2 last_mitre = mitre_direction(line, segments);
   Point2 mitre = mitre_direction(line, 0);
+  std::size_t dropped = 0;  // of the line's rows
   for (std::size_t i = 0; i < segments; ++i) {
-    const Point2 next = mitre_direction(line, i + 1);
-    records[i].frame = segment_frame(line, i, mitre, next);
+    if (i == segments / 2) {
+      drop_first(line.x_m, i);
+      drop_first(line.y_m, i);
+      dropped = i;
+    }
+    const Point2 next = i + 1 == segments ? last_mitre : mitre_direction(line, i + 1 - dropped);
+    records.push_back({segment_frame(line, i - dropped, mitre, next)});
     mitre = next;
   }
+  records.push_back({segment_frame(line, segments - 1 - dropped, mitre, mitre)});
   SegmentFrame& last = records.back().frame;
-  last = segment_frame(line, segments - 1, mitre, mitre);
   last.x_m = line.x_m.back();
   last.y_m = line.y_m.back();
+  drop_first(line.x_m, line.x_m.size());
+  drop_first(line.y_m, line.y_m.size());
   return records;
 }
-
-Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
-    : Locator(segment_records(line), line.u_step_m, v_right_m, v_left_m, ends_joined(line),
-              closing_of(line)) {}
 
 Locator::Locator(std::vector<SegmentRecord> records, double u_step_m, double v_right_m,
                  double v_left_m, bool joined, const Closing& closing)
@@ -125,8 +124,8 @@ Locator::Box Locator::box_of(std::size_t leaf) const {
     const double slack = i + 1 < segments_ && !share_mitre(frame, next) ? 1.5 : 1.0;
     stretch = std::max(stretch, slack * std::sqrt(1.0 + lean * lean));
   }
-  return {not_above(x_min_m), -not_above(-x_max_m), not_above(y_min_m), -not_above(-y_max_m),
-          -not_above(-stretch)};
+  return {float_below(x_min_m), float_above(x_max_m), float_below(y_min_m), float_above(y_max_m),
+          float_above(stretch)};
 }
 
 double Locator::outside(double v_m) const noexcept {

@@ -33,8 +33,7 @@ struct Place {
 class Locator {
  public:
   Locator() = default;
-  Locator(const ReferenceLine& line, double v_right_m, double v_left_m);
-  /// The same for who drops the line's nodes once they are in its segment_records().
+  /// `records`: segment_records() of the line; the rest says what else there is of it.
   Locator(std::vector<SegmentRecord> records, double u_step_m, double v_right_m, double v_left_m,
           bool joined, const Closing& closing);
 
@@ -89,8 +88,10 @@ class Locator {
   Closing closing_;
 };
 
-/// One for every segment of the line, and one for its last node. Nothing is certain yet.
-std::vector<SegmentRecord> segment_records(const ReferenceLine& line);
+/// One for every segment of the line, and one for its last node. Nothing is certain yet. Takes the
+/// nodes out of the line, the first half of them half-way: whole beside all records they would be
+/// the most memory that a road takes while it becomes ready.
+std::vector<SegmentRecord> segment_records(ReferenceLine& line);
 
 /// A point in the frame of a segment.
 struct Local {

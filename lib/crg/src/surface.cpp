@@ -114,10 +114,10 @@ Place Surface::Data::place_of(double u_m, double v_m) const noexcept {
 }
 
 inline Heading Surface::Data::direction(const Place& place) const noexcept {
-  const Direction& direction = directions[place.segment];
-  double heading_rad = direction.heading_rad, curvature_1pm = direction.curvature_1pm;
+  double heading_rad = headings.of_segment_rad(place.segment);
+  double curvature_1pm = curvatures_1pm[place.segment];
   if (place.beyond_m < 0.0) [[unlikely]] {
-    heading_rad = begin_heading_rad;
+    heading_rad = headings.of_row_rad.front();
     curvature_1pm = 0.0;
   }
   if (!curvature_of_reference_line) curvature_1pm /= 1.0 - curvature_1pm * place.v_m;

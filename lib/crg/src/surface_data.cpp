@@ -50,7 +50,6 @@ Surface::Data::Data(Crg crg, SurfaceOptions& options)
       line(integrate_reference_line(file)),
       heights(file.grid, line, options_of(file), options.interpolation),
       curvature_of_reference_line(options.curvature_of_reference_line),
-      begin_heading_rad(line.heading_rad.front()),
       least_width_m(1e-9 * line.u_step_m),
       quick(heights.simple() && friction.empty()),
       fours(heights.simple() && four_wheels_available() &&
@@ -60,13 +59,11 @@ Surface::Data::Data(Crg crg, SurfaceOptions& options)
   const bool joined = ends_joined(line);
   const Closing closing = closing_of(line);
   std::vector<SegmentRecord> records = segment_records(line);
-  drop(line.x_m);
-  drop(line.y_m);
+  headings = headings_of(std::move(line.heading_rad), line.u_step_m, joined);
   locator = Locator(std::move(records), line.u_step_m, heights.v_right_m(), heights.v_left_m(),
                     joined, closing);
   const std::span<const SegmentRecord> nodes(locator.records(), heights.rows());
-  directions = directions_of(nodes, line.heading_rad, line.u_step_m, joined);
-  spare_headings(chords_go_around(heights.rows(), line.u_step_m, joined));
+  curvatures_1pm = curvatures_of(nodes, line.u_step_m, joined);
 }
 
 // The line has the headings and banking of the channels, but for the first heading.
@@ -89,28 +86,6 @@ void Surface::Data::spare_heights() {
   drop(line.banking);
 }
 
-// Directions have the headings of all rows where the line goes around; near the ends of others
-// they say something else.
-void Surface::Data::spare_headings(bool around) {
-  const std::vector<double>& all = line.heading_rad;
-  const std::size_t chord = chord_segments(line.u_step_m);
-  const std::size_t first = around ? 1 : std::min(chord + 1, all.size());
-  const std::size_t last = around ? 0 : std::min(chord, all.size() - first);
-  rest_.first_headings_rad.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(first));
-  rest_.last_headings_rad.assign(all.end() - static_cast<std::ptrdiff_t>(last), all.end());
-  drop(line.heading_rad);
-}
-
-std::vector<double> Surface::Data::headings() const {
-  std::vector<double> out = rest_.first_headings_rad;
-  const std::size_t middle = heights.rows() - rest_.last_headings_rad.size();
-  out.reserve(heights.rows());
-  for (std::size_t row = out.size(); row < middle; ++row)
-    out.push_back(directions[row - 1].heading_rad);
-  out.insert(out.end(), rest_.last_headings_rad.begin(), rest_.last_headings_rad.end());
-  return out;
-}
-
 std::vector<double> Surface::Data::bankings() const {
   std::vector<double> out(heights.rows());
   for (std::size_t row = 0; row < out.size(); ++row) out[row] = heights.line()[row].banking;
@@ -120,7 +95,7 @@ std::vector<double> Surface::Data::bankings() const {
 const Crg& Surface::Data::whole_file() const {
   std::call_once(file_made_, [&] {
     if (rest_.has_heading) {
-      file.heading_rad = headings();
+      file.heading_rad = headings.of_line_rad();
       file.heading_rad.front() = rest_.heading_rad;
     }
     if (!rest_.slope.empty()) file.slope.assign(rest_.slope.begin(), rest_.slope.end());
@@ -132,7 +107,7 @@ const Crg& Surface::Data::whole_file() const {
 const ReferenceLine& Surface::Data::whole_line() const {
   std::call_once(line_made_, [&] {
     const std::size_t rows = heights.rows();
-    line.heading_rad = headings();
+    line.heading_rad = headings.of_line_rad();
     line.x_m.resize(rows);
     line.y_m.resize(rows);
     for (std::size_t row = 0; row < rows; ++row) {

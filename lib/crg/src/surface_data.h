@@ -57,9 +57,9 @@ struct Surface::Data {
   mutable ReferenceLine line;   ///< nodes only in whole_line(); the numbers always
   HeightField heights;
   Locator locator;
-  std::vector<Direction> directions;  ///< one per segment
+  Headings headings;
+  std::vector<double> curvatures_1pm;  ///< one per segment
   bool curvature_of_reference_line;
-  double begin_heading_rad;
   double least_width_m;  ///< of a cell whose gradient along the line is known
   bool quick;            ///< sample_ahead() may be asked
   bool fours;            ///< z_of_four_wheels() may be asked
@@ -71,12 +71,9 @@ struct Surface::Data {
     double heading_rad = 0.0;       ///< row 0 of the file's channel
     std::vector<float> slope;       ///< where each of its values is a float
     bool line_has_z, line_has_banking;
-    std::vector<double> first_headings_rad, last_headings_rad;  ///< of the line
   };
   void spare_channels();
   void spare_heights();
-  void spare_headings(bool around);
-  std::vector<double> headings() const;
   std::vector<double> bankings() const;
 
   Rest rest_;
