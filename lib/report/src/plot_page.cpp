@@ -132,6 +132,26 @@ std::string path_of(const PlotLine& line, const Axes& axes) {
   return out;
 }
 
+std::string dots_of(const PlotLine& line, const Axes& axes) {
+  std::string out;
+  for (std::size_t i = 0; i < std::min(line.x.size(), line.y.size()); ++i)
+    if (std::isfinite(line.x[i]) && std::isfinite(line.y[i]))
+      out += "M" + pixel(axes.px(line.x[i])) + " " + pixel(axes.py(line.y[i])) + "h0";
+  return out;
+}
+
+/// Along the upper side and back along the lower one.
+std::string band_of(const PlotLine& line, const Axes& axes) {
+  std::string out;
+  const std::size_t n = std::min({line.x.size(), line.low.size(), line.high.size()});
+  const auto put = [&](std::size_t i, double y) {
+    out += (out.empty() ? "M" : "L") + pixel(axes.px(line.x[i])) + " " + pixel(axes.py(y));
+  };
+  for (std::size_t i = 0; i < n; ++i) put(i, line.high[i]);
+  for (std::size_t i = n; i-- > 0;) put(i, line.low[i]);
+  return out + "Z";
+}
+
 // The look of the validation report (web/src/style.css), as far as a page without scripts needs it.
 constexpr const char* kStyle =
     ":root{color-scheme:light "
@@ -171,6 +191,8 @@ constexpr const char* kStyle =
     "mark)}"
     ".s1{--c:var(--s1)}.s2{--c:var(--s2)}.s3{--c:var(--s3)}.s4{--c:var(--s4)}.s0{--c:var(--none)}."
     "sb{--c:var(--bad)}"
+    ".dots{fill:none;stroke:var(--c);stroke-width:3;stroke-linecap:round;stroke-opacity:.45}"
+    ".around{fill:var(--c);fill-opacity:.18}"
     ".line{fill:none;stroke:var(--c);stroke-width:1.4;stroke-linejoin:round}.map{max-height:70vh}."
     "map .line{stroke-width:5;stroke-linecap:round}"
     ".map text{paint-order:stroke;stroke:var(--panel);stroke-width:4px}section p{margin:5px "
@@ -219,7 +241,8 @@ std::string plot_section(const Plot& plot) {
   Axes axes;
   for (const PlotLine& line : plot.lines) {
     for (const double x : line.x) axes.x.take(x);
-    for (const double y : line.y) axes.y.take(y);
+    for (const auto* values : {&line.y, &line.low, &line.high})
+      for (const double y : *values) axes.y.take(y);
   }
   axes.x.finish();
   axes.y.finish();
@@ -241,9 +264,18 @@ std::string plot_section(const Plot& plot) {
              "'/>";
   }
   draw_axes(out, plot, axes);
-  for (std::size_t i = 0; i < plot.lines.size(); ++i)
-    out += "<path class='line s" + std::to_string(i % kColours + 1) + "' d='" +
-           path_of(plot.lines[i], axes) + "'/>";
+  for (std::size_t i = 0; i < plot.lines.size(); ++i) {
+    const PlotLine& line = plot.lines[i];
+    const auto draw = [&](const char* how, const std::string& path) {
+      out += std::string("<path class='") + how + " s" + std::to_string(i % kColours + 1) +
+             "' d='" + path + "'/>";
+    };
+    if (!line.low.empty()) draw("around", band_of(line, axes));
+    if (line.dots)
+      draw("dots", dots_of(line, axes));
+    else
+      draw("line", path_of(line, axes));
+  }
   return out + "</svg></section>\n";
 }
 

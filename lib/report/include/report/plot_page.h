@@ -14,6 +14,8 @@ namespace report {
 struct PlotLine {
   std::string name;
   std::vector<double> x, y;
+  std::vector<double> low{}, high{};  ///< a band about it, as finite as x; empty: none
+  bool dots = false;                  ///< every point by itself, unjoined
 };
 
 struct Plot {
