@@ -86,6 +86,10 @@ TEST(DriveTyres, BothWheelsTellOfOneTyre) {
   EXPECT_NEAR(static_cast<double>(rows.held_out.rows()) / static_cast<double>(rows.fit.rows()),
               1.0 / 3.0, 0.02);
   for (const auto& condition : rows.fit.conditions) EXPECT_LT(condition.fz_n, 4000.0);
+  ASSERT_EQ(rows.fit_right.size(), rows.fit.rows());
+  ASSERT_EQ(rows.held_right.size(), rows.held_out.rows());
+  EXPECT_FALSE(rows.fit_right.front());
+  EXPECT_TRUE(rows.fit_right.back());
   identify::TyreFitOptions options;
   options.starts = 2;
   const TyreFit fit = identify::fit_tyre(rows.fit, reference, options);

@@ -59,6 +59,14 @@ TEST(TyreConditions, EveryRowIsInOneCellAndTheNextIsWhereNoneWas) {
     }
   }
   EXPECT_EQ(rows, samples.rows());
+  // Side forces are exact, longitudinal ones were not measured.
+  for (const auto& cell : found.cells) {
+    EXPECT_TRUE(std::isnan(cell.fx_left_n));
+    EXPECT_EQ(std::isnan(cell.fy_left_n), cell.rows == 0);
+    if (cell.rows > 0) {
+      EXPECT_LT(cell.fy_left_n, 5.0);
+    }
+  }
   EXPECT_EQ(found.next.kind, SlipKind::kLateral);
   EXPECT_GT(std::abs(found.next.condition.tan_alpha), 0.06);
 }

@@ -105,7 +105,7 @@ TEST(TyreFit, APublishedTyreIsFoundFromAnotherOneThroughNoise) {
   RecordProperty("fy", std::to_string(left.fy));
   EXPECT_LT(left.fx, 0.005);
   EXPECT_LT(left.fy, 0.005);
-  EXPECT_NEAR(fit.fx.noise_n, 0.01 * truth.nominal_load_n, 0.001 * truth.nominal_load_n);
+  EXPECT_NEAR(fit.fx.noise, 0.01 * truth.nominal_load_n, 0.001 * truth.nominal_load_n);
 }
 
 // Forces that two other programs computed; one of each pair of rows is left out of the fit. They

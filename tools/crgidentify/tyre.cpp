@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <tuple>
 
 #include "base/error.h"
 #include "base/json_text.h"
@@ -48,7 +49,9 @@ std::string another_stiffness(const identify::TyreFit& fit,
                                                          : f.slip_stiffness_n);
   };
   for (const identify::TyreStage& stage : fit.stages) {
-    if (!stage.why_not.empty() || stage.kind == identify::SlipKind::kCombined) continue;
+    const bool pure = stage.kind == identify::SlipKind::kLateral ||
+                      stage.kind == identify::SlipKind::kLongitudinal;
+    if (!stage.why_not.empty() || !pure) continue;
     const double ratio = stiffness(fit.tyre, stage.kind) / stiffness(reference, stage.kind);
     if (ratio < kOtherUnit && ratio > 1.0 / kOtherUnit) continue;
     const bool lateral = stage.kind == identify::SlipKind::kLateral;
@@ -101,6 +104,26 @@ identify::DriveTyres read_rows(const TyreCommand& command,
   return drives;
 }
 
+/// Refuses what misses the measured by a fifth; remarks upon many rows far away.
+void judge_what_is_left(const identify::TyreFit& fit, int version, const std::string& path,
+                        Terminal& terminal) {
+  for (const auto& [name, unit, left] :
+       {std::tuple{"fx_n", "N", fit.fx}, {"fy_n", "N", fit.fy}, {"mz_nm", "Nm", fit.mz}}) {
+    if (left.rows == 0) continue;
+    if (left.noise > kBadly * left.size)
+      throw command::NotValid(
+          fmt::format("{}: {} is missed by {:.3g} {} where it is {:.3g}: axes or units that are "
+                      "not the reference's, or no tyre of this formula",
+                      path, name, left.noise, unit, left.size));
+    if (left.far > kManyFar && left.rms > kMaterial * left.size)
+      terminal.remark(fmt::format(
+          "{:.0f} % of {} are further from the fit than four times its noise: wrong "
+          "rows, other units, or a tyre that the formula does not describe{}",
+          100.0 * left.far, name,
+          version == 52 ? "; the reference is Magic Formula 5.2, one of 6.1 describes more" : ""));
+  }
+}
+
 }  // namespace
 
 int tyre(const TyreCommand& command, Terminal& terminal) {
@@ -142,7 +165,7 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
   base::write_file(command.out_path, fitted);
   if (!command.plots_path.empty())
     base::write_file(command.plots_path,
-                     tyre_page(result, reference.coefficients, command.out_path));
+                     tyre_page(result, samples, drives, reference.coefficients, command.out_path));
   if (terminal.json) {
     auto json = tyre_json(result);
     json["tyre"] = command.out_path;
@@ -157,22 +180,7 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
           result.fit.tyre.fz_max_n);
     terminal.print(said + fmt::format("-> {}\n", command.out_path));
   }
-  for (const auto& [name, left] : {std::pair{"fx_n", result.fit.fx}, {"fy_n", result.fit.fy}}) {
-    if (left.rows == 0) continue;
-    if (left.noise_n > kBadly * left.size_n)
-      throw command::NotValid(
-          fmt::format("{}: {} is missed by {:.0f} N where it is {:.0f} N: axes or units that are "
-                      "not the reference's, or no tyre of this formula",
-                      command.out_path, name, left.noise_n, left.size_n));
-    if (left.far > kManyFar && left.rms_n > kMaterial * left.size_n)
-      terminal.remark(
-          fmt::format("{:.0f} % of {} are further from the fit than four times its noise: wrong "
-                      "rows, other units, or a tyre that the formula does not describe{}",
-                      100.0 * left.far, name,
-                      reference.coefficients.version == 52
-                          ? "; the reference is Magic Formula 5.2, one of 6.1 describes more"
-                          : ""));
-  }
+  judge_what_is_left(result.fit, reference.coefficients.version, command.out_path, terminal);
   if (const std::string off = another_stiffness(result.fit, reference.coefficients); !off.empty())
     throw command::NotValid(fmt::format("{}: {}", command.out_path, off));
   if (!result.faults.empty())

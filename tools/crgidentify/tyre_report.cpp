@@ -6,23 +6,13 @@
 #include <cmath>
 #include <numbers>
 
-#include "report/plot_page.h"
-
 namespace crgidentify {
 namespace {
 
 using identify::SlipKind;
-constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double k90 = 1.645;       // standard deviations of a 90 % interval
 constexpr double kTogether = 0.95;  // correlation that is named
 constexpr double kHardlyFromData =
     0.5;  // share of the prior variance that is left to the reference
-
-const char* word(SlipKind kind) {
-  return kind == SlipKind::kLateral        ? "side"
-         : kind == SlipKind::kLongitudinal ? "longitudinal"
-                                           : "combined";
-}
 
 struct Pair {
   std::string a, b;
@@ -41,12 +31,6 @@ std::vector<Pair> correlated(const identify::TyreFit& fit) {
   std::stable_sort(out.begin(), out.end(),
                    [](const Pair& a, const Pair& b) { return std::abs(a.r) > std::abs(b.r); });
   return out;
-}
-
-template <std::size_t n>
-std::string span_of(const std::array<double, n>& edges, std::size_t i) {
-  return i + 1 < n ? fmt::format("{:g} to {:g}", edges[i], edges[i + 1])
-                   : fmt::format("over {:g}", edges[i]);
 }
 
 std::string camber_span(std::size_t i) {
@@ -78,12 +62,12 @@ std::string cells_text(const identify::TyreConditions& conditions) {
   return out;
 }
 
-std::string residual_text(const char* name, const identify::TyreResiduals& r) {
+std::string residual_text(const char* name, const char* unit, const identify::TyreResiduals& r) {
   if (r.rows == 0) return fmt::format("{}: not measured\n", name);
   return fmt::format(
-      "{}: {} rows, {:.1f} N rms left, noise {:.1f} N, {:.1f} % of the rows further away than four "
-      "of it{}\n",
-      name, r.rows, r.rms_n, r.noise_n, 100.0 * r.far,
+      "{}: {} rows, {:.1f} {} rms left, noise {:.1f} {}, {:.1f} % of the rows further away than "
+      "four of it{}\n",
+      name, r.rows, r.rms, unit, r.noise, unit, 100.0 * r.far,
       r.repeats > 1.5
           ? fmt::format("; {:.1f} rows count as one, because errors follow each other", r.repeats)
           : "");
@@ -110,21 +94,31 @@ std::string place(const vehicle::TyreInput<double>& in) {
 
 }  // namespace
 
+const char* word(SlipKind kind) {
+  return kind == SlipKind::kLateral        ? "side"
+         : kind == SlipKind::kLongitudinal ? "longitudinal"
+         : kind == SlipKind::kCombined     ? "combined"
+                                           : "aligning";
+}
+
 std::string tyre_text(const TyreResult& result) {
   const auto& fit = result.fit;
   std::string out = fmt::format("{} rows, {} looked at, {} left out\n", result.rows_given, fit.rows,
                                 result.rows_left_out);
-  for (const auto& stage : fit.stages)
+  for (const auto& stage : fit.stages) {
+    const char* what = stage.kind == SlipKind::kAligning ? "moment" : "slip";
     out += stage.why_not.empty()
-               ? fmt::format("{} slip: {} rows, {} of {} starts agree\n", word(stage.kind),
+               ? fmt::format("{} {}: {} rows, {} of {} starts agree\n", word(stage.kind), what,
                              stage.rows, stage.agreeing, stage.starts)
-               : fmt::format("{} slip: not fitted, the reference's values stay: {}\n",
-                             word(stage.kind), stage.why_not);
+               : fmt::format("{} {}: not fitted, the reference's values stay: {}\n",
+                             word(stage.kind), what, stage.why_not);
+  }
   if (fit.camber_follows)
     out +=
         "Camber goes with side slip and load in these rows, and is not told from them: its "
         "coefficients are the reference's, their prior counts in the intervals\n";
-  out += residual_text("fx_n", fit.fx) + residual_text("fy_n", fit.fy);
+  out += residual_text("fx_n", "N", fit.fx) + residual_text("fy_n", "N", fit.fy) +
+         residual_text("mz_nm", "Nm", fit.mz);
   out += held_text(result);
   out += fmt::format("{:8} {:>12} {:>12} {:>12}  {}\n", "", "value", "90 %: +-", "reference",
                      "from the data");
@@ -164,10 +158,10 @@ std::string tyre_text(const TyreResult& result) {
 nlohmann::ordered_json tyre_json(const TyreResult& result) {
   using Json = nlohmann::ordered_json;
   const auto& fit = result.fit;
-  const auto residuals = [](const identify::TyreResiduals& r) {
+  const auto residuals = [](const identify::TyreResiduals& r, const std::string& unit = "n") {
     return Json{{"rows", r.rows},
-                {"rms_n", r.rms_n},
-                {"noise_n", r.noise_n},
+                {"rms_" + unit, r.rms},
+                {"noise_" + unit, r.noise},
                 {"far_share", r.far},
                 {"rows_that_count_as_one", r.repeats}};
   };
@@ -176,7 +170,8 @@ nlohmann::ordered_json tyre_json(const TyreResult& result) {
            {"rows_left_out", result.rows_left_out},
            {"camber_follows_side_slip", fit.camber_follows},
            {"fx", residuals(fit.fx)},
-           {"fy", residuals(fit.fy)}};
+           {"fy", residuals(fit.fy)},
+           {"mz", residuals(fit.mz, "nm")}};
   for (const auto& s : fit.stages)
     out["stages"].push_back({{"slip", word(s.kind)},
                              {"rows", s.rows},
@@ -199,7 +194,9 @@ nlohmann::ordered_json tyre_json(const TyreResult& result) {
                             {"load_of_nominal", span_of(identify::kLoadEdges, c.load)},
                             {"camber_deg", camber_span(c.camber)},
                             {"slip_of_peak", span_of(identify::kSlipEdges, c.slip)},
-                            {"rows", c.rows}});
+                            {"rows", c.rows},
+                            {"fx_left_n", c.fx_left_n},
+                            {"fy_left_n", c.fy_left_n}});
   out["peaks"] = Json::array();
   for (const auto& p : result.conditions.peaks)
     out["peaks"].push_back({{"slip", word(p.kind)},
@@ -230,52 +227,6 @@ nlohmann::ordered_json tyre_json(const TyreResult& result) {
         {"reference", held(result.held_reference)}, {"tread_k", result.tyre_k}};
   }
   return out;
-}
-
-std::string tyre_page(const TyreResult& result, const vehicle::TyreCoefficients& reference,
-                      const std::string& name) {
-  report::PlotPage page;
-  page.title = "Fitted tyre " + name;
-  page.sentences = {
-      "Pure slip, upright, at the nominal share of load in the title; the band is the 90 % "
-      "interval of the fitted curve."};
-  const double nominal_n = reference.nominal_load_n * reference.lfzo;
-  const vehicle::TyreOptions law{.alpha = result.fit.alpha, .moments = false};
-  for (const auto& peak : result.conditions.peaks) {
-    const bool lateral = peak.kind == SlipKind::kLateral;
-    const bool last = peak.load + 1 == identify::kLoadEdges.size();
-    const double share =
-        last ? identify::kLoadEdges[peak.load]
-             : 0.5 * (identify::kLoadEdges[peak.load] + identify::kLoadEdges[peak.load + 1]);
-    report::Plot plot{
-        fmt::format("{} force at {:.2f} of the nominal load{}", lateral ? "Side" : "Longitudinal",
-                    share, peak.reached ? "" : " (peak not reached: a bound only)"),
-        lateral ? "alpha, degrees" : "kappa",
-        "N",
-        {}};
-    report::PlotLine fitted{"fitted", {}, {}}, low{"90 % low", {}, {}}, high{"90 % high", {}, {}},
-        before{"reference", {}, {}};
-    constexpr int kPoints = 100;
-    for (int i = -kPoints; i <= kPoints; ++i) {
-      vehicle::TyreInput<double> in;
-      in.fz_n = share * nominal_n;
-      in.vx_mps = reference.nominal_speed_mps;
-      const double slip = 1.3 * peak.peak_slip * i / kPoints;
-      (lateral ? in.tan_alpha : in.kappa) = slip;
-      const auto band = identify::force_band(result.fit, in);
-      const auto was = vehicle::tyre_forces(reference, in, {}, law);
-      const double x = lateral ? std::atan(slip) / kDegree : slip;
-      const double y = lateral ? band.fy_n : band.fx_n, sd = lateral ? band.fy_sd_n : band.fx_sd_n;
-      for (auto* line : {&fitted, &low, &high, &before}) line->x.push_back(x);
-      fitted.y.push_back(y);
-      low.y.push_back(y - k90 * sd);
-      high.y.push_back(y + k90 * sd);
-      before.y.push_back(lateral ? was.fy_n : was.fx_n);
-    }
-    plot.lines = {fitted, low, high, before};
-    page.plots.push_back(plot);
-  }
-  return report::plot_page(page);
 }
 
 }  // namespace crgidentify

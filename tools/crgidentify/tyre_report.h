@@ -1,7 +1,11 @@
 // A fitted tyre in words, as JSON and as curves.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <array>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -11,6 +15,9 @@
 #include "identify/tyre_scan.h"
 
 namespace crgidentify {
+
+inline constexpr double kDegree = std::numbers::pi / 180.0;
+inline constexpr double k90 = 1.645;  ///< standard deviations of a 90 % interval
 
 struct TyreResult {
   identify::TyreFit fit;
@@ -24,8 +31,20 @@ struct TyreResult {
 
 std::string tyre_text(const TyreResult& result);
 nlohmann::ordered_json tyre_json(const TyreResult& result);
-/// The page; `name` is the file's.
-std::string tyre_page(const TyreResult& result, const vehicle::TyreCoefficients& reference,
-                      const std::string& name);
+/// Curves with their bands, the rows beside them, what is left by condition, and of drives what was
+/// kept back; `name` is the file's. `samples`: the rows that were fitted; `drives`: where from, no
+/// rows of a bench.
+std::string tyre_page(const TyreResult& result, const identify::TyreSamples& samples,
+                      const identify::DriveTyres& drives,
+                      const vehicle::TyreCoefficients& reference, const std::string& name);
+
+/// An interval between edges in words.
+template <std::size_t n>
+std::string span_of(const std::array<double, n>& edges, std::size_t i) {
+  return i + 1 < n ? fmt::format("{:g} to {:g}", edges[i], edges[i + 1])
+                   : fmt::format("over {:g}", edges[i]);
+}
+/// What a coefficient or a cell is of.
+const char* word(identify::SlipKind kind);
 
 }  // namespace crgidentify

@@ -105,6 +105,7 @@ void add_drive_tyres(DriveTyres& out, const vehicle::Table& forces, std::size_t 
         ++to.left_out;
         continue;
       }
+      (time_s[k] < from_s ? out.fit_right : out.held_right).push_back(!left);
       to.conditions.push_back({fz[k], kappa[k], side * std::tan(alpha[k]), leans, vx[k], 0.0});
       to.fx_n.push_back(fx[k]);
       to.fy_n.push_back(side * fy[k]);

@@ -9,11 +9,12 @@ namespace identify {
 using vehicle::TyreCoefficients;
 
 ForceBand force_band(const TyreFit& fit, const vehicle::TyreInput<double>& condition) {
-  const vehicle::TyreOptions law{.alpha = fit.alpha, .moments = false};
+  // The moment costs as much as both forces: only where something was fitted to it.
+  const vehicle::TyreOptions law{.alpha = fit.alpha, .moments = fit.mz.rows > 0};
   const auto at = vehicle::tyre_forces(fit.tyre, condition, {}, law);
-  ForceBand out{at.fx_n, at.fy_n, 0.0, 0.0};
+  ForceBand out{at.fx_n, at.fy_n, at.mz_nm, 0.0, 0.0, 0.0};
   const auto n = static_cast<Eigen::Index>(fit.coefficients.size());
-  Eigen::VectorXd dfx(n), dfy(n);
+  Eigen::VectorXd dfx(n), dfy(n), dmz(n);
   TyreCoefficients tyre = fit.tyre;
   for (const TyreUnknown& one : tyre_unknowns()) {
     const auto found = std::find_if(fit.coefficients.begin(), fit.coefficients.end(),
@@ -30,10 +31,12 @@ ForceBand force_band(const TyreFit& fit, const vehicle::TyreInput<double>& condi
     const auto i = found - fit.coefficients.begin();
     dfx(i) = (up.fx_n - down.fx_n) / (2.0 * step);
     dfy(i) = (up.fy_n - down.fy_n) / (2.0 * step);
+    dmz(i) = (up.mz_nm - down.mz_nm) / (2.0 * step);
   }
   const Eigen::Map<const Eigen::MatrixXd> covariance(fit.covariance.data(), n, n);
   out.fx_sd_n = std::sqrt(std::max(0.0, dfx.dot(covariance * dfx)));
   out.fy_sd_n = std::sqrt(std::max(0.0, dfy.dot(covariance * dfy)));
+  out.mz_sd_nm = std::sqrt(std::max(0.0, dmz.dot(covariance * dmz)));
   return out;
 }
 

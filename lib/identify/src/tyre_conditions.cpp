@@ -49,6 +49,21 @@ double peak_slip(const TyreFit& fit, double fz_n, bool lateral) {
   return at;
 }
 
+/// Root mean square of what was measured; NaN where nothing was.
+struct MeanSquare {
+  double sum = 0.0, rows = 0.0;
+
+  void add(double value) {
+    if (std::isnan(value)) return;
+    sum += value * value;
+    rows += 1.0;
+  }
+  double rms() const { return std::sqrt(sum / rows); }
+};
+struct Left {
+  MeanSquare fx, fy;
+};
+
 double nominal_n(const TyreFit& fit) { return fit.tyre.nominal_load_n * fit.tyre.lfzo; }
 
 bool fitted(const TyreFit& fit, SlipKind kind) {
@@ -115,9 +130,11 @@ TyreConditions tyre_conditions(const TyreFit& fit, const TyreSamples& samples) {
   for (const SlipKind kind : kKinds)
     for (std::size_t l = 0; l < kLoadEdges.size(); ++l)
       for (std::size_t c = 0; c < kCamberEdges_deg.size(); ++c)
-        for (std::size_t s = 0; s < kSlipEdges.size(); ++s) out.cells.push_back({kind, l, c, s, 0});
+        for (std::size_t s = 0; s < kSlipEdges.size(); ++s) out.cells.push_back({kind, l, c, s});
   std::array<LoadCells, 2> pure;  // slips of rows of pure slip
-  for (const auto& in : samples.conditions) {
+  std::vector<Left> left(out.cells.size());
+  for (std::size_t i = 0; i < samples.rows(); ++i) {
+    const auto& in = samples.conditions[i];
     const std::size_t load = cell_of(kLoadEdges, in.fz_n / nominal_n(fit));
     const double a = std::abs(in.tan_alpha) / peak[0][load], k = std::abs(in.kappa) / peak[1][load];
     const std::size_t kind = k <= kPurity && k <= a ? 0 : a <= kPurity ? 1 : k <= kPurity ? 0 : 2;
@@ -125,10 +142,18 @@ TyreConditions tyre_conditions(const TyreFit& fit, const TyreSamples& samples) {
       pure[kind][load].push_back(kind == 0 ? std::abs(in.tan_alpha) : std::abs(in.kappa));
     const std::size_t camber = cell_of(kCamberEdges_deg, in.gamma_rad / kDegree),
                       slip = cell_of(kSlipEdges, std::hypot(a, k));
-    ++out.cells[((kind * kLoadEdges.size() + load) * kCamberEdges_deg.size() + camber) *
-                    kSlipEdges.size() +
-                slip]
-          .rows;
+    const std::size_t cell =
+        ((kind * kLoadEdges.size() + load) * kCamberEdges_deg.size() + camber) * kSlipEdges.size() +
+        slip;
+    ++out.cells[cell].rows;
+    const auto force =
+        vehicle::tyre_forces(fit.tyre, in, {}, {.alpha = fit.alpha, .moments = false});
+    left[cell].fx.add(samples.fx_n[i] - force.fx_n);
+    left[cell].fy.add(samples.fy_n[i] - force.fy_n);
+  }
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    out.cells[i].fx_left_n = left[i].fx.rms();
+    out.cells[i].fy_left_n = left[i].fy.rms();
   }
   for (std::size_t k = 0; k < 2; ++k)
     for (std::size_t l = 0; l < kLoadEdges.size(); ++l) {

@@ -71,6 +71,26 @@ bool RowCost::Evaluate(double const* const* parameters, double* residuals,
   return std::all_of(residuals, residuals + count_, [](double r) { return std::isfinite(r); });
 }
 
+MomentCost::MomentCost(const Unknowns& unknowns, const vehicle::TyreInput<double>& condition,
+                       double mz_nm, double noise_nm, const vehicle::TyreOptions& options)
+    : unknowns_(unknowns),
+      condition_(condition),
+      mz_nm_(mz_nm),
+      noise_nm_(noise_nm),
+      options_(options) {
+  set_num_residuals(1);
+  mutable_parameter_block_sizes()->push_back(static_cast<int>(unknowns.size()));
+}
+
+bool MomentCost::Evaluate(double const* const* parameters, double* residuals,
+                          double** jacobians) const {
+  const auto read = [&](const TyreCoefficients& tyre, double* out) {
+    *out = (vehicle::tyre_forces(tyre, condition_, {}, options_).mz_nm - mz_nm_) / noise_nm_;
+  };
+  with_slopes<1>(unknowns_, parameters[0], 1, read, residuals, jacobians ? jacobians[0] : nullptr);
+  return std::isfinite(*residuals);
+}
+
 GuardCost::GuardCost(const Unknowns& unknowns, const TyreCoefficients& reference,
                      const vehicle::TyreInput<double>& condition)
     : unknowns_(unknowns), condition_(condition) {

@@ -60,6 +60,21 @@ class RowCost : public ceres::CostFunction {
   std::size_t count_;
 };
 
+/// One row's aligning moment over its noise. The unknowns must outlive it.
+class MomentCost : public ceres::CostFunction {
+ public:
+  MomentCost(const Unknowns& unknowns, const vehicle::TyreInput<double>& condition, double mz_nm,
+             double noise_nm, const vehicle::TyreOptions& options);
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  const Unknowns& unknowns_;
+  vehicle::TyreInput<double> condition_;
+  double mz_nm_, noise_nm_;
+  vehicle::TyreOptions options_;
+};
+
 /// Friction and stiffness at one load and camber, as far as they are below what must be left of the
 /// reference's at its nominal load. The unknowns must outlive it.
 class GuardCost : public ceres::CostFunction {

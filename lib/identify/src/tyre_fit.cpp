@@ -7,11 +7,10 @@
 #include <array>
 #include <cmath>
 
+#include "aligning_fit.h"
 #include "base/error.h"
-#include "base/parallel.h"
-#include "base/random.h"
 #include "base/statistics.h"
-#include "tyre_costs.h"
+#include "tyre_solve.h"
 #include "tyre_varied.h"
 
 namespace identify {
@@ -25,20 +24,13 @@ constexpr std::size_t kStageRows = 400, kFirstRows = 1500;
 // Of a coefficient's spread, which is wide so that data can speak, where they cannot: a camber
 // stiffness of a tenth of the cornering stiffness, as cars' tyres have.
 constexpr double kConsidered = 0.5;
-constexpr double kLossScale = 2.5;  // noise at which Cauchy's loss turns
-constexpr double kNoiseFloor =
-    2e-4;  // of the nominal load; a noiseless table must not be infinite weight
+constexpr double kNoiseFloor = 2e-4;  // of the nominal load
 
 struct Work {
   const TyreCoefficients& reference;
   const TyreFitOptions& options;
   vehicle::TyreOptions law;
   std::vector<vehicle::TyreInput<double>> guards;
-};
-
-struct Solved {
-  std::vector<double> p;
-  double cost = INFINITY;
 };
 
 /// The noise of one row.
@@ -49,32 +41,16 @@ Noise noise_of(const TyreSamples& rows, std::size_t i, const Noise& noise) {
 
 Solved solve(const Work& work, const Unknowns& unknowns, const TyreSamples& rows,
              const Noise& noise, std::vector<double> p, int rounds) {
-  // Rows share one loss.
-  ceres::CauchyLoss loss(kLossScale);
-  ceres::Problem::Options owned;
-  owned.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::Problem problem(owned);
-  for (std::size_t i = 0; i < rows.rows(); ++i)
-    problem.AddResidualBlock(new RowCost(unknowns, rows.conditions[i], rows.fx_n[i], rows.fy_n[i],
-                                         noise_of(rows, i, noise), work.law),
-                             &loss, p.data());
-  for (const auto& guard : work.guards)
-    problem.AddResidualBlock(new GuardCost(unknowns, work.reference, guard), nullptr, p.data());
-  problem.AddResidualBlock(new PriorCost(unknowns.size()), nullptr, p.data());
-  for (std::size_t i = 0; i < unknowns.size(); ++i) {
-    problem.SetParameterLowerBound(p.data(), static_cast<int>(i), unknowns.low(i));
-    problem.SetParameterUpperBound(p.data(), static_cast<int>(i), unknowns.high(i));
-    p[i] = std::clamp(p[i], unknowns.low(i), unknowns.high(i));
-  }
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  options.max_num_iterations = rounds;
-  options.function_tolerance = 1e-8;
-  options.num_threads = 1;  // sums in one order
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  return {std::move(p), summary.IsSolutionUsable() ? summary.final_cost : INFINITY};
+  return solve(
+      unknowns, std::move(p), rounds,
+      [&](ceres::Problem& problem, ceres::LossFunction& loss, double* at) {
+        for (std::size_t i = 0; i < rows.rows(); ++i)
+          problem.AddResidualBlock(new RowCost(unknowns, rows.conditions[i], rows.fx_n[i],
+                                               rows.fy_n[i], noise_of(rows, i, noise), work.law),
+                                   &loss, at);
+        for (const auto& guard : work.guards)
+          problem.AddResidualBlock(new GuardCost(unknowns, work.reference, guard), nullptr, at);
+      });
 }
 
 double value_between(const std::vector<double>& values, double low, double high) {
@@ -103,16 +79,6 @@ TyreSamples rows_of(const TyreSamples& all, SlipKind kind) {
   return out;
 }
 
-std::vector<const TyreUnknown*> list_of(SlipKind kind, const std::array<bool, 4>& varies,
-                                        int version) {
-  std::vector<const TyreUnknown*> out;
-  for (const TyreUnknown& one : tyre_unknowns())
-    if (one.kind == kind && varies[static_cast<std::size_t>(one.needs)] &&
-        (version == 52 ? one.in_52 : one.in_6x))
-      out.push_back(&one);
-  return out;
-}
-
 std::string why_not(SlipKind kind, const TyreSamples& rows) {
   if (rows.rows() < kFewest)
     return fmt::format("{} rows of this kind, wanted at least {}", rows.rows(), kFewest);
@@ -129,49 +95,20 @@ std::string why_not(SlipKind kind, const TyreSamples& rows) {
 std::pair<TyreResiduals, TyreResiduals> residuals(const TyreSamples& rows,
                                                   const TyreCoefficients& tyre,
                                                   const vehicle::TyreOptions& law) {
-  std::array<std::vector<double>, 2> left;
-  std::array<double, 2> size2{};
+  std::vector<double> fx, fy, fx_left, fy_left;
   for (std::size_t i = 0; i < rows.rows(); ++i) {
     const auto force = vehicle::tyre_forces(tyre, rows.conditions[i], {}, law);
     if (!std::isnan(rows.fx_n[i])) {
-      left[0].push_back(rows.fx_n[i] - force.fx_n);
-      size2[0] += rows.fx_n[i] * rows.fx_n[i];
+      fx.push_back(rows.fx_n[i]);
+      fx_left.push_back(rows.fx_n[i] - force.fx_n);
     }
     if (!std::isnan(rows.fy_n[i])) {
-      left[1].push_back(rows.fy_n[i] - force.fy_n);
-      size2[1] += rows.fy_n[i] * rows.fy_n[i];
+      fy.push_back(rows.fy_n[i]);
+      fy_left.push_back(rows.fy_n[i] - force.fy_n);
     }
   }
-  std::array<TyreResiduals, 2> out;
-  const double floor_n = kNoiseFloor * tyre.nominal_load_n;
-  for (std::size_t k = 0; k < 2; ++k) {
-    const auto& values = left[k];
-    TyreResiduals& one = out[k];
-    one.rows = values.size();
-    one.noise_n = floor_n;
-    if (values.empty()) continue;
-    std::vector<double> size;
-    double sum2 = 0.0;
-    for (const double value : values) {
-      size.push_back(std::abs(value));
-      sum2 += value * value;
-    }
-    one.size_n = std::sqrt(size2[k] / static_cast<double>(values.size()));
-    one.rms_n = std::sqrt(sum2 / static_cast<double>(values.size()));
-    one.noise_n = std::max(floor_n, 1.4826 * base::median(size));
-    double near2 = 0.0, product = 0.0, far = 0.0;
-    const double most = 4.0 * one.noise_n;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      if (size[i] > most) far += 1.0;
-      if (i == 0 || size[i] > most || size[i - 1] > most) continue;
-      near2 += 0.5 * (values[i] * values[i] + values[i - 1] * values[i - 1]);
-      product += values[i] * values[i - 1];
-    }
-    one.far = far / static_cast<double>(values.size());
-    const double r = near2 > 0.0 ? std::clamp(product / near2, 0.0, 0.98) : 0.0;
-    one.repeats = (1.0 + r) / (1.0 - r);
-  }
-  return {out[0], out[1]};
+  const double least_n = kNoiseFloor * tyre.nominal_load_n;
+  return {residuals_of(fx, fx_left, least_n), residuals_of(fy, fy_left, least_n)};
 }
 
 /// Fits one kind of slip from several starts; moves `fit.tyre`.
@@ -181,30 +118,18 @@ TyreStage fit_stage(const Work& work, SlipKind kind, const TyreSamples& rows,
   const TyreSamples few = thinned(rows, kStageRows);
   const Unknowns unknowns = unknowns_of(list, work.reference, tyre);
   const double begin_n = 0.01 * work.reference.nominal_load_n;
-  const auto count = static_cast<std::size_t>(std::max(1, work.options.starts));
-  std::vector<Solved> solved(count);
-  base::parallel_for(count, 1, work.options.threads, [&](std::size_t from, std::size_t to) {
-    for (std::size_t s = from; s < to; ++s) {
-      base::Random random(work.options.seed * 1000003u + 101u * static_cast<unsigned>(kind) + s);
-      std::vector<double> p(unknowns.size(), 0.0);
-      if (s > 0)
-        for (std::size_t i = 0; i < p.size(); ++i)
-          if (list[i]->needs == Needs::kSlip)
-            p[i] = std::clamp(1.2 * random.normal(), unknowns.low(i), unknowns.high(i));
-      solved[s] = solve(work, unknowns, few, {begin_n, begin_n}, p, 40);
-    }
-  });
-  const auto best = std::min_element(solved.begin(), solved.end(),
-                                     [](const auto& a, const auto& b) { return a.cost < b.cost; });
-  if (!std::isfinite(best->cost)) {
+  const auto [best, agreeing] =
+      best_of_starts(unknowns, kind, work.options, [&](std::vector<double> p) {
+        return solve(work, unknowns, few, {begin_n, begin_n}, std::move(p), 40);
+      });
+  stage.agreeing = agreeing;
+  if (!std::isfinite(best.cost)) {
     stage.why_not = "no start led anywhere";
     return stage;
   }
-  for (const Solved& one : solved)
-    if (one.cost <= 1.01 * best->cost + 1e-9) ++stage.agreeing;
-  const TyreCoefficients begun = unknowns.at(best->p.data());
+  const TyreCoefficients begun = unknowns.at(best.p.data());
   const auto [fx, fy] = residuals(few, begun, work.law);
-  const Solved again = solve(work, unknowns, few, {fx.noise_n, fy.noise_n}, best->p, 40);
+  const Solved again = solve(work, unknowns, few, {fx.noise, fy.noise}, best.p, 40);
   tyre = std::isfinite(again.cost) ? unknowns.at(again.p.data()) : begun;
   return stage;
 }
@@ -222,7 +147,7 @@ Eigen::MatrixXd covariance_of(const Work& work, const Unknowns& unknowns, std::s
   Eigen::MatrixXd larger = Eigen::MatrixXd::Zero(n, 2);
   std::vector<double> slopes(2 * unknowns.size());
   for (std::size_t i = 0; i < rows.rows(); ++i) {
-    const Noise noise = noise_of(rows, i, {fit.fx.noise_n, fit.fy.noise_n});
+    const Noise noise = noise_of(rows, i, {fit.fx.noise, fit.fy.noise});
     const RowCost cost(unknowns, rows.conditions[i], rows.fx_n[i], rows.fy_n[i], noise, work.law);
     double values[2] = {0.0, 0.0};
     const double* parameters[] = {p.data()};
@@ -251,28 +176,6 @@ Eigen::MatrixXd covariance_of(const Work& work, const Unknowns& unknowns, std::s
   out.topRightCorner(f, c) = by_others;
   out.bottomLeftCorner(c, f) = by_others.transpose();
   return out;
-}
-
-void write_coefficients(TyreFit& fit, const Unknowns& unknowns, const std::vector<double>& p,
-                        const Eigen::MatrixXd& covariance) {
-  const std::size_t n = unknowns.size();
-  fit.covariance.resize(n * n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto ii = static_cast<Eigen::Index>(i);
-    FittedCoefficient one;
-    one.keyword = unknowns.list[i]->keyword;
-    one.kind = unknowns.list[i]->kind;
-    one.value = unknowns.value(i, p[i]);
-    one.reference = unknowns.centre[i];
-    const double variance = covariance(ii, ii);
-    one.sd = unknowns.spread[i] * std::sqrt(std::max(0.0, variance));
-    one.from_data = std::clamp(1.0 - variance, 0.0, 1.0);
-    one.at_bound = p[i] < unknowns.low(i) + 1e-6 || p[i] > unknowns.high(i) - 1e-6;
-    fit.coefficients.push_back(one);
-    for (std::size_t j = 0; j < n; ++j)
-      fit.covariance[i * n + j] =
-          unknowns.spread[i] * unknowns.spread[j] * covariance(ii, static_cast<Eigen::Index>(j));
-  }
 }
 
 /// Forces that run against the reference's are of other axes, which no fit mends.
@@ -324,6 +227,7 @@ std::vector<vehicle::TyreInput<double>> guards_for(const TyreSamples& rows,
 TyreFit fit_tyre(const TyreSamples& samples, const TyreCoefficients& reference,
                  const TyreFitOptions& options) {
   expect_same_signs(samples, reference);
+  expect_same_moments(samples, reference, options.alpha);
   const TyreSamples rows = thinned(samples, std::max<std::size_t>(kFewest, options.most_rows));
   TyreFit fit;
   fit.tyre = reference;
@@ -367,7 +271,7 @@ TyreFit fit_tyre(const TyreSamples& samples, const TyreCoefficients& reference,
   const TyreSamples some = thinned(rows, kFirstRows);
   for (const TyreSamples* seen : {&some, &rows}) {
     std::tie(fit.fx, fit.fy) = residuals(rows, fit.tyre, law);
-    const Solved solved = solve(work, unknowns, *seen, {fit.fx.noise_n, fit.fy.noise_n}, p, 100);
+    const Solved solved = solve(work, unknowns, *seen, {fit.fx.noise, fit.fy.noise}, p, 100);
     if (!std::isfinite(solved.cost))
       throw base::Error("the fit does not settle; look at the rows for values of other units");
     p = solved.p;
@@ -379,8 +283,9 @@ TyreFit fit_tyre(const TyreSamples& samples, const TyreCoefficients& reference,
   p.resize(all.size(), 0.0);
   Unknowns both = unknowns_of(all, reference, fit.tyre);
   for (std::size_t i = fitted; i < all.size(); ++i) both.spread[i] *= kConsidered;
-  write_coefficients(fit, both, p, covariance_of(work, both, fitted, rows, fit, p));
+  append_coefficients(fit, both, p, covariance_of(work, both, fitted, rows, fit, p));
   fit.camber_follows = !considered.empty();
+  if (!rows.mz_nm.empty()) fit_aligning(rows, reference, options, fit);
   return fit;
 }
 

@@ -20,13 +20,14 @@ void add_tyre_samples(TyreSamples& samples, const vehicle::Table& table, const s
   const auto &fz_n = column("fz_n"), &kappa = column("kappa"), &alpha_rad = column("alpha_rad"),
              &gamma_rad = column("gamma_rad"), &vx_mps = column("vx_mps");
   const auto *pressure_pa = table.find("pressure_pa"), *fx_n = table.find("fx_n"),
-             *fy_n = table.find("fy_n");
+             *fy_n = table.find("fy_n"), *mz_nm = table.find("mz_nm");
   if (fx_n == nullptr && fy_n == nullptr) column("fx_n' or 'fy_n");
   const auto check = [&](std::size_t row, const char* what, double value, double most) {
     if (std::abs(value) > most)
       throw base::Error(fmt::format("{}: row {} has {} = {:.4g}, wanted {:g} at most; other units?",
                                     name, row + 1, what, value, most));
   };
+  if (mz_nm != nullptr) samples.mz_nm.resize(samples.rows(), NAN);
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const double fx = fx_n ? (*fx_n)[i] : NAN, fy = fy_n ? (*fy_n)[i] : NAN;
     const double pressure = pressure_pa ? (*pressure_pa)[i] : 0.0;
@@ -51,6 +52,10 @@ void add_tyre_samples(TyreSamples& samples, const vehicle::Table& table, const s
         {fz_n[i], kappa[i], std::tan(alpha_rad[i]), gamma_rad[i], vx_mps[i], pressure});
     samples.fx_n.push_back(fx);
     samples.fy_n.push_back(fy);
+    if (samples.mz_nm.empty() && mz_nm == nullptr) continue;
+    const double mz = mz_nm ? (*mz_nm)[i] : NAN;
+    check(i, "mz_nm", mz, 1e5);
+    samples.mz_nm.push_back(mz);
   }
 }
 
@@ -64,6 +69,7 @@ TyreSamples thinned(const TyreSamples& samples, std::size_t most) {
     out.conditions.push_back(samples.conditions[i]);
     out.fx_n.push_back(samples.fx_n[i]);
     out.fy_n.push_back(samples.fy_n[i]);
+    if (!samples.mz_nm.empty()) out.mz_nm.push_back(samples.mz_nm[i]);
     if (samples.fx_more.empty()) continue;
     out.fx_more.push_back(samples.fx_more[i]);
     out.fy_more.push_back(samples.fy_more[i]);

@@ -13,7 +13,8 @@ namespace identify {
 /// The samples of one axle's tyres: to fit, and the last quarter of every drive to judge by.
 struct DriveTyres {
   TyreSamples fit, held_out;
-  std::vector<double> tyre_k;  ///< temperatures of all rows
+  std::vector<bool> fit_right, held_right;  ///< whether a row of these is of the right wheel
+  std::vector<double> tyre_k;               ///< temperatures of all rows
 };
 
 /// Appends both wheels of an axle (0 front, 1 rear) of a table that forces_table made, `name`

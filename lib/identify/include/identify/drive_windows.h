@@ -33,8 +33,8 @@ struct DriveWindow {
   double slope = 0.0;                             ///< of the road along the car, m/m, up positive
   double gear = kNaN;                             ///< NaN too where it changed
   bool gear_recorded = false;
-  double middle_gear = kNaN;  ///< of its middle row
-  std::size_t block = 0;      ///< windows at one place of the road, or near in time
+  double middle_gear = kNaN;               ///< of its middle row
+  std::size_t block = 0;                   ///< windows at one place of the road, or near in time
   std::size_t begin_row = 0, end_row = 0;  ///< of the recording, end excluded
 };
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -25,6 +26,7 @@ struct ConditionCell {
   SlipKind kind = SlipKind::kLateral;
   std::size_t load = 0, camber = 0, slip = 0;  ///< indices of the lower edges
   std::size_t rows = 0;
+  double fx_left_n = NAN, fy_left_n = NAN;  ///< root mean square of measured less fitted force
 };
 
 /// A peak of a fitted curve of pure slip, and whether the rows went past it.

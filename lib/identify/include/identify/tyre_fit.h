@@ -38,12 +38,12 @@ struct TyreStage {
   std::string why_not;           ///< not empty: nothing of this kind was fitted
 };
 
-/// How one force fits.
+/// How one force or moment fits, in N or Nm.
 struct TyreResiduals {
   std::size_t rows = 0;
-  double rms_n = 0.0;    ///< measured less fitted, all rows
-  double size_n = 0.0;   ///< root mean square of the measured force
-  double noise_n = 0.0;  ///< robust standard deviation of the same
+  double rms = 0.0;    ///< measured less fitted, all rows
+  double size = 0.0;   ///< root mean square of what was measured
+  double noise = 0.0;  ///< robust standard deviation of measured less fitted
   double far =
       0.0;  ///< share of rows further than four of these away: outliers, or a formula that cannot
   double repeats =
@@ -57,7 +57,7 @@ struct TyreFit {
   /// Of coefficients[i] and [j] at i * n + j, with what all forces may be off together.
   std::vector<double> covariance;
   std::vector<TyreStage> stages;
-  TyreResiduals fx, fy;
+  TyreResiduals fx, fy, mz;
   std::size_t rows = 0;  ///< that the fit looked at
   /// Camber goes with side slip and load in these rows: its coefficients are the reference's, and
   /// half their spread counts in the covariance.
@@ -71,15 +71,18 @@ struct TyreFit {
 /// 0.1 nominal loads and 1.5 times the greatest load of the data. Coefficients of load, camber and
 /// pressure take part only where 5 % and 95 % of the rows are 0.2 nominal loads, 1 degree and 5 %
 /// of the pressure apart; those of camber only where it is as far from what side slip and load tell
-/// of it. The moment coefficients and the rolling radius stay the reference's.
+/// of it. Then, where there are 30 rows of it, the aligning moment, with the forces as fitted. The
+/// other moments and the rolling radius stay the reference's.
 /// Throws base::Error when no stage has what it needs (30 rows that differ in slip) and when forces
 /// run against the reference's, which are then of other axes.
 TyreFit fit_tyre(const TyreSamples& samples, const vehicle::TyreCoefficients& reference,
                  const TyreFitOptions& options = {});
 
-/// Fitted forces at a condition and their standard deviations from those of the coefficients.
+/// Fitted forces and aligning moment at a condition and their standard deviations from those of the
+/// coefficients; that of the moment is 0 where none was fitted.
 struct ForceBand {
-  double fx_n = 0.0, fy_n = 0.0, fx_sd_n = 0.0, fy_sd_n = 0.0;
+  double fx_n = 0.0, fy_n = 0.0, mz_nm = 0.0;
+  double fx_sd_n = 0.0, fy_sd_n = 0.0, mz_sd_nm = 0.0;
 };
 ForceBand force_band(const TyreFit& fit, const vehicle::TyreInput<double>& condition);
 

@@ -14,6 +14,7 @@ namespace identify {
 struct TyreSamples {
   std::vector<vehicle::TyreInput<double>> conditions;
   std::vector<double> fx_n, fy_n;        ///< of each condition; NaN: not measured
+  std::vector<double> mz_nm;             ///< the same; empty: nowhere
   std::vector<double> fx_more, fy_more;  ///< how much noisier than the others; empty: as noisy
   /// By how much all forces may be off together, as shares; standard deviations.
   double fx_share = 0.0, fy_share = 0.0;
@@ -23,10 +24,11 @@ struct TyreSamples {
 };
 
 /// Appends the rows of a table with the columns fz_n, kappa, alpha_rad, gamma_rad, vx_mps, fx_n
-/// and/or fy_n, and pressure_pa where it was measured: the columns that `crgdrive tyre` writes.
-/// Rows with an empty condition, without any force or with a load at or below zero are counted and
-/// left out. Throws base::Error, `name` standing for the table: a column is missing, a slip angle
-/// is a right angle or more, a value is none of SI units (forces above 1e6 N, say).
+/// and/or fy_n, and mz_nm and pressure_pa where they were measured: the columns that `crgdrive
+/// tyre` writes. Rows with an empty condition, without any force or with a load at or below zero
+/// are counted and left out. Throws base::Error, `name` standing for the table: a column is
+/// missing, a slip angle is a right angle or more, a value is none of SI units (forces above 1e6 N,
+/// say).
 void add_tyre_samples(TyreSamples& samples, const vehicle::Table& table, const std::string& name);
 
 /// Every n-th row, the first among them, so that at most `most` are left; `most` above 0.

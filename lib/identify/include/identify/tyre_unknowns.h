@@ -1,4 +1,4 @@
-// The coefficients of the Magic Formula that a fit of forces may change.
+// The coefficients of the Magic Formula that a fit of forces and aligning moments may change.
 #pragma once
 
 #include <span>
@@ -7,8 +7,9 @@
 
 namespace identify {
 
-/// Which slips a coefficient belongs to.
-enum class SlipKind { kLateral, kLongitudinal, kCombined };
+/// Which slips a coefficient belongs to; of the aligning moment: to any, or to the arm of the
+/// longitudinal force, which shows in combined slip.
+enum class SlipKind { kLateral, kLongitudinal, kCombined, kAligning, kAligningArm };
 
 /// What has to vary in the data, beside the slip, for a coefficient to be found.
 enum class Needs { kSlip, kLoad, kCamber, kPressure };
@@ -25,7 +26,7 @@ struct TyreUnknown {
   bool in_52, in_6x;  ///< versions of the formula that have it
 };
 
-/// All of them, in a fixed order: lateral, longitudinal, combined.
+/// All of them, in the order of their kinds.
 std::span<const TyreUnknown> tyre_unknowns();
 
 }  // namespace identify

@@ -1,0 +1,124 @@
+#include "tyre_solve.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/parallel.h"
+#include "base/random.h"
+#include "base/statistics.h"
+
+namespace identify {
+
+Solved solve(const Unknowns& unknowns, std::vector<double> p, int rounds,
+             const std::function<void(ceres::Problem&, ceres::LossFunction&, double*)>& add_rows) {
+  ceres::CauchyLoss loss(kLossScale);  // rows share it
+  ceres::Problem::Options owned;
+  owned.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(owned);
+  add_rows(problem, loss, p.data());
+  problem.AddResidualBlock(new PriorCost(unknowns.size()), nullptr, p.data());
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    problem.SetParameterLowerBound(p.data(), static_cast<int>(i), unknowns.low(i));
+    problem.SetParameterUpperBound(p.data(), static_cast<int>(i), unknowns.high(i));
+    p[i] = std::clamp(p[i], unknowns.low(i), unknowns.high(i));
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  options.max_num_iterations = rounds;
+  options.function_tolerance = 1e-8;
+  options.num_threads = 1;  // sums in one order
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  return {std::move(p), summary.IsSolutionUsable() ? summary.final_cost : INFINITY};
+}
+
+Started best_of_starts(const Unknowns& unknowns, SlipKind kind, const TyreFitOptions& options,
+                       const std::function<Solved(std::vector<double>)>& solve_from) {
+  const auto count = static_cast<std::size_t>(std::max(1, options.starts));
+  std::vector<Solved> solved(count);
+  base::parallel_for(count, 1, options.threads, [&](std::size_t from, std::size_t to) {
+    for (std::size_t s = from; s < to; ++s) {
+      base::Random random(options.seed * 1000003u + 101u * static_cast<unsigned>(kind) + s);
+      std::vector<double> p(unknowns.size(), 0.0);
+      if (s > 0)
+        for (std::size_t i = 0; i < p.size(); ++i)
+          if (unknowns.list[i]->needs == Needs::kSlip)
+            p[i] = std::clamp(1.2 * random.normal(), unknowns.low(i), unknowns.high(i));
+      solved[s] = solve_from(p);
+    }
+  });
+  Started out{*std::min_element(solved.begin(), solved.end(),
+                                [](const auto& a, const auto& b) { return a.cost < b.cost; })};
+  for (const Solved& one : solved)
+    if (one.cost <= 1.01 * out.best.cost + 1e-9) ++out.agreeing;
+  return out;
+}
+
+std::vector<const TyreUnknown*> list_of(SlipKind kind, const std::array<bool, 4>& varies,
+                                        int version) {
+  std::vector<const TyreUnknown*> out;
+  for (const TyreUnknown& one : tyre_unknowns())
+    if (one.kind == kind && varies[static_cast<std::size_t>(one.needs)] &&
+        (version == 52 ? one.in_52 : one.in_6x))
+      out.push_back(&one);
+  return out;
+}
+
+TyreResiduals residuals_of(const std::vector<double>& measured, const std::vector<double>& left,
+                           double least) {
+  TyreResiduals out;
+  out.rows = left.size();
+  out.noise = least;
+  if (left.empty()) return out;
+  const auto count = static_cast<double>(left.size());
+  std::vector<double> size;
+  double left2 = 0.0, measured2 = 0.0;
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    size.push_back(std::abs(left[i]));
+    left2 += left[i] * left[i];
+    measured2 += measured[i] * measured[i];
+  }
+  out.size = std::sqrt(measured2 / count);
+  out.rms = std::sqrt(left2 / count);
+  out.noise = std::max(least, 1.4826 * base::median(size));
+  double near2 = 0.0, product = 0.0, far = 0.0;
+  const double most = 4.0 * out.noise;
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    if (size[i] > most) far += 1.0;
+    if (i == 0 || size[i] > most || size[i - 1] > most) continue;
+    near2 += 0.5 * (left[i] * left[i] + left[i - 1] * left[i - 1]);
+    product += left[i] * left[i - 1];
+  }
+  out.far = far / count;
+  const double r = near2 > 0.0 ? std::clamp(product / near2, 0.0, 0.98) : 0.0;
+  out.repeats = (1.0 + r) / (1.0 - r);
+  return out;
+}
+
+void append_coefficients(TyreFit& fit, const Unknowns& unknowns, const std::vector<double>& p,
+                         const Eigen::MatrixXd& covariance) {
+  const std::size_t before = fit.coefficients.size(), n = before + unknowns.size();
+  std::vector<double> all(n * n, 0.0);
+  for (std::size_t i = 0; i < before; ++i)
+    std::copy_n(&fit.covariance[i * before], before, &all[i * n]);
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    const auto ii = static_cast<Eigen::Index>(i);
+    FittedCoefficient one;
+    one.keyword = unknowns.list[i]->keyword;
+    one.kind = unknowns.list[i]->kind;
+    one.value = unknowns.value(i, p[i]);
+    one.reference = unknowns.centre[i];
+    const double variance = covariance(ii, ii);
+    one.sd = unknowns.spread[i] * std::sqrt(std::max(0.0, variance));
+    one.from_data = std::clamp(1.0 - variance, 0.0, 1.0);
+    one.at_bound = p[i] < unknowns.low(i) + 1e-6 || p[i] > unknowns.high(i) - 1e-6;
+    fit.coefficients.push_back(one);
+    for (std::size_t j = 0; j < unknowns.size(); ++j)
+      all[(before + i) * n + before + j] =
+          unknowns.spread[i] * unknowns.spread[j] * covariance(ii, static_cast<Eigen::Index>(j));
+  }
+  fit.covariance = std::move(all);
+}
+
+}  // namespace identify
