@@ -21,7 +21,7 @@ Forces two_rows() {
     e = {{kNaN, value}, {kNaN, 0.1 * value}};
   };
   for (auto& w : f.wheel) {
-    for (auto* e : {&w.fx_n, &w.fy_n, &w.fz_n, &w.kappa, &w.alpha_rad, &w.camber_rad})
+    for (auto* e : {&w.fx_n, &w.fy_n, &w.fz_n, &w.kappa, &w.alpha_rad, &w.camber_rad, &w.power_w})
       fill(*e, 5.0);
     w.vx_mps = w.tyre_k = {kNaN, 7.0};
   }
@@ -43,6 +43,7 @@ TEST(ForcesFiles, EveryNumberHasItsDeviationAndLeftOutRowsAreNotThere) {
   }
   EXPECT_NE(t.find("kappa_fl_sd"), nullptr);
   EXPECT_NE(t.find("alpha_rl_sd_rad"), nullptr);
+  EXPECT_NE(t.find("power_rr_sd_w"), nullptr);
   EXPECT_EQ(t.find("u_m")->front(), 2.0);
 }
 

@@ -92,6 +92,12 @@ double judge(const Forces& f, const Drive& drive, const Bounds& bounds) {
         EXPECT_LT(c.rmse * 180.0 / 3.14159265, bounds.alpha_deg) << i;
       }
     }
+    // Of sliding: the truth also has what the tread stores for a moment, so that no interval
+    // counts.
+    const test_drive::Comparison power = test_drive::compare(
+        w.power_w, drive.wheel.size(), [&](std::size_t k) { return drive.wheel[k][i].back(); });
+    if (loud) fmt::print("power of wheel {}: {:.0f} W of {:.0f}\n", i, power.rmse, power.peak);
+    EXPECT_LT(power.rmse, 0.05 * power.peak) << i;
   }
   if (loud) fmt::print("inside their 90 % intervals: {:.1f} %\n", 100.0 * inside / count);
   return inside / static_cast<double>(count);

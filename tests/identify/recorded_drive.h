@@ -18,8 +18,8 @@
 
 namespace test_drive {
 
-/// Of a wheel: fx, fy, fz, kappa, alpha, camber.
-using TrueWheel = std::array<double, 6>;
+/// Of a wheel: fx, fy, fz, kappa, alpha, camber, power lost at the tread.
+using TrueWheel = std::array<double, 7>;
 
 struct Drive {
   vehicle::Table telemetry;  ///< ideal
@@ -66,7 +66,13 @@ inline Drive drive_car(const vehicle::Car<double>& car, const vehicle::Road& roa
       auto& wheels = out.wheel.emplace_back();
       for (std::size_t i = 0; i < kWheels; ++i) {
         const WheelDetail<double>& w = detail.wheel[i];
-        wheels[i] = {w.fx_n, w.fy_n, w.fz_n, w.kappa, std::atan(w.tan_alpha), w.camber_rad};
+        wheels[i] = {w.fx_n,
+                     w.fy_n,
+                     w.fz_n,
+                     w.kappa,
+                     std::atan(w.tan_alpha),
+                     w.camber_rad,
+                     -w.fx_n * w.slip_x_mps - w.fy_n * w.slip_y_mps};
       }
     }
     if (line.closed && driver.s_m < last_m - 0.5 * line.length_m) --laps;

@@ -74,6 +74,7 @@ std::vector<Line> lines_of(const identify::Forces& f) {
     out.push_back({"fz_" + wheel, "N", &f.wheel[i].fz_n});
     out.push_back({"kappa_" + wheel, "1", &f.wheel[i].kappa});
     out.push_back({"alpha_" + wheel, "rad", &f.wheel[i].alpha_rad});
+    out.push_back({"power_" + wheel, "W", &f.wheel[i].power_w});
   }
   out.push_back({"sideslip", "rad", &f.sideslip_rad});
   return out;

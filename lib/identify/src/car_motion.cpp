@@ -207,6 +207,8 @@ Seen CarMotion::look(const CarPoint& point, int gear, vehicle::RoadCursors& curs
     put(seen_of(i, kSeenKappa), w.kappa);
     put(seen_of(i, kSeenAlpha), atan(w.tan_alpha));
     put(seen_of(i, kSeenCamber), w.camber_rad);
+    // By the slips that the tyre feels: what its tread stores and gives back is no loss.
+    put(seen_of(i, kSeenPower), abs(w.vx_mps) * (w.fx_n * w.kappa - w.fy_n * w.tan_alpha));
     out.wheel_vx_mps[i] = w.vx_mps.a;
     out.rolling_radius_m[i] = w.rolling_radius_m.a;
     out.on_road = out.on_road && w.road.on_road;

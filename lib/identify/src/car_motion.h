@@ -97,7 +97,7 @@ struct CarPoint {
   }
 };
 
-/// What is seen of the car at a moment: specific force, then six numbers per wheel.
+/// What is seen of the car at a moment: specific force, then seven numbers per wheel.
 enum SeenPlace : std::size_t {
   kSeenAx,
   kSeenAy,
@@ -111,6 +111,7 @@ enum SeenOfWheel : std::size_t {
   kSeenKappa,
   kSeenAlpha,
   kSeenCamber,
+  kSeenPower,
   kSeenPerWheel
 };
 inline constexpr std::size_t kSeen = kSeenWheel + vehicle::kWheels * kSeenPerWheel;

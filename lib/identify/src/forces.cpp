@@ -33,7 +33,8 @@ void make_room(Forces& out, const std::vector<double>& time) {
   out.u_m.assign(n, kNaN);
   out.v_m.assign(n, kNaN);
   for (WheelForces& w : out.wheel) {
-    for (Estimated* e : {&w.fx_n, &w.fy_n, &w.fz_n, &w.kappa, &w.alpha_rad, &w.camber_rad})
+    for (Estimated* e :
+         {&w.fx_n, &w.fy_n, &w.fz_n, &w.kappa, &w.alpha_rad, &w.camber_rad, &w.power_w})
       room(*e);
     w.vx_mps.assign(n, kNaN);
     w.tyre_k.assign(n, kNaN);
@@ -63,6 +64,7 @@ void write_row(Forces& out, std::size_t k, const SmoothedRow& row,
     seen(w.kappa, kSeenKappa);
     seen(w.alpha_rad, kSeenAlpha);
     seen(w.camber_rad, kSeenCamber);
+    seen(w.power_w, kSeenPower);
     w.vx_mps[k] = row.seen.wheel_vx_mps[i];
     w.tyre_k[k] = row.point.state[vehicle::kTyre + i];
   }

@@ -56,6 +56,7 @@ vehicle::Table forces_table(const Forces& forces) {
     out.add("kappa_" + name, "", w.kappa);
     out.add("alpha_" + name, "_rad", w.alpha_rad);
     out.add("camber_" + name, "_rad", w.camber_rad);
+    out.add("power_" + name, "_w", w.power_w);
     out.add("wheel_vx_" + name + "_mps", w.vx_mps);
     out.add("tyre_" + name + "_k", w.tyre_k);
   }
@@ -107,6 +108,7 @@ std::vector<std::pair<std::string, std::string>> forces_basis(const Forces& forc
                                                 "dampers of the vehicle file"
                                               : "not observed: by masses, springs, downforce "
                                                 "and road of the files");
+  out.emplace_back("power", "by forces and slips, as well as these are known");
   out.emplace_back("kappa", wheels("wheel_", "_radps")
                                 ? "observed: wheel speeds, by rolling radius of the tyre file"
                                 : "not observed: wheel speeds are missing; by the tyre file");

@@ -40,6 +40,7 @@ struct WheelForces {
   Estimated fx_n, fy_n, fz_n;  ///< along the wheel's heading, to its left, along the road's normal
   Estimated kappa, alpha_rad;  ///< slips that the tyre feels, in the signs of a tyre file
   Estimated camber_rad;        ///< against the road, positive to the right
+  Estimated power_w;           ///< that sliding turns into heat, positive
   std::vector<double> vx_mps, tyre_k;
 };
 
