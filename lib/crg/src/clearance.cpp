@@ -350,8 +350,8 @@ void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, doub
   const std::size_t count = stations.size();
   const Extremes extremes = extremes_of(stations);
   const double far_m = farthest_rival_m(extremes, reach_m);
-  const Neighbourhood neighbourhood(stations, far_m);
   const std::vector<Window> windows = same_stretches(stations, reach_m, joined);
+  const Neighbourhood neighbourhood(stations, far_m);
   const std::vector<Prolonged> ends = prolonged_ends(segments, closing);
   // Tangled input would cost count^2; what is not measured within the budget stays uncertain.
   std::size_t budget = 4096 + 1024 * count;
