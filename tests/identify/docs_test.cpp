@@ -80,14 +80,17 @@ TEST(IdentifyDocs, EveryCommandRuns) {
   }
   EXPECT_LT(sd_found, 0.7 * sd);
 
-  // Slip angles that are 7 times too large: the forces fit, and the tyre is another.
-  const std::string mend = fmt::format(
-      "cd '{0}' && awk -F, -v OFS=, 'NR > 1 {{ $3 *= 7 }} 1' bench.csv > off.csv && '{1}' tyre "
-      "off.csv --reference "
-      "vehicles/open_wheel/front.tir --alpha tan -o off.tir > off.log 2>&1",
-      folder.path(), places::crgidentify());
-  EXPECT_EQ(WEXITSTATUS(std::system(mend.c_str())), 3) << cli::read(folder / "off.log");
-  EXPECT_THAT(cli::read(folder / "off.log"), ::testing::HasSubstr("slip angles in another unit"));
+  // Columns in another unit: the rows fit, and the tyre is another.
+  const auto refused = [&](const std::string& change) {
+    const std::string mend = fmt::format(
+        "cd '{0}' && awk -F, -v OFS=, 'NR > 1 {{ {2} }} 1' bench.csv > off.csv && '{1}' tyre "
+        "off.csv --reference vehicles/open_wheel/front.tir --starts 2 -o off.tir > off.log 2>&1",
+        folder.path(), places::crgidentify(), change);
+    EXPECT_EQ(WEXITSTATUS(std::system(mend.c_str())), 3) << cli::read(folder / "off.log");
+    return cli::read(folder / "off.log");
+  };
+  EXPECT_THAT(refused("$3 *= 7"), ::testing::HasSubstr("slip angles in another unit"));
+  EXPECT_THAT(refused("$8 *= 10"), ::testing::HasSubstr("moments in another unit"));
 }
 
 }  // namespace

@@ -38,28 +38,45 @@ bool end_at_the_measured(TyreResult& result) {
   return true;
 }
 
-/// What says that slips are in another unit: a stiffness far from the reference's. Empty: nothing.
+/// At the nominal load, of the upright rolling tyre: dFy/dalpha, dFx/dkappa, dMz/dalpha.
+double stiffness_of(const vehicle::TyreCoefficients& tyre, identify::SlipKind kind,
+                    vehicle::AlphaConvention alpha) {
+  vehicle::TyreInput<double> at;
+  at.fz_n = tyre.nominal_load_n;
+  at.vx_mps = tyre.nominal_speed_mps;
+  const auto rolling = vehicle::tyre_forces(tyre, at, {}, {.alpha = alpha, .moments = false});
+  if (kind == identify::SlipKind::kLateral) return std::abs(rolling.cornering_stiffness_npr);
+  if (kind == identify::SlipKind::kLongitudinal) return std::abs(rolling.slip_stiffness_n);
+  constexpr double kStep = 1e-4;
+  at.tan_alpha = kStep;
+  const double right_nm = vehicle::tyre_forces(tyre, at, {}, {.alpha = alpha}).mz_nm;
+  at.tan_alpha = -kStep;
+  const double left_nm = vehicle::tyre_forces(tyre, at, {}, {.alpha = alpha}).mz_nm;
+  return std::abs(right_nm - left_nm) / (2.0 * kStep);
+}
+
+/// What says that slips or moments are in another unit: a stiffness far from the reference's.
+/// Empty: nothing.
 std::string another_stiffness(const identify::TyreFit& fit,
                               const vehicle::TyreCoefficients& reference) {
-  const auto stiffness = [&](const vehicle::TyreCoefficients& tyre, identify::SlipKind kind) {
-    const vehicle::TyreInput<double> rolling{reference.nominal_load_n,    0.0, 0.0, 0.0,
-                                             reference.nominal_speed_mps, 0.0};
-    const auto f = vehicle::tyre_forces(tyre, rolling, {}, {.alpha = fit.alpha, .moments = false});
-    return std::abs(kind == identify::SlipKind::kLateral ? f.cornering_stiffness_npr
-                                                         : f.slip_stiffness_n);
-  };
   for (const identify::TyreStage& stage : fit.stages) {
-    const bool pure = stage.kind == identify::SlipKind::kLateral ||
-                      stage.kind == identify::SlipKind::kLongitudinal;
-    if (!stage.why_not.empty() || !pure) continue;
-    const double ratio = stiffness(fit.tyre, stage.kind) / stiffness(reference, stage.kind);
-    if (ratio < kOtherUnit && ratio > 1.0 / kOtherUnit) continue;
-    const bool lateral = stage.kind == identify::SlipKind::kLateral;
+    if (!stage.why_not.empty() || stage.kind == identify::SlipKind::kCombined) continue;
+    const double before = stiffness_of(reference, stage.kind, fit.alpha),
+                 ratio = stiffness_of(fit.tyre, stage.kind, fit.alpha) / before;
+    if (!(before > 0.0) || (ratio < kOtherUnit && ratio > 1.0 / kOtherUnit)) continue;
+    const auto [what, column] =
+        stage.kind == identify::SlipKind::kLateral
+            ? std::pair{"cornering",
+                        "slip angles in another unit (alpha_rad is in radians, 0.0175 a degree)"}
+        : stage.kind == identify::SlipKind::kLongitudinal
+            ? std::pair{"slip", "slip ratios in another unit (kappa is 0.1 for 10 %)"}
+            : std::pair{"aligning",
+                        "moments in another unit or about another point (mz_nm is in Nm, about the "
+                        "contact point)"};
     return fmt::format(
-        "the {} stiffness is {:.2g} times the reference's: are {} in another unit ({})? If such a "
-        "tyre it is, give a reference nearer to it",
-        lateral ? "cornering" : "slip", ratio, lateral ? "slip angles" : "slip ratios",
-        lateral ? "alpha_rad is in radians, 0.0175 a degree" : "kappa is 0.1 for 10 %");
+        "the {} stiffness is {:.2g} times the reference's: are {}? If such a tyre it is, give a "
+        "reference nearer to it",
+        what, ratio, column);
   }
   return {};
 }
