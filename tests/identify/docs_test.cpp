@@ -50,9 +50,11 @@ TEST(IdentifyDocs, EveryCommandRuns) {
     const vehicle::TyreInput<double> in{3100.0, 0.0, tan_alpha, 0.02, 30.0, 0.0};
     const double fy_n = vehicle::tyre_forces(truth, in).fy_n;
     EXPECT_NEAR(vehicle::tyre_forces(fitted, in).fy_n, fy_n, 0.002 * std::abs(fy_n));
+    const double mz_nm = vehicle::tyre_forces(truth, in).mz_nm;
+    EXPECT_NEAR(vehicle::tyre_forces(fitted, in).mz_nm, mz_nm, 0.002 * std::abs(mz_nm));
   }
   EXPECT_THAT(cli::read(folder / "log"), ::testing::HasSubstr("Most useful next: "));
-  EXPECT_THAT(cli::read(folder / "fitted.html"), ::testing::HasSubstr("90 % low"));
+  EXPECT_THAT(cli::read(folder / "fitted.html"), ::testing::HasSubstr("with its 90 % band"));
 
   // The forces carry the car: what holds it up is its weight and what the air presses it down with.
   const vehicle::Table forces = vehicle::read_table(folder / "forces/begin_forces.csv");
