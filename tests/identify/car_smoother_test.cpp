@@ -30,7 +30,7 @@ CarPoint cornering(const Racer& racer, RoadCursors& cursors) {
   p.at(identify::kPlaceSteer) = 0.03;
   p.at(identify::kPlaceThrottle) = 0.3;
   StepMatrix by;
-  for (int k = 0; k < 50; ++k) EXPECT_TRUE(racer.motion.move(p, 0.01, 3, 3, cursors, by));
+  for (int k = 0; k < 50; ++k) EXPECT_TRUE(racer.motion.move(p, 0.01, {3, 3, {}}, cursors, by));
   return p;
 }
 
@@ -55,7 +55,7 @@ TEST(CarMotion, MovesTheCarOfTheLibrary) {
   StepOptions options;
   options.step_s = identify::kFineStep_s;
   for (int k = 0; k < 100; ++k) {
-    ASSERT_TRUE(racer.motion.move(p, 0.005, 3, 3, cursors, by));
+    ASSERT_TRUE(racer.motion.move(p, 0.005, {3, 3, {}}, cursors, by));
     for (int n = 0; n < 20; ++n)
       ASSERT_TRUE(step(racer.car, sim, controls, racer.road, options, detail).ok());
   }
@@ -70,7 +70,7 @@ TEST(CarMotion, DerivativesAreThoseOfDifferences) {
   const CarPoint at = cornering(racer, cursors);
   StepMatrix by, unused;
   CarPoint moved = at;
-  ASSERT_TRUE(racer.motion.move(moved, 0.01, 3, 3, cursors, by));
+  ASSERT_TRUE(racer.motion.move(moved, 0.01, {3, 3, {}}, cursors, by));
   const identify::Seen seen = racer.motion.look(at, 3, cursors);
   for (std::size_t place = 0; place < identify::kPlaces; ++place) {
     const double h = place >= identify::kPlaceBrake && place < identify::kPlaceParts
@@ -81,8 +81,8 @@ TEST(CarMotion, DerivativesAreThoseOfDifferences) {
     less.at(place) -= h;
     const identify::Seen up = racer.motion.look(more, 3, cursors),
                          down = racer.motion.look(less, 3, cursors);
-    ASSERT_TRUE(racer.motion.move(more, 0.01, 3, 3, cursors, unused));
-    ASSERT_TRUE(racer.motion.move(less, 0.01, 3, 3, cursors, unused));
+    ASSERT_TRUE(racer.motion.move(more, 0.01, {3, 3, {}}, cursors, unused));
+    ASSERT_TRUE(racer.motion.move(less, 0.01, {3, 3, {}}, cursors, unused));
     if (place >= identify::kPlaceBrake && place < identify::kPlaceParts) continue;  // a kink at 0
     const auto column = static_cast<Eigen::Index>(place);
     for (std::size_t i = 0; i < identify::kChangingPlaces; ++i) {
@@ -107,8 +107,8 @@ TEST(CarMotion, LongStepsAreThoseOfDerivativesOnly) {
   const CarPoint at = cornering(racer, cursors);
   CarPoint fine = at, same = at;
   StepMatrix by, near;
-  ASSERT_TRUE(racer.motion.move(fine, 0.01, 3, 3, cursors, by));
-  ASSERT_TRUE(coarse.move(same, 0.01, 3, 3, cursors, near));
+  ASSERT_TRUE(racer.motion.move(fine, 0.01, {3, 3, {}}, cursors, by));
+  ASSERT_TRUE(coarse.move(same, 0.01, {3, 3, {}}, cursors, near));
   for (std::size_t i = 0; i < kStateSize; ++i)
     EXPECT_EQ(fine.state[i], same.state[i]) << state_name(i);
   EXPECT_NE(by(identify::place_of(kVy), identify::kPlaceSteer),
@@ -126,10 +126,10 @@ std::vector<identify::SmootherRow> exact_rows(const Racer& racer, CarPoint truth
   std::vector<identify::SmootherRow> rows;
   StepMatrix by;
   for (int k = 0; k < count; ++k) {
-    if (k > 0) racer.motion.move(truth, 0.01, 3, 3, cursors, by);
+    if (k > 0) racer.motion.move(truth, 0.01, {3, 3, {}}, cursors, by);
     identify::SmootherRow row;
     row.time_s = 0.01 * k;
-    row.gear = row.next_gear = 3;
+    row.driven = {3, 3, {}};
     row.noise = PlaceVector::Constant(1e-14);
     const identify::Seen seen = racer.motion.look(truth, 3, cursors);
     for (std::size_t s = 0; s < sensors.size(); ++s)

@@ -125,10 +125,12 @@ constexpr auto kChange = static_cast<Index>(kChangingPlaces),
 bool pass(const CarMotion& motion, const SmootherRow& last, const SmootherRow& next,
           CarPoint& point, vehicle::RoadCursors& cursors, StepMatrix& by) {
   const double dt = next.time_s - last.time_s;
-  if (last.gear == next.gear) return motion.move(point, dt, last.gear, last.next_gear, cursors, by);
+  if (last.driven.gear == next.driven.gear) return motion.move(point, dt, last.driven, cursors, by);
+  Driven shifted = next.driven;
+  shifted.feet_per_s = last.driven.feet_per_s;
   StepMatrix second;
-  if (!motion.move(point, 0.5 * dt, last.gear, last.next_gear, cursors, by) ||
-      !motion.move(point, 0.5 * dt, next.gear, next.next_gear, cursors, second))
+  if (!motion.move(point, 0.5 * dt, last.driven, cursors, by) ||
+      !motion.move(point, 0.5 * dt, shifted, cursors, second))
     return false;
   by = (second.leftCols<kChange>() * by).eval();
   by.rightCols<kStay>() += second.rightCols<kStay>();
@@ -300,7 +302,7 @@ bool filter(const CarMotion& motion, const std::vector<Sensor>& sensors,
     now.predicted = point;
     now.covariance = covariance;
     Seen seen;
-    if (any_seen(sensors, rows[k])) seen = motion.look(point, rows[k].gear, cursors);
+    if (any_seen(sensors, rows[k])) seen = motion.look(point, rows[k].driven.gear, cursors);
     move_by(point, take(sensors, rows[k], seen, now, covariance));
     if (!covariance.allFinite() || watch.lost(rows, passed, k)) return false;
   }
@@ -359,7 +361,7 @@ Smoothed smooth(const CarMotion& motion, const std::vector<Sensor>& sensors,
     SmoothedRow& row = out.row[k];
     row.point = now.predicted;
     move_by(row.point, moved);
-    row.seen = motion.look(row.point, rows[k].gear, cursors);
+    row.seen = motion.look(row.point, rows[k].driven.gear, cursors);
     describe(row, covariance + more);
     for (const Update& u : now.updates) {
       if (u.wild) {

@@ -28,7 +28,7 @@ struct Measured {
 
 struct SmootherRow {
   double time_s = 0.0;
-  int gear = 1, next_gear = 1;  ///< until the next row; next_gear: the one to come while 0
+  Driven driven;  ///< until the next row
   std::vector<Measured> measured;
   PlaceVector noise;  ///< variance that came in since the row before
 };

@@ -55,7 +55,7 @@ CarPoint begin_of(const Work& work, std::size_t row, vehicle::RoadCursors& curso
   start.y_m = work.y_m[row];
   start.yaw_rad = work.yaw_rad[row];
   start.speed_mps = work.vx_mps[row];
-  start.gear = std::max(1, work.channels.rows[row].next_gear);
+  start.gear = std::max(1, work.channels.rows[row].driven.next_gear);
   start.fuel_kg = work.options.fuel_kg;
   start.tyre_k = work.options.tyre_k;
   start.disc_k = work.options.disc_k;
