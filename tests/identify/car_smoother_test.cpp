@@ -235,6 +235,32 @@ TEST(CarSmoother, StatedNumbersAreHeldAndTheirUncertaintyCounts) {
   EXPECT_NEAR(open.point_sd[identify::kPlaceStated], 0.025, 1e-6);
 }
 
+// What other stretches told of the sensor's offset is not told again; how well they did counts.
+TEST(CarSmoother, AKnownOffsetOfTheSteeringSensorIsHeld) {
+  const Racer racer;
+  RoadCursors cursors;
+  const CarPoint truth = cornering(racer, cursors);
+  std::vector<identify::Sensor> sensors = fine_sensors();
+  sensors[1].deviation = 3e-3;
+  sensors[2].offset = identify::kPlaceSteerOffset;
+  std::vector<CarPoint> points;
+  const auto rows = exact_rows(racer, truth, sensors, 60, points);
+  identify::SmootherBegin begin{truth, PlaceVector::Constant(1e-8)};
+  begin.sd[identify::kPlaceSteer] = 0.01;
+  begin.sd[identify::kPlaceSteerOffset] = 1e-3;
+  begin.point.at(identify::kPlaceSteerOffset) = 2e-4;
+  const auto middle = [&] {
+    return identify::smooth(racer.motion, sensors, rows, begin, RoadCursors{}).row.at(30);
+  };
+  EXPECT_LT(middle().point_sd[identify::kPlaceSteer], 3e-4);  // the turning of the car tells it
+  begin.steer_offset_known = true;
+  const identify::SmoothedRow held = middle();
+  EXPECT_NEAR(held.point.at(identify::kPlaceSteerOffset), 2e-4, 1e-12);
+  EXPECT_NEAR(held.point.at(identify::kPlaceSteer), points[30].at(identify::kPlaceSteer) - 2e-4,
+              2e-5);
+  EXPECT_NEAR(held.point_sd[identify::kPlaceSteer], 1e-3, 5e-5);
+}
+
 TEST(CarSmoother, IsLostWhereTooMuchIsFarFromWhatWasExpected) {
   const Racer racer;
   RoadCursors cursors;

@@ -190,14 +190,15 @@ void widen(SmoothedRow& row, double factor) {
 /// add_parts. `variance`: of the row, the stated numbers being right.
 void add_constants(const CarPoint& point, const PlaceVector& variance, const SmootherBegin& begin,
                    NoiseSums& sums) {
-  for (std::size_t i = kPlaceRolling; i < kPlaces; ++i) {
+  for (std::size_t i = kPlaceSteerOffset; i < kPlaces; ++i) {
     const auto at = static_cast<Index>(i);
-    if (!(begin.sd[at] > 0.0)) continue;
-    const double off = point.at(i) - begin.point.at(i);
-    const double known = std::max(0.0, 1.0 - variance[at] / (begin.sd[at] * begin.sd[at]));
-    sums.part[i] += known * point.at(i);
-    sums.part_weight[i] += known;
-    sums.about[i] += off * off + variance[at];
+    if (!(begin.sd[at] > 0.0) || !(variance[at] > 0.0)) continue;
+    const double weight = 1.0 / variance[at] - 1.0 / (begin.sd[at] * begin.sd[at]);
+    if (!(weight > 0.0)) continue;
+    const double part = (point.at(i) - begin.point.at(i)) / variance[at];
+    sums.part[i] += part;
+    sums.part_weight[i] += weight;
+    sums.part_squares[i] += part * part / weight;
   }
   ++sums.stretches;
 }
@@ -210,7 +211,7 @@ void add_parts(const CarPoint& point, const PlaceVector& variance, const Smoothe
     const std::size_t rest = rest_of(i);
     if (begin.sd[static_cast<Index>(rest)] > 0.0) continue;
     const double known = std::max(0.0, 1.0 - variance[at] / (begin.sd[at] * begin.sd[at]));
-    sums.part[rest] += known * point.at(i);
+    sums.part[rest] += known * (point.at(i) - begin.point.at(rest));
     sums.part_weight[rest] += known;
   }
 }
@@ -235,6 +236,7 @@ class Considered {
   explicit Considered(const SmootherBegin& begin) : begin_(begin) {
     for (std::size_t i = kPlaceStated; i < kMovingPlaces; ++i)
       if (begin.sd[static_cast<Index>(i)] > 0.0) places_.push_back(static_cast<Index>(i));
+    if (begin.steer_offset_known) places_.push_back(static_cast<Index>(kPlaceSteerOffset));
   }
 
   /// Moves the estimate; `covariance` becomes that of the stated numbers being right, the return
@@ -317,7 +319,7 @@ void NoiseSums::add(const NoiseSums& other) {
     assumed[i] += other.assumed[i];
     part[i] += other.part[i];
     part_weight[i] += other.part_weight[i];
-    about[i] += other.about[i];
+    part_squares[i] += other.part_squares[i];
   }
   measured.resize(std::max(measured.size(), other.measured.size()));
   count.resize(measured.size());
