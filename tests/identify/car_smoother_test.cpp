@@ -30,7 +30,7 @@ CarPoint cornering(const Racer& racer, RoadCursors& cursors) {
   p.at(identify::kPlaceSteer) = 0.03;
   p.at(identify::kPlaceThrottle) = 0.3;
   StepMatrix by;
-  for (int k = 0; k < 50; ++k) EXPECT_TRUE(racer.motion.move(p, 0.01, 3, 3, cursors, by));
+  for (int k = 0; k < 50; ++k) EXPECT_TRUE(racer.motion.move(p, 0.01, {3, 3, {}}, cursors, by));
   return p;
 }
 
@@ -55,7 +55,7 @@ TEST(CarMotion, MovesTheCarOfTheLibrary) {
   StepOptions options;
   options.step_s = identify::kFineStep_s;
   for (int k = 0; k < 100; ++k) {
-    ASSERT_TRUE(racer.motion.move(p, 0.005, 3, 3, cursors, by));
+    ASSERT_TRUE(racer.motion.move(p, 0.005, {3, 3, {}}, cursors, by));
     for (int n = 0; n < 20; ++n)
       ASSERT_TRUE(step(racer.car, sim, controls, racer.road, options, detail).ok());
   }
@@ -70,7 +70,7 @@ TEST(CarMotion, DerivativesAreThoseOfDifferences) {
   const CarPoint at = cornering(racer, cursors);
   StepMatrix by, unused;
   CarPoint moved = at;
-  ASSERT_TRUE(racer.motion.move(moved, 0.01, 3, 3, cursors, by));
+  ASSERT_TRUE(racer.motion.move(moved, 0.01, {3, 3, {}}, cursors, by));
   const identify::Seen seen = racer.motion.look(at, 3, cursors);
   for (std::size_t place = 0; place < identify::kPlaces; ++place) {
     const double h = place >= identify::kPlaceBrake && place < identify::kPlaceParts
@@ -81,8 +81,8 @@ TEST(CarMotion, DerivativesAreThoseOfDifferences) {
     less.at(place) -= h;
     const identify::Seen up = racer.motion.look(more, 3, cursors),
                          down = racer.motion.look(less, 3, cursors);
-    ASSERT_TRUE(racer.motion.move(more, 0.01, 3, 3, cursors, unused));
-    ASSERT_TRUE(racer.motion.move(less, 0.01, 3, 3, cursors, unused));
+    ASSERT_TRUE(racer.motion.move(more, 0.01, {3, 3, {}}, cursors, unused));
+    ASSERT_TRUE(racer.motion.move(less, 0.01, {3, 3, {}}, cursors, unused));
     if (place >= identify::kPlaceBrake && place < identify::kPlaceParts) continue;  // a kink at 0
     const auto column = static_cast<Eigen::Index>(place);
     for (std::size_t i = 0; i < identify::kChangingPlaces; ++i) {
@@ -107,8 +107,8 @@ TEST(CarMotion, LongStepsAreThoseOfDerivativesOnly) {
   const CarPoint at = cornering(racer, cursors);
   CarPoint fine = at, same = at;
   StepMatrix by, near;
-  ASSERT_TRUE(racer.motion.move(fine, 0.01, 3, 3, cursors, by));
-  ASSERT_TRUE(coarse.move(same, 0.01, 3, 3, cursors, near));
+  ASSERT_TRUE(racer.motion.move(fine, 0.01, {3, 3, {}}, cursors, by));
+  ASSERT_TRUE(coarse.move(same, 0.01, {3, 3, {}}, cursors, near));
   for (std::size_t i = 0; i < kStateSize; ++i)
     EXPECT_EQ(fine.state[i], same.state[i]) << state_name(i);
   EXPECT_NE(by(identify::place_of(kVy), identify::kPlaceSteer),
@@ -126,10 +126,10 @@ std::vector<identify::SmootherRow> exact_rows(const Racer& racer, CarPoint truth
   std::vector<identify::SmootherRow> rows;
   StepMatrix by;
   for (int k = 0; k < count; ++k) {
-    if (k > 0) racer.motion.move(truth, 0.01, 3, 3, cursors, by);
+    if (k > 0) racer.motion.move(truth, 0.01, {3, 3, {}}, cursors, by);
     identify::SmootherRow row;
     row.time_s = 0.01 * k;
-    row.gear = row.next_gear = 3;
+    row.driven = {3, 3, {}};
     row.noise = PlaceVector::Constant(1e-14);
     const identify::Seen seen = racer.motion.look(truth, 3, cursors);
     for (std::size_t s = 0; s < sensors.size(); ++s)
@@ -233,6 +233,32 @@ TEST(CarSmoother, StatedNumbersAreHeldAndTheirUncertaintyCounts) {
   }
   EXPECT_NEAR(open.point.at(identify::kPlaceStated), 0.0, 1e-12);
   EXPECT_NEAR(open.point_sd[identify::kPlaceStated], 0.025, 1e-6);
+}
+
+// What other stretches told of the sensor's offset is not told again; how well they did counts.
+TEST(CarSmoother, AKnownOffsetOfTheSteeringSensorIsHeld) {
+  const Racer racer;
+  RoadCursors cursors;
+  const CarPoint truth = cornering(racer, cursors);
+  std::vector<identify::Sensor> sensors = fine_sensors();
+  sensors[1].deviation = 3e-3;
+  sensors[2].offset = identify::kPlaceSteerOffset;
+  std::vector<CarPoint> points;
+  const auto rows = exact_rows(racer, truth, sensors, 60, points);
+  identify::SmootherBegin begin{truth, PlaceVector::Constant(1e-8)};
+  begin.sd[identify::kPlaceSteer] = 0.01;
+  begin.sd[identify::kPlaceSteerOffset] = 1e-3;
+  begin.point.at(identify::kPlaceSteerOffset) = 2e-4;
+  const auto middle = [&] {
+    return identify::smooth(racer.motion, sensors, rows, begin, RoadCursors{}).row.at(30);
+  };
+  EXPECT_LT(middle().point_sd[identify::kPlaceSteer], 3e-4);  // the turning of the car tells it
+  begin.steer_offset_known = true;
+  const identify::SmoothedRow held = middle();
+  EXPECT_NEAR(held.point.at(identify::kPlaceSteerOffset), 2e-4, 1e-12);
+  EXPECT_NEAR(held.point.at(identify::kPlaceSteer), points[30].at(identify::kPlaceSteer) - 2e-4,
+              2e-5);
+  EXPECT_NEAR(held.point_sd[identify::kPlaceSteer], 1e-3, 5e-5);
 }
 
 TEST(CarSmoother, IsLostWhereTooMuchIsFarFromWhatWasExpected) {

@@ -63,11 +63,11 @@ TEST(ForceChannels, GearIsToldBySpeedsWhereItWasNotRecorded) {
   const Racer racer;
   const auto channels = read(racer, {"steer_rad", "throttle", "brake_pa", "engine_radps",
                                      "wheel_rl_radps", "wheel_rr_radps"});
-  EXPECT_EQ(channels.rows[50].gear, 3);
-  EXPECT_EQ(channels.rows[150].gear, 4);
+  EXPECT_EQ(channels.rows[50].driven.gear, 3);
+  EXPECT_EQ(channels.rows[150].driven.gear, 4);
   // The log shows no neutral: the shift takes its time after the change.
-  EXPECT_EQ(channels.rows[102].gear, 0);
-  EXPECT_EQ(channels.rows[102].next_gear, 4);
+  EXPECT_EQ(channels.rows[102].driven.gear, 0);
+  EXPECT_EQ(channels.rows[102].driven.next_gear, 4);
   EXPECT_THAT(channels.said, ::testing::Contains(::testing::HasSubstr("speeds of engine and")));
   EXPECT_THAT(channels.said, ::testing::Contains(::testing::HasSubstr("at all wheels")));
 }

@@ -42,8 +42,24 @@ Errors errors_of(const identify::Forces& f, const identify::Estimated& e, const 
   return out;
 }
 
-/// Errors within 1.5 times the own car's bounds; forces inside their intervals.
-void judge(const Trial& trial, const identify::Forces& f, double most_alpha_deg) {
+/// By the stated car.
+identify::Forces forces_of(const Trial& trial, const vehicle::Recording& log, int noise_rounds) {
+  const vehicle::Vehicle stated = vehicle::read_vehicle(trial.folder.path("vehicle.yaml"));
+  const vehicle::Car<double> car =
+      make_car(stated.files, stated.parameters, stated.terms, stated.contact);
+  const crg::Surface surface(crg::read(trial.folder.path("track.crg")));
+  identify::ForcesOptions options;
+  options.fuel_kg = 0.0;
+  options.prior = stated.prior;
+  options.rolling_sd = 1.0;
+  options.noise_rounds = noise_rounds;
+  return identify::estimate_forces(car, vehicle::Road(surface), log, options);
+}
+
+/// Errors within 1.5 times the own car's bounds; slip angles inside their intervals in at least
+/// this share of the rows.
+void judge(const Trial& trial, const identify::Forces& f, double most_alpha_deg,
+           double least_alpha_inside) {
   const auto say = [](const std::string& name, const Errors& e) {
     fmt::print("  {:14} {:8.4g}, {:5.2f} % of the peak, {:5.1f} % inside\n", name, e.rmse,
                100.0 * e.rmse / e.peak, 100.0 * e.inside);
@@ -77,40 +93,70 @@ void judge(const Trial& trial, const identify::Forces& f, double most_alpha_deg)
     EXPECT_LT(fx.rmse, 0.075 * fx.peak) << i;
     EXPECT_LT(fy.rmse, 0.09 * fy.peak) << i;
     EXPECT_LT(alpha.rmse * 180.0 / 3.14159265, most_alpha_deg) << i;
+    EXPECT_GT(alpha.inside, least_alpha_inside) << i;
   }
 }
 
-// Bounds are 1.5 times those of the own car. Measured on 2026-11-26, 16 s each: 4.4 % at most of
-// fx, 2.8 % of fy, 0.03 degrees.
+// Bounds are 1.5 times those of the own car. Measured on 2026-11-26, 16 s each: 3.8 % at most of
+// fx, 2.8 % of fy, 0.02 degrees.
 TEST(ForcesOfTrials, AreThoseOfTheirTyres) {
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
   for (const bool third : {false, true}) {
     Trial trial(third, heavy ? 2 : 1, 7);
     ASSERT_GT(trial.drive.row.size(), 2000u);
-    const vehicle::Vehicle stated = vehicle::read_vehicle(trial.folder.path("vehicle.yaml"));
-    const vehicle::Car<double> car =
-        make_car(stated.files, stated.parameters, stated.terms, stated.contact);
-    const crg::Surface surface(crg::read(trial.folder.path("track.crg")));
-    const vehicle::Road road(surface);
     for (const bool optical : {true, false}) {
       if (!heavy && !optical) continue;
       fmt::print("{} car, {} optical sensor\n", third ? "third" : "second",
                  optical ? "100 Hz, with" : "50 Hz, without");
-      identify::ForcesOptions options;
-      options.fuel_kg = 0.0;
-      options.prior = stated.prior;
-      options.rolling_sd = 1.0;
-      if (!heavy) options.noise_rounds = 3;
       const vehicle::Recording log = trial.log(optical ? 100.0 : 50.0, optical, heavy ? 1e4 : 16.0);
-      const identify::Forces f = identify::estimate_forces(car, road, log, options);
+      const identify::Forces f =
+          forces_of(trial, log, heavy ? identify::ForcesOptions{}.noise_rounds : 3);
       for (const identify::PartUse& part : f.parts)
         fmt::print("  {}: {:+.3f}, freedom {:.3f}\n", part.part, part.mean, part.freedom);
       for (const std::string& doubt : f.doubts) fmt::print("  doubt: {}\n", doubt);
       for (const std::string& remark : f.remarks) fmt::print("  {}\n", remark);
       fmt::print("  {} rows, {} lost, {} of {} wild\n", f.rows, f.lost, f.wild, f.measurements);
-      judge(trial, f, optical ? 0.225 : 0.6);
+      judge(trial, f, optical ? 0.225 : 0.6, optical ? 0.85 : 0.0);
     }
   }
+}
+
+/// How far off the road wheels' angle is, on the mean of a drive with a steering sensor that is off
+/// by 1 mrad; looks at the front slip angles.
+double steering_off(bool third, unsigned long long seed) {
+  Trial trial(third, 1, seed);
+  const identify::Forces f =
+      forces_of(trial, trial.log(50.0, true, 16.0, {{"sensor.bias", "steer_rad", 0.001}}), 3);
+  for (std::size_t i = 0; i < 2; ++i)
+    EXPECT_GT(
+        errors_of(f, f.wheel[i].alpha_rad, [&](double t) { return std::atan(trial.of(t, i, 4)); })
+            .inside,
+        0.85);
+  double off = 0.0, rows = 0.0;
+  for (std::size_t k = 0; k < f.time_s.size(); ++k) {
+    if (!std::isfinite(f.steer_rad.value[k])) continue;
+    const auto row = static_cast<std::size_t>(std::lround(f.time_s[k] / trials::kRow_s));
+    off +=
+        f.steer_rad.value[k] - trial.drive.row[row][third ? trials::kSteerReached : trials::kSteer];
+    rows += 1.0;
+  }
+  return off / rows;
+}
+
+// A sensor that is off by 1 mrad is found to be, beside tyres that are not the stated ones.
+TEST(ForcesOfTrials, TellTheSteeringSensorsOffset) {
+  const unsigned long long last = std::getenv("KERBSTONE_HEAVY") != nullptr ? 5 : 1;
+  double squares = 0.0, count = 0.0;
+  for (const bool third : {false, true})
+    for (unsigned long long seed = 1; seed <= last; ++seed) {
+      const double off = steering_off(third, seed);
+      fmt::print("{} car: {:.3f} mrad of 1 were not found\n", third ? "third" : "second",
+                 1e3 * off);
+      squares += off * off;
+      count += 1.0;
+    }
+  fmt::print("root mean square {:.3f} mrad\n", 1e3 * std::sqrt(squares / count));
+  EXPECT_LT(std::sqrt(squares / count), 1.5e-4);  // measured: 0.07 mrad
 }
 
 // Over ten cars that are off what is stated as trials are (up to 4 %, places 1.6 %).
@@ -122,17 +168,7 @@ TEST(ForcesOfTrials, HoldTheirIntervals) {
     std::map<std::string, double> inside;
     for (unsigned long long seed = 1; seed <= static_cast<unsigned long long>(kSeeds); ++seed) {
       Trial trial(third, 1, seed);
-      const vehicle::Vehicle stated = vehicle::read_vehicle(trial.folder.path("vehicle.yaml"));
-      const vehicle::Car<double> car =
-          make_car(stated.files, stated.parameters, stated.terms, stated.contact);
-      const crg::Surface surface(crg::read(trial.folder.path("track.crg")));
-      identify::ForcesOptions options;
-      options.fuel_kg = 0.0;
-      options.prior = stated.prior;
-      options.rolling_sd = 1.0;
-      options.noise_rounds = 3;
-      const identify::Forces f = identify::estimate_forces(car, vehicle::Road(surface),
-                                                           trial.log(50.0, true, 16.0), options);
+      const identify::Forces f = forces_of(trial, trial.log(50.0, true, 16.0), 3);
       const auto look = [&](const std::string& name, const identify::Estimated& e,
                             const auto& truth) {
         inside[name] += errors_of(f, e, truth).inside / kSeeds;
@@ -161,17 +197,8 @@ TEST(ForcesOfTrials, HoldTheirIntervals) {
     for (const auto& [name, share] : inside) {
       fmt::print("{} car, {:14} {:5.1f} % inside\n", third ? "third" : "second", name,
                  100.0 * share);
-      // Measured: fy and fz 94 to 100 %, fx 80 to 99 %, slip ratios 78 to 100 %, the second car's
-      // behind least: its gears change without a clutch (docs/accuracy.md).
-      if (name.starts_with("fy") || name.starts_with("fz")) {
-        EXPECT_GT(share, 0.85) << name;
-      }
-      if (name.starts_with("fx")) {
-        EXPECT_GT(share, 0.78) << name;
-      }
-      if (name.starts_with("kappa")) {
-        EXPECT_GT(share, third ? 0.9 : 0.72) << name;
-      }
+      // Measured: fx 84 to 99 %, all else 86 to 100 % (docs/accuracy.md).
+      EXPECT_GT(share, name.starts_with("fx") ? 0.82 : 0.85) << name;
     }
   }
 }

@@ -19,7 +19,8 @@ TEST(RollingDoubt, CountsByRadiusAndRollingResistance) {
     identify::Forces f;
     for (auto& w : f.wheel) {
       w.fz_n.value = {2000.0, 4000.0, 3000.0};
-      w.kappa.sd = {0.0, 0.0, 1e-4};
+      w.kappa = {{0.0, 0.0, 0.0}, {0.0, 0.0, 1e-4}};
+      w.alpha_rad.value = {0.0, 0.0, 0.0};
       w.vx_mps = {40.0, 40.0, 40.0};
     }
     return f;
@@ -45,6 +46,13 @@ TEST(RollingDoubt, CountsByRadiusAndRollingResistance) {
   identify::add_rolling_doubt(car, 1.0, radius, steady);
   EXPECT_GT(steady.wheel[2].kappa.sd[0], 1e-4);
   EXPECT_LT(steady.wheel[2].kappa.sd[0], 1e-3);
+  // A tyre that drives in a turn yields more to it; one at its peak, no more than tenfold.
+  identify::Forces drives = begin();
+  drives.wheel[2].kappa.value = {0.03, 0.5, 0.0};
+  drives.wheel[2].alpha_rad.value = {0.03, 0.0, 0.0};
+  identify::add_rolling_doubt(car, 1.0, radius, drives);
+  EXPECT_GT(drives.wheel[2].kappa.sd[0], steady.wheel[2].kappa.sd[0]);
+  EXPECT_LT(drives.wheel[2].kappa.sd[1], 10.0 * steady.wheel[2].kappa.sd[1] + 1e-9);
 }
 
 }  // namespace

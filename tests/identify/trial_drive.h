@@ -41,13 +41,15 @@ struct Trial {
     trials::write_car(trials::stated_car(truth, off, {}, dice), folder.path(""));
   }
 
-  vehicle::Recording log(double hz, bool optical, double longest_s) {
+  /// `sensors`: what they do beyond noise.
+  vehicle::Recording log(double hz, bool optical, double longest_s,
+                         const std::vector<trials::Effect>& sensors = {}) {
     const std::vector<trials::Column> columns =
         trials::columns({.vy = optical, .reached = truth.car.electric.has_value()});
     trials::Random dice{17};
     std::vector<trials::Row> rows = drive.row;
     rows.resize(std::min(rows.size(), static_cast<std::size_t>(longest_s / trials::kRow_s)));
-    const std::string text = trials::csv(rows, columns, hz, {}, dice);
+    const std::string text = trials::csv(rows, columns, hz, sensors, dice);
     return vehicle::make_recording(vehicle::parse_log(text, "run.csv"), "run.csv");
   }
 

@@ -66,16 +66,19 @@ vehicle::Car<T> car_at(const vehicle::Car<T>& lifted, Point& x) {
 }
 
 template <class T, class Point>
-vehicle::Inputs<T> inputs_of(Point& x, double later_s, int gear, int next_gear) {
+vehicle::Inputs<T> inputs_of(Point& x, double later_s, const Driven& driven) {
+  const auto foot = [&](std::size_t place) -> T {
+    return x.at(place) + later_s * driven.feet_per_s[place - kPlaceThrottle];
+  };
   vehicle::Inputs<T> in;
   in.steer_rad = x.at(kPlaceSteer) + later_s * x.at(kPlaceSteerRate);
   in.steer_rate_radps = x.at(kPlaceSteerRate);
-  in.throttle = x.at(kPlaceThrottle);
+  in.throttle = foot(kPlaceThrottle);
   if (in.throttle < T(0.0)) in.throttle = T(0.0);
   if (in.throttle > T(1.0)) in.throttle = T(1.0);
-  for (std::size_t i = 0; i < kWheels; ++i) in.brake_pa[i] = x.at(kPlaceBrake + i);
-  in.gear = gear;
-  in.next_gear = gear == 0 ? next_gear : 0;
+  for (std::size_t i = 0; i < kWheels; ++i) in.brake_pa[i] = foot(kPlaceBrake + i);
+  in.gear = driven.gear;
+  in.next_gear = driven.gear == 0 ? driven.next_gear : 0;
   return in;
 }
 
@@ -107,7 +110,7 @@ bool sane(const vehicle::State<T>& s) {
 /// The time between two rows, in equal steps of at most `most_step_s`.
 struct Span {
   double dt_s, most_step_s;
-  int gear, next_gear;
+  const Driven& driven;
 };
 
 /// Moves the states of the car on; false where it lost the road or ran away.
@@ -120,8 +123,7 @@ bool drive(const vehicle::Car<T>& car, const vehicle::Road& road, const Span& sp
   vehicle::State<T> rate;
   vehicle::Detail<T> detail;
   for (int k = 0; k < steps; ++k) {
-    const vehicle::Inputs<T> in =
-        inputs_of<T>(x, (k + 0.5) * step.step_s, span.gear, span.next_gear);
+    const vehicle::Inputs<T> in = inputs_of<T>(x, (k + 0.5) * step.step_s, span.driven);
     vehicle::derivative(car, x.state, in, road, cursors, rate, detail);
     for (const auto& wheel : detail.wheel)
       if (!std::isfinite(wheel.road.z_m)) return false;
@@ -138,9 +140,11 @@ double kept_of_parts(double dt_s) { return std::exp(-dt_s / kForgetPart_s); }
 
 /// What is not a state of the car, at the end of `dt_s`; `before` has what parts return to.
 template <class T, class Point>
-void move_rest(Point& x, double dt_s, const CarPoint& before) {
+void move_rest(Point& x, double dt_s, const Driven& driven, const CarPoint& before) {
   x.at(kPlaceSteer) += dt_s * x.at(kPlaceSteerRate);
   x.at(kPlaceSteerRate) *= std::exp(-dt_s / kForgetSteer_s);
+  for (std::size_t i = kPlaceThrottle; i < kPlaceParts; ++i)
+    x.at(i) += dt_s * driven.feet_per_s[i - kPlaceThrottle];
   const double kept = kept_of_parts(dt_s);
   for (std::size_t i = kPlaceParts; i < kChangingPlaces; ++i)
     x.at(i) = kept * x.at(i) + T((1.0 - kept) * before.at(rest_of(i)));
@@ -162,12 +166,12 @@ CarMotion::CarMotion(const vehicle::Car<double>& car, const vehicle::Road& road,
 
 CarMotion::~CarMotion() = default;
 
-bool CarMotion::move(CarPoint& point, double dt_s, int gear, int next_gear,
+bool CarMotion::move(CarPoint& point, double dt_s, const Driven& driven,
                      vehicle::RoadCursors& cursors, StepMatrix& by) const {
   JetPoint x(point);
   const vehicle::Car<Jet> slow = car_at(in_->car, x);
-  if (!drive(slow, in_->road, {dt_s, in_->most_step_s, gear, next_gear}, x, cursors)) return false;
-  move_rest<Jet>(x, dt_s, point);
+  if (!drive(slow, in_->road, {dt_s, in_->most_step_s, driven}, x, cursors)) return false;
+  move_rest<Jet>(x, dt_s, driven, point);
   by.setZero();
   for (std::size_t i = 0; i < kChangingPlaces; ++i)
     by.row(static_cast<Eigen::Index>(i)).head<kMovingPlaces>() = x.at(i).v.transpose();
@@ -178,8 +182,8 @@ bool CarMotion::move(CarPoint& point, double dt_s, int gear, int next_gear,
 
   const vehicle::Car<double> car = car_at(in_->stated, point);
   const double fine_s = std::min(in_->most_step_s, kFineStep_s);
-  if (!drive(car, in_->road, {dt_s, fine_s, gear, next_gear}, point, cursors)) return false;
-  move_rest<double>(point, dt_s, point);
+  if (!drive(car, in_->road, {dt_s, fine_s, driven}, point, cursors)) return false;
+  move_rest<double>(point, dt_s, driven, point);
   return by.allFinite();
 }
 
@@ -189,7 +193,8 @@ Seen CarMotion::look(const CarPoint& point, int gear, vehicle::RoadCursors& curs
   const vehicle::Car<Jet> car = car_at(in_->car, x);
   vehicle::State<Jet> rate;
   vehicle::Detail<Jet> d;
-  vehicle::derivative(car, x.state, inputs_of<Jet>(x, 0.0, gear, 0), in_->road, cursors, rate, d);
+  vehicle::derivative(car, x.state, inputs_of<Jet>(x, 0.0, {gear, 0, {}}), in_->road, cursors, rate,
+                      d);
   Seen out;
   const auto put = [&](std::size_t place, const Jet& value) {
     out.value[place] = value.a;

@@ -148,6 +148,13 @@ inline constexpr double kForgetPart_s = 0.5, kForgetSteer_s = 0.5;
 /// longer steps of their own.
 inline constexpr double kFineStep_s = 0.00025;
 
+/// What happens from a row to the next one that no smoothing moves.
+struct Driven {
+  int gear = 1, next_gear = 1;  ///< next_gear: the one to come while `gear` is 0
+  /// How fast throttle and brakes move, by place from kPlaceThrottle on.
+  std::array<double, kPlaceParts - kPlaceThrottle> feet_per_s{};
+};
+
 /// The laws of lib/vehicle with their derivatives. Car and road must outlive it; may be shared
 /// between threads.
 class CarMotion {
@@ -157,9 +164,8 @@ class CarMotion {
   ~CarMotion();
 
   /// Moves the point on by `dt_s`, in equal steps of at most most_step_s, and gives d after /
-  /// d before. `next_gear`: the gear to come while `gear` is 0. False where the car lost the road
-  /// or ran away; the point is of no use then.
-  bool move(CarPoint& point, double dt_s, int gear, int next_gear, vehicle::RoadCursors& cursors,
+  /// d before. False where the car lost the road or ran away; the point is of no use then.
+  bool move(CarPoint& point, double dt_s, const Driven& driven, vehicle::RoadCursors& cursors,
             StepMatrix& by) const;
 
   Seen look(const CarPoint& point, int gear, vehicle::RoadCursors& cursors) const;

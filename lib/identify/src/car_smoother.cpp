@@ -125,10 +125,12 @@ constexpr auto kChange = static_cast<Index>(kChangingPlaces),
 bool pass(const CarMotion& motion, const SmootherRow& last, const SmootherRow& next,
           CarPoint& point, vehicle::RoadCursors& cursors, StepMatrix& by) {
   const double dt = next.time_s - last.time_s;
-  if (last.gear == next.gear) return motion.move(point, dt, last.gear, last.next_gear, cursors, by);
+  if (last.driven.gear == next.driven.gear) return motion.move(point, dt, last.driven, cursors, by);
+  Driven shifted = next.driven;
+  shifted.feet_per_s = last.driven.feet_per_s;
   StepMatrix second;
-  if (!motion.move(point, 0.5 * dt, last.gear, last.next_gear, cursors, by) ||
-      !motion.move(point, 0.5 * dt, next.gear, next.next_gear, cursors, second))
+  if (!motion.move(point, 0.5 * dt, last.driven, cursors, by) ||
+      !motion.move(point, 0.5 * dt, shifted, cursors, second))
     return false;
   by = (second.leftCols<kChange>() * by).eval();
   by.rightCols<kStay>() += second.rightCols<kStay>();
@@ -188,14 +190,15 @@ void widen(SmoothedRow& row, double factor) {
 /// add_parts. `variance`: of the row, the stated numbers being right.
 void add_constants(const CarPoint& point, const PlaceVector& variance, const SmootherBegin& begin,
                    NoiseSums& sums) {
-  for (std::size_t i = kPlaceRolling; i < kPlaces; ++i) {
+  for (std::size_t i = kPlaceSteerOffset; i < kPlaces; ++i) {
     const auto at = static_cast<Index>(i);
-    if (!(begin.sd[at] > 0.0)) continue;
-    const double off = point.at(i) - begin.point.at(i);
-    const double known = std::max(0.0, 1.0 - variance[at] / (begin.sd[at] * begin.sd[at]));
-    sums.part[i] += known * point.at(i);
-    sums.part_weight[i] += known;
-    sums.about[i] += off * off + variance[at];
+    if (!(begin.sd[at] > 0.0) || !(variance[at] > 0.0)) continue;
+    const double weight = 1.0 / variance[at] - 1.0 / (begin.sd[at] * begin.sd[at]);
+    if (!(weight > 0.0)) continue;
+    const double part = (point.at(i) - begin.point.at(i)) / variance[at];
+    sums.part[i] += part;
+    sums.part_weight[i] += weight;
+    sums.part_squares[i] += part * part / weight;
   }
   ++sums.stretches;
 }
@@ -208,7 +211,7 @@ void add_parts(const CarPoint& point, const PlaceVector& variance, const Smoothe
     const std::size_t rest = rest_of(i);
     if (begin.sd[static_cast<Index>(rest)] > 0.0) continue;
     const double known = std::max(0.0, 1.0 - variance[at] / (begin.sd[at] * begin.sd[at]));
-    sums.part[rest] += known * point.at(i);
+    sums.part[rest] += known * (point.at(i) - begin.point.at(rest));
     sums.part_weight[rest] += known;
   }
 }
@@ -233,6 +236,7 @@ class Considered {
   explicit Considered(const SmootherBegin& begin) : begin_(begin) {
     for (std::size_t i = kPlaceStated; i < kMovingPlaces; ++i)
       if (begin.sd[static_cast<Index>(i)] > 0.0) places_.push_back(static_cast<Index>(i));
+    if (begin.steer_offset_known) places_.push_back(static_cast<Index>(kPlaceSteerOffset));
   }
 
   /// Moves the estimate; `covariance` becomes that of the stated numbers being right, the return
@@ -300,7 +304,7 @@ bool filter(const CarMotion& motion, const std::vector<Sensor>& sensors,
     now.predicted = point;
     now.covariance = covariance;
     Seen seen;
-    if (any_seen(sensors, rows[k])) seen = motion.look(point, rows[k].gear, cursors);
+    if (any_seen(sensors, rows[k])) seen = motion.look(point, rows[k].driven.gear, cursors);
     move_by(point, take(sensors, rows[k], seen, now, covariance));
     if (!covariance.allFinite() || watch.lost(rows, passed, k)) return false;
   }
@@ -315,7 +319,7 @@ void NoiseSums::add(const NoiseSums& other) {
     assumed[i] += other.assumed[i];
     part[i] += other.part[i];
     part_weight[i] += other.part_weight[i];
-    about[i] += other.about[i];
+    part_squares[i] += other.part_squares[i];
   }
   measured.resize(std::max(measured.size(), other.measured.size()));
   count.resize(measured.size());
@@ -359,7 +363,7 @@ Smoothed smooth(const CarMotion& motion, const std::vector<Sensor>& sensors,
     SmoothedRow& row = out.row[k];
     row.point = now.predicted;
     move_by(row.point, moved);
-    row.seen = motion.look(row.point, rows[k].gear, cursors);
+    row.seen = motion.look(row.point, rows[k].driven.gear, cursors);
     describe(row, covariance + more);
     for (const Update& u : now.updates) {
       if (u.wild) {

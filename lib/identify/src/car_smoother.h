@@ -28,7 +28,7 @@ struct Measured {
 
 struct SmootherRow {
   double time_s = 0.0;
-  int gear = 1, next_gear = 1;  ///< until the next row; next_gear: the one to come while 0
+  Driven driven;  ///< until the next row
   std::vector<Measured> measured;
   PlaceVector noise;  ///< variance that came in since the row before
 };
@@ -40,6 +40,8 @@ struct SmootherBegin {
   /// The car is lost where, over a quarter of a second, more than this share of the measurements
   /// are further than four standard deviations from what was expected. 1: never.
   double most_wild = 1.0;
+  /// The steering sensor's offset is considered, not estimated: other stretches told it too.
+  bool steer_offset_known = false;
 };
 
 /// What is known of a row by the whole stretch.
@@ -57,11 +59,10 @@ struct NoiseSums {
   std::array<double, kPlaces> came_in{}, assumed{};
   std::vector<double> measured;  ///< per sensor: squares of what is left, with their variance
   std::vector<std::size_t> count;
-  /// Of what stays as it is: its mean, each stretch counted by how well it knows it.
-  std::array<double, kPlaces> part{}, part_weight{};
-  /// Of what stays as it is over a stretch: squares of it less what it tends to, with their
-  /// variance; stretches.
-  std::array<double, kPlaces> about{};
+  /// Of what stays as it is: the sum of how far beyond its begin each stretch by itself, whatever
+  /// was known before, says that it is, times one over its variance; of these weights; of weight
+  /// times square.
+  std::array<double, kPlaces> part{}, part_weight{}, part_squares{};
   std::size_t stretches = 0;
   std::size_t wild = 0;  ///< measurements further than four deviations: they count less
   void add(const NoiseSums& other);

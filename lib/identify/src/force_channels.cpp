@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "feet.h"
 #include "pedal_stops.h"
 #include "vehicle/driver.h"
 
@@ -217,28 +218,13 @@ void set_gears(const vehicle::Recording& recording, const vehicle::Car<double>& 
   for (std::size_t k = 0; k < gear.size(); ++k) {
     SmootherRow& row = out.rows[k];
     if (k > 0 && gear[k] != gear[k - 1]) changed_s = row.time_s;
-    row.gear = row.next_gear = gear[k];
-    if (!neutral && row.time_s - changed_s < shift_s) row.gear = 0;
+    row.driven.gear = row.driven.next_gear = gear[k];
+    if (!neutral && row.time_s - changed_s < shift_s) row.driven.gear = 0;
   }
   for (std::size_t k = gear.size(); neutral && k-- > 0;) {
     if (gear[k] != 0) next = gear[k];
-    out.rows[k].next_gear = next;
+    out.rows[k].driven.next_gear = next;
   }
-}
-
-/// Variance of the steps of a channel from row to row, over a quarter of a second to either side,
-/// without that of its noise.
-std::vector<double> step_variance(const std::vector<double>& values, double noise, double step_s) {
-  const auto reach = static_cast<std::size_t>(std::max(2.0, std::round(0.06 / step_s)));
-  std::vector<double> out(values.size(), 0.0);
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    const std::size_t from = k > reach ? k - reach : 0, to = std::min(values.size() - 1, k + reach);
-    double sum = 0.0;
-    for (std::size_t i = from + 1; i <= to; ++i) sum += std::pow(values[i] - values[i - 1], 2);
-    if (to > from)
-      out[k] = std::max(0.0, sum / static_cast<double>(to - from) - 2.0 * noise * noise);
-  }
-  return out;
 }
 
 /// When between two rows the gear changed is not known: half the clutch's torque may have acted for
@@ -246,7 +232,7 @@ std::vector<double> step_variance(const std::vector<double>& values, double nois
 void add_shift(const vehicle::Car<double>& car, SmootherRow& row, int gear_before, double dt_s) {
   const double about_s = dt_s / std::sqrt(12.0);
   const double clutch_nm = 0.5 * car.parameters[P::clutch_torque_nm];
-  const int gear = row.gear != 0 ? row.gear : gear_before;
+  const int gear = row.driven.gear != 0 ? row.driven.gear : gear_before;
   const double ratio = std::abs(vehicle::overall_ratio(car.parameters, gear));
   const double engine = about_s * clutch_nm / car.parameters[P::engine_inertia_kgm2];
   const double wheel =
@@ -259,28 +245,18 @@ void add_shift(const vehicle::Car<double>& car, SmootherRow& row, int gear_befor
   }
 }
 
-/// The driver's feet move as the recorded channels do; shifts throw the engine's speed about.
+/// Shifts throw the engine's speed about.
 void set_noises(const vehicle::Recording& recording, const vehicle::Car<double>& car,
                 ForceChannels& out) {
   const PlaceVector per_second = noise_per_second();
-  const std::vector<double>& time = *recording.table.find("time_s");
-  std::vector<std::vector<double>> moves(kPlaces);
-  for (const Sensor& s : out.sensors) {
-    if (s.seen || s.place < kPlaceThrottle || s.place >= kPlaceParts) continue;
-    const std::vector<double> filled = vehicle::fill_gaps(time, *recording.table.find(s.channel));
-    moves[s.place] = step_variance(filled, s.deviation, recording.step_s);
-  }
   for (std::size_t k = 0; k < out.rows.size(); ++k) {
     SmootherRow& row = out.rows[k];
     const double dt = k == 0
                           ? recording.step_s
                           : std::min(row.time_s - out.rows[k - 1].time_s, 2.5 * recording.step_s);
     row.noise = dt * per_second;
-    for (std::size_t place = kPlaceThrottle; place < kPlaceParts; ++place)
-      if (!moves[place].empty())
-        row.noise[static_cast<Index>(place)] =
-            std::max(moves[place][k], 0.01 * dt * per_second[static_cast<Index>(place)]);
-    if (k > 0 && row.gear != out.rows[k - 1].gear) add_shift(car, row, out.rows[k - 1].gear, dt);
+    const int before = k > 0 ? out.rows[k - 1].driven.gear : row.driven.gear;
+    if (row.driven.gear != before) add_shift(car, row, before, dt);
   }
 }
 
@@ -385,6 +361,7 @@ ForceChannels read_force_channels(const vehicle::Recording& recording,
   read_driver(recording, car, reader, out);
   set_gears(recording, car, out);
   set_noises(recording, car, out);
+  move_feet(recording, out);
   return out;
 }
 

@@ -55,7 +55,7 @@ CarPoint begin_of(const Work& work, std::size_t row, vehicle::RoadCursors& curso
   start.y_m = work.y_m[row];
   start.yaw_rad = work.yaw_rad[row];
   start.speed_mps = work.vx_mps[row];
-  start.gear = std::max(1, work.channels.rows[row].next_gear);
+  start.gear = std::max(1, work.channels.rows[row].driven.next_gear);
   start.fuel_kg = work.options.fuel_kg;
   start.tyre_k = work.options.tyre_k;
   start.disc_k = work.options.disc_k;
@@ -68,7 +68,7 @@ CarPoint begin_of(const Work& work, std::size_t row, vehicle::RoadCursors& curso
     const Sensor& s = work.channels.sensors[m.sensor];
     if (!s.seen && s.place >= kPlaceSteer) out.at(s.place) = m.value;
   }
-  for (std::size_t i = kPlaceRolling; i < kPlaces; ++i)
+  for (std::size_t i = kPlaceSteerOffset; i < kPlaces; ++i)
     out.at(i) = work.mean[static_cast<Index>(i)];
   for (std::size_t i = kPlaceParts; i < kChangingPlaces; ++i) out.at(i) = out.at(rest_of(i));
   return out;
@@ -109,6 +109,34 @@ struct LearntNoise {
   double power = 2.0, last = 0.0;
 };
 
+/// By how much more than their deviations say the pieces differ in what they tell of a place, as a
+/// factor on the variance of their mean (R. T. Birge, 1932). What the car's laws do not have counts
+/// as noise from row to row, yet goes on through a turn, or all of a piece.
+double scatter(const NoiseSums& sums, std::size_t place) {
+  if (sums.stretches < 2) return 1.0;
+  const double about =
+      sums.part_squares[place] - sums.part[place] * sums.part[place] / sums.part_weight[place];
+  return std::max(1.0, about / static_cast<double>(sums.stretches - 1));
+}
+
+/// Moves what stays as it is to what all pieces and, once, the vehicle file say.
+void move_constants(Work& work, const NoiseSums& sums) {
+  for (std::size_t i = kPlaceSteerOffset; i < kPlaces; ++i) {
+    if (!(sums.part_weight[i] > 0.0)) continue;
+    const auto at = static_cast<Index>(i);
+    const double stated =
+        work.stated_sd[at] > 0.0 ? 1.0 / (work.stated_sd[at] * work.stated_sd[at]) : 0.0;
+    const double differ = scatter(sums, i), told = sums.part_weight[i] / differ;
+    work.mean[at] = (work.mean[at] * told + sums.part[i] / differ) / (told + stated);
+    if (i >= kPlaceRest) work.mean[at] = std::clamp(work.mean[at], -kMostOff, kMostOff);
+    const double mean_sd = 1.0 / std::sqrt(told + stated);
+    if (i == kPlaceSteerOffset) work.begin_sd[at] = mean_sd;
+    if (i == kPlaceRolling || i == kPlaceRolling + 1)  // that of a piece
+      work.begin_sd[at] =
+          std::max(kLeastRolling, mean_sd * std::sqrt(static_cast<double>(sums.stretches)));
+  }
+}
+
 /// Moves noises as the smoothed pieces say. Expectation maximisation is slow where a log says
 /// little: while it keeps its direction, its steps grow.
 void move_noises(Work& work, const NoiseSums& sums, std::vector<LearntNoise>& learnt) {
@@ -132,18 +160,7 @@ void move_noises(Work& work, const NoiseSums& sums, std::vector<LearntNoise>& le
     for (SmootherRow& row : work.channels.rows)
       row.noise.segment(at, static_cast<Index>(l.count)) *= factor;
   }
-  for (std::size_t i = kPlaceRest; i < kPlaces; ++i)
-    if (sums.part_weight[i] > 0.0)
-      work.mean[static_cast<Index>(i)] =
-          std::clamp(sums.part[i] / sums.part_weight[i], -kMostOff, kMostOff);
-  for (std::size_t i = kPlaceRolling; i < kPlaceRest; ++i) {
-    const auto at = static_cast<Index>(i);
-    if (!(sums.part_weight[i] > 0.0)) continue;
-    // About the mean of before: what the mean moves by is found in the next round.
-    work.begin_sd[at] =
-        std::max(kLeastRolling, std::sqrt(sums.about[i] / static_cast<double>(sums.stretches)));
-    work.mean[at] = sums.part[i] / sums.part_weight[i];
-  }
+  move_constants(work, sums);
   for (std::size_t i = 0; i < work.channels.sensors.size() && i < sums.count.size(); ++i) {
     Sensor& s = work.channels.sensors[i];
     const bool feet = !s.seen && s.place >= kPlaceThrottle && s.place < kPlaceParts;
@@ -179,7 +196,9 @@ Work make_work(const CarMotion& motion, const vehicle::Car<double>& car, const v
             options,
             read_force_channels(recording, car),
             begin_deviations(options.prior),
+            begin_deviations(options.prior),
             PlaceVector::Zero(),
+            false,
             filled(recording, "x_m"),
             filled(recording, "y_m"),
             filled(recording, "yaw_rad"),
@@ -221,7 +240,8 @@ Smoothed smooth_piece(const Work& work, const Piece& piece, double most_wild) {
   const auto at = [&](std::size_t row) { return all.begin() + static_cast<std::ptrdiff_t>(row); };
   const std::vector<SmootherRow> rows(at(piece.from), at(piece.to));
   vehicle::RoadCursors cursors;
-  const SmootherBegin begin{begin_of(work, piece.from, cursors), work.begin_sd, most_wild};
+  const SmootherBegin begin{begin_of(work, piece.from, cursors), work.begin_sd, most_wild,
+                            work.steer_offset_known};
   return smooth(work.motion, work.channels.sensors, rows, begin, cursors);
 }
 
@@ -251,6 +271,8 @@ void learn_noises(Work& work, const std::vector<Piece>& pieces) {
     for (const NoiseSums& s : done) sums.add(s);
     move_noises(work, sums, learnt);
   }
+  // From here on the pieces are not asked again for what they told together.
+  work.steer_offset_known = work.options.noise_rounds > 0;
 }
 
 }  // namespace identify

@@ -21,8 +21,10 @@ struct Work {
   const vehicle::Recording& recording;
   const ForcesOptions& options;
   ForceChannels channels;
+  PlaceVector stated_sd;  ///< before anything is known of the log
   PlaceVector begin_sd;
-  PlaceVector mean;  ///< of what stays as it is, from kPlaceRolling on
+  PlaceVector mean;  ///< of what stays as it is, from kPlaceSteerOffset on
+  bool steer_offset_known = false;
   std::vector<double> x_m, y_m, yaw_rad, vx_mps, vy_mps, yaw_rate_radps;  ///< without empty cells
   /// Temperatures, fuel and boost that a simulation without smoothing goes through, by state.
   std::vector<std::pair<std::size_t, std::vector<double>>> kept;

@@ -1,5 +1,6 @@
 #include "rolling_doubt.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "vehicle/magic_formula.h"
@@ -20,17 +21,25 @@ double mean_radius_m(const std::vector<double>& left, const std::vector<double>&
   return sum / count;
 }
 
-/// Slip at which a tyre under this load drives its own rolling resistance.
-double free_slip(const vehicle::Car<double>& car, std::size_t axle, double fz_n, double vx_mps) {
-  vehicle::TyreInput<double> in;
-  in.fz_n = fz_n;
-  in.vx_mps = vx_mps;
+/// By how much the slip of a tyre changes that drives its own rolling resistance too: where it
+/// already slips, along and to the side, it yields more than at rest.
+double slip_of_resistance(const vehicle::Car<double>& car, std::size_t axle,
+                          vehicle::TyreInput<double> in) {
+  constexpr double kStep = 1e-4, kLeast = 0.1;  // at a peak: of the stiffness at rest
   in.pressure_pa = car.parameters.axle(axle, P::front_tyre_pressure_pa);
   vehicle::TyreFactors<double> factors;
   factors.stiffness_x = car.parameters.axle(axle, P::front_tyre_slip_stiffness);
-  const auto tyre = vehicle::tyre_forces(car.files->tyre[axle], in, factors, {.moments = true});
-  const double force_n = tyre.my_nm / car.static_radius_m[axle];
-  return tyre.slip_stiffness_n > 0.0 ? force_n / tyre.slip_stiffness_n : 0.0;
+  vehicle::TyreOptions options = car.tyre_options;
+  options.moments = true;
+  const auto tyre = vehicle::tyre_forces(car.files->tyre[axle], in, factors, options);
+  const auto force_n = [&](double more) {
+    vehicle::TyreInput<double> there = in;
+    there.kappa += more;
+    return vehicle::tyre_forces(car.files->tyre[axle], there, factors, options).fx_n;
+  };
+  const double per_slip_n =
+      std::max((force_n(kStep) - force_n(-kStep)) / (2.0 * kStep), kLeast * tyre.slip_stiffness_n);
+  return per_slip_n > 0.0 ? tyre.my_nm / car.static_radius_m[axle] / per_slip_n : 0.0;
 }
 
 }  // namespace
@@ -46,7 +55,12 @@ void add_rolling_doubt(const vehicle::Car<double>& car, double share,
     for (std::size_t k = 0; k < radius_m[i].size(); ++k) {
       if (!std::isfinite(radius_m[i][k]) || !(w.fz_n.value[k] > 0.0)) continue;
       const double changed = radius_m[i][k] / mean_m - 1.0;
-      const double resists = free_slip(car, a, w.fz_n.value[k], w.vx_mps[k]);
+      vehicle::TyreInput<double> at;
+      at.fz_n = w.fz_n.value[k];
+      at.kappa = w.kappa.value[k];
+      at.tan_alpha = std::tan(w.alpha_rad.value[k]);
+      at.vx_mps = w.vx_mps[k];
+      const double resists = slip_of_resistance(car, a, at);
       w.kappa.sd[k] =
           std::hypot(w.kappa.sd[k], share * std::hypot(changed, kWarmth), share * resists);
     }

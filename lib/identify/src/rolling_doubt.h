@@ -10,9 +10,9 @@ namespace identify {
 
 /// Widens the deviations of slip ratios. Wheel speeds tell the rolling radius of an axle over the
 /// whole drive; how it changes from row to row, with load and speed, and by how much rolling
-/// resistance makes a free wheel slip, is the tyre file's word, which may be off by `share` of
-/// either; and warmth changes radii by a twentieth of a per cent. `radius_m`: rolling radii by the
-/// tyre file, NaN where a row has no forces.
+/// resistance makes a wheel slip where it works, is the tyre file's word, which may be off by
+/// `share` of either; and warmth changes radii by a twentieth of a per cent. `radius_m`: rolling
+/// radii by the tyre file, NaN where a row has no forces.
 void add_rolling_doubt(const vehicle::Car<double>& car, double share,
                        const std::array<std::vector<double>, vehicle::kWheels>& radius_m,
                        Forces& out);
