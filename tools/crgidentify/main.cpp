@@ -14,23 +14,25 @@ using Chosen = std::function<void(Work)>;
 
 void add_tyre(CLI::App& app, crgidentify::TyreCommand& tyre, const Chosen& chosen) {
   CLI::App* const tyre_app =
-      app.add_subcommand("tyre", "Fits the Magic Formula to measured forces of a tyre");
+      app.add_subcommand("tyre", "Fits the Magic Formula to measured forces and moments of a tyre");
   command::add_input(
       *tyre_app, "bench", tyre.bench_paths,
-      "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa], fx_n and/or "
-      "fy_n, in the signs of the reference; several are one measurement. Or folders that "
+      "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa], fx_n and/or fy_n, and mz_nm "
+      "if it was measured, in the signs of the reference; several are one measurement. Or folders "
+      "that "
       "crgidentify forces wrote, with --axle")
       ->required();
   command::add_input(*tyre_app, "--reference", tyre.reference_path,
                      "Tyre property file: what is believed where the data say nothing, and all "
-                     "that forces do not tell (moments, radius, stiffness)")
+                     "that the rows do not tell (other moments, radius, stiffness)")
       ->required();
   command::add_output_file(*tyre_app, tyre.out_path,
                            "Tyre property file to write: the reference with fitted values")
       ->required();
   command::add_output_file(
       *tyre_app, tyre.plots_path,
-      "Page to write, HTML: fitted curves with their bands, and the reference's", "--plots");
+      "Page to write, HTML: fitted curves with their bands, the rows beside them, what is left",
+      "--plots");
   command::add_choice(*tyre_app, "--alpha", tyre.alpha,
                       "tan: tan(alpha) in all formulas; angle: alpha in the pure side force",
                       {"tan", "angle"});

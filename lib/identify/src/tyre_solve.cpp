@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "base/parallel.h"
 #include "base/random.h"
@@ -39,7 +40,8 @@ Started best_of_starts(const Unknowns& unknowns, SlipKind kind, const TyreFitOpt
   std::vector<Solved> solved(count);
   base::parallel_for(count, 1, options.threads, [&](std::size_t from, std::size_t to) {
     for (std::size_t s = from; s < to; ++s) {
-      base::Random random(options.seed * 1000003u + 101u * static_cast<unsigned>(kind) + s);
+      base::Random random(options.seed * 1000003u +
+                          std::uint64_t{101} * static_cast<unsigned>(kind) + s);
       std::vector<double> p(unknowns.size(), 0.0);
       if (s > 0)
         for (std::size_t i = 0; i < p.size(); ++i)
