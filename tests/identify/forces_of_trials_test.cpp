@@ -60,7 +60,10 @@ identify::Forces forces_of(const Trial& trial, const vehicle::Recording& log, in
 /// this share of the rows.
 void judge(const Trial& trial, const identify::Forces& f, double most_alpha_deg,
            double least_alpha_inside) {
-  const auto say = [](const std::string& name, const Errors& e) {
+  double inside = 0.0, quantities = 0.0;
+  const auto say = [&](const std::string& name, const Errors& e) {
+    inside += e.inside;
+    quantities += 1.0;
     fmt::print("  {:14} {:8.4g}, {:5.2f} % of the peak, {:5.1f} % inside\n", name, e.rmse,
                100.0 * e.rmse / e.peak, 100.0 * e.inside);
   };
@@ -95,10 +98,13 @@ void judge(const Trial& trial, const identify::Forces& f, double most_alpha_deg,
     EXPECT_LT(alpha.rmse * 180.0 / 3.14159265, most_alpha_deg) << i;
     EXPECT_GT(alpha.inside, least_alpha_inside) << i;
   }
+  fmt::print("  all: {:.1f} % inside\n", 100.0 * inside / quantities);
+  EXPECT_GT(inside / quantities, 0.85);
 }
 
 // Bounds are 1.5 times those of the own car. Measured on 2026-11-26, 16 s each: 3.8 % at most of
-// fx, 2.8 % of fy, 0.02 degrees.
+// fx, 2.8 % of fy, 0.02 degrees. On two laps of each (2026-11-27) 6.1 %, 2.7 % and 0.2 degrees, a
+// single wheel's slip angle 83.7 % inside.
 TEST(ForcesOfTrials, AreThoseOfTheirTyres) {
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
   for (const bool third : {false, true}) {
@@ -116,7 +122,7 @@ TEST(ForcesOfTrials, AreThoseOfTheirTyres) {
       for (const std::string& doubt : f.doubts) fmt::print("  doubt: {}\n", doubt);
       for (const std::string& remark : f.remarks) fmt::print("  {}\n", remark);
       fmt::print("  {} rows, {} lost, {} of {} wild\n", f.rows, f.lost, f.wild, f.measurements);
-      judge(trial, f, optical ? 0.225 : 0.6, optical ? 0.85 : 0.0);
+      judge(trial, f, optical ? 0.225 : 0.6, heavy ? 0.8 : 0.85);
     }
   }
 }
