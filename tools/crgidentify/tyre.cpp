@@ -150,6 +150,7 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
   identify::TyreSamples samples;
   TyreResult result;
   const identify::DriveTyres drives = read_rows(command, reference.coefficients, result, samples);
+  result.rows_left_out = samples.left_out + drives.held_out.left_out;
   if (samples.rows() == 0)
     throw base::Error(
         fmt::format("{}: none of the {} rows has every condition, a load above zero (fz_n is "
