@@ -168,11 +168,13 @@ Eigen::MatrixXd covariance_of(const Work& work, const Unknowns& unknowns, std::s
   normal = normal.selfadjointView<Eigen::Lower>();
   const auto f = static_cast<Eigen::Index>(fitted), c = n - f;
   const auto solver = normal.topLeftCorner(f, f).ldlt();
-  const Eigen::MatrixXd moved = solver.solve(larger.topRows(f)),
-                        by_others = -solver.solve(normal.topRightCorner(f, c));
+  const Eigen::MatrixXd moved = solver.solve(larger.topRows(f));
   Eigen::MatrixXd out = Eigen::MatrixXd::Identity(n, n);
-  out.topLeftCorner(f, f) = solver.solve(Eigen::MatrixXd::Identity(f, f)) +
-                            moved * moved.transpose() + by_others * by_others.transpose();
+  out.topLeftCorner(f, f) =
+      solver.solve(Eigen::MatrixXd::Identity(f, f)) + moved * moved.transpose();
+  if (c == 0) return out;
+  const Eigen::MatrixXd by_others = -solver.solve(normal.topRightCorner(f, c));
+  out.topLeftCorner(f, f) += by_others * by_others.transpose();
   out.topRightCorner(f, c) = by_others;
   out.bottomLeftCorner(c, f) = by_others.transpose();
   return out;
