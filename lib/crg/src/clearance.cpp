@@ -20,12 +20,14 @@ constexpr double kDegenerateLean = 50.0;
 constexpr double kDegenerateLength = 1e-8;
 
 // What a run of segments may claim, rounded so that less becomes certain. There are as many as a
-// fourth of the rows while a road becomes ready: hence floats, and no copies from the segments.
+// fourth of the rows while a road becomes ready: hence floats, and no more copies from the segments
+// than a first look needs.
 struct Station {
   float span_m;    // no point of the run is farther than this from the middle
   float turn_rad;  // sum of |turns| inside the run and to the next
   float stretch;   // |point - foot| / |v| at most
   float fold_left_m, fold_right_m;
+  float x_m, y_m;  // of the middle, from the line's first node: for a first look, not exact
 };
 
 struct Stations {
@@ -54,8 +56,9 @@ Station make_station(const Stations& stations, std::size_t k, double reach_m, bo
   const std::size_t end = std::min((k + 1) * stations.run, segments.size());
   for (std::size_t i = k * stations.run; i < end; ++i) {
     const SegmentFrame& frame = segments[i].frame;
-    span_m = std::max(span_m,
-                      std::hypot(frame.x_m - middle.x_m, frame.y_m - middle.y_m) + frame.length_m);
+    // Not std::hypot: where a square is too large nothing becomes certain.
+    const double dx = frame.x_m - middle.x_m, dy = frame.y_m - middle.y_m;
+    span_m = std::max(span_m, std::sqrt(dx * dx + dy * dy) + frame.length_m);
     if (i + 1 < segments.size()) {
       turn_rad += turn_between(frame, segments[i + 1].frame);
     } else if (joined) {
@@ -73,14 +76,20 @@ Station make_station(const Stations& stations, std::size_t k, double reach_m, bo
       fold_right_m = std::min(fold_right_m, frame.length_m / rate);
     }
   }
-  return {float_above(span_m), float_above(turn_rad), float_above(stretch),
-          float_below(fold_left_m), float_below(fold_right_m)};
+  return {float_above(span_m),
+          float_above(turn_rad),
+          float_above(stretch),
+          float_below(fold_left_m),
+          float_below(fold_right_m),
+          float_below(middle.x_m - segments[0].frame.x_m),
+          float_below(middle.y_m - segments[0].frame.y_m)};
 }
 
 // Of all stations.
 struct Extremes {
   double largest_span_m = 0.0, largest_stretch = 1.0;
   double nearest_fold_m = std::numeric_limits<double>::infinity();
+  double farthest_m = 0.0;  // from the first node, of either coordinate
 };
 
 Extremes extremes_of(const Stations& stations) {
@@ -90,6 +99,8 @@ Extremes extremes_of(const Stations& stations) {
     of.largest_stretch = std::max<double>(of.largest_stretch, station.stretch);
     of.nearest_fold_m =
         std::min<double>(of.nearest_fold_m, std::min(station.fold_left_m, station.fold_right_m));
+    of.farthest_m =
+        std::max<double>(of.farthest_m, std::max(std::abs(station.x_m), std::abs(station.y_m)));
   }
   return of;
 }
@@ -279,8 +290,13 @@ void keep_from_others(const Stations& stations, std::size_t k, const Window& win
   const Station& here = stations[k];
   const SegmentFrame& middle = stations.middle(k);
   const double harmless = harmless_squared(here, extremes, reach_m, certain);
+  // By the floats of both: what lies farther than this certainly is harmless.
+  const double far_m = (std::sqrt(harmless) + 0x1p-20 * extremes.farthest_m) * (1.0 + 1e-5);
+  const float far_squared = float_above(far_m * far_m);
   const auto keep_from_all = [&](std::size_t first, std::size_t last) {
     for (; first < last; ++first) {
+      const float ex = stations[first].x_m - here.x_m, ey = stations[first].y_m - here.y_m;
+      if (ex * ex + ey * ey > far_squared) continue;
       const SegmentFrame& other = stations.middle(first);
       const double dx = other.x_m - middle.x_m, dy = other.y_m - middle.y_m;
       const double squared = dx * dx + dy * dy;
