@@ -6,6 +6,15 @@
 #include "line_geometry.h"
 
 namespace crg {
+namespace {
+
+// Within a unit in the last place of std::hypot, which costs 2 % of the time in which a road becomes ready.
+double length_of(double dx, double dy) {
+  const double squared = dx * dx + dy * dy;
+  return squared > 1e-200 && squared < 1e200 ? std::sqrt(squared) : std::hypot(dx, dy);
+}
+
+}  // namespace
 
 bool ends_joined(const ReferenceLine& line) {
   if (!line.closed || line.size() < 4) return false;
@@ -23,7 +32,7 @@ Point2 mitre_direction(const ReferenceLine& line, std::size_t row) {
     after = 1;
   }
   const Point2 along{line.x_m[after] - line.x_m[before], line.y_m[after] - line.y_m[before]};
-  const double length = std::hypot(along.x_m, along.y_m);
+  const double length = length_of(along.x_m, along.y_m);
   if (!(length > 0.0)) return {0.0, 0.0};
   return {along.x_m / length, along.y_m / length};
 }
@@ -36,7 +45,7 @@ SegmentFrame frame_without_mitres(const ReferenceLine& line, std::size_t row) {
   frame.y_m = line.y_m[row];
   const double dx = line.x_m[row + 1] - line.x_m[row];
   const double dy = line.y_m[row + 1] - line.y_m[row];
-  frame.length_m = std::hypot(dx, dy);
+  frame.length_m = length_of(dx, dy);
   if (frame.length_m > 0.0) {
     frame.cos = dx / frame.length_m;
     frame.sin = dy / frame.length_m;
