@@ -8,7 +8,8 @@
 namespace crg {
 namespace {
 
-// Within a unit in the last place of std::hypot, which costs 2 % of the time in which a road becomes ready.
+// Within a unit in the last place of std::hypot, which costs 2 % of the time in which a road
+// becomes ready.
 double length_of(double dx, double dy) {
   const double squared = dx * dx + dy * dy;
   return squared > 1e-200 && squared < 1e200 ? std::sqrt(squared) : std::hypot(dx, dy);
