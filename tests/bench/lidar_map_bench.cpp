@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "road/summary.h"
+#include "inspect/input_file.h"
 #include "support/lidar_trial.h"
 
 namespace {

@@ -15,12 +15,12 @@
 #include <ctime>
 #include <filesystem>
 
-#include "road/circuit.h"
+#include "circuit/circuit.h"
 #include "road/clean.h"
-#include "road/read_mesh.h"
+#include "mesh/read_mesh.h"
 #include "road/reference_line.h"
 #include "road/sample.h"
-#include "road/synth.h"
+#include "circuit/synth.h"
 #include "support/places.h"
 #include "wide.h"
 

@@ -10,7 +10,7 @@
 #include <sstream>
 #include <vector>
 
-#include "road/recipe.h"
+#include "make/recipe.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 

@@ -11,7 +11,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "road/read_mesh.h"
+#include "mesh/read_mesh.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 

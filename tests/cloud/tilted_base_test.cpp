@@ -8,7 +8,7 @@
 #include <cstdlib>
 
 #include "cloud/synth.h"
-#include "road/circuit.h"
+#include "circuit/circuit.h"
 #include "support/lidar_trial.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"

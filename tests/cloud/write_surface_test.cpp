@@ -8,7 +8,7 @@
 
 #include "cloud/error.h"
 #include "cloud/read_cloud.h"
-#include "road/read_mesh.h"
+#include "mesh/read_mesh.h"
 #include "support/temporary_folder.h"
 
 namespace cloud {

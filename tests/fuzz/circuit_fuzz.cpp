@@ -2,7 +2,7 @@
 
 #include "base/error.h"
 #include "fuzz/target.h"
-#include "road/circuit.h"
+#include "circuit/circuit.h"
 
 void fuzz::run(std::string_view bytes) {
   const std::string path = folder().put("circuit.yaml", bytes);

@@ -5,8 +5,8 @@
 
 #include "fuzz/target.h"
 #include "road/clean.h"
-#include "road/error.h"
-#include "road/read_mesh.h"
+#include "mesh/error.h"
+#include "mesh/read_mesh.h"
 
 namespace road::fuzz {
 namespace {

@@ -1,6 +1,6 @@
 #include "base/error.h"
 #include "fuzz/target.h"
-#include "road/recipe.h"
+#include "make/recipe.h"
 
 void fuzz::run(std::string_view bytes) {
   const std::string path = folder().put("track.yaml", bytes);

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-#include "road/error.h"
+#include "mesh/error.h"
 #include "support/temporary_folder.h"
 
 namespace {

@@ -1,6 +1,6 @@
 // The whole way from a mesh to a checked CRG, on the project's own demo circuit with its exact
 // answers.
-#include "road/build.h"
+#include "make/build.h"
 
 #include <gtest/gtest.h>
 
@@ -13,8 +13,8 @@
 #include <random>
 
 #include "crg/surface.h"
-#include "road/circuit.h"
-#include "road/synth.h"
+#include "circuit/circuit.h"
+#include "circuit/synth.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
 

@@ -1,4 +1,4 @@
-#include "road/built.h"
+#include "make/built.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "crg/file.h"
 #include "crg/surface.h"
-#include "road/export_mesh.h"
+#include "mesh/export_mesh.h"
 #include "support/strip_road.h"
 #include "support/temporary_folder.h"
 

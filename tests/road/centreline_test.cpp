@@ -7,7 +7,7 @@
 #include <fstream>
 #include <random>
 
-#include "road/error.h"
+#include "mesh/error.h"
 #include "support/ring_strips.h"
 #include "support/strip_road.h"
 #include "support/temporary_folder.h"

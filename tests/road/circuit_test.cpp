@@ -1,4 +1,4 @@
-#include "road/circuit.h"
+#include "circuit/circuit.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include <random>
 
 #include "crg/surface.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
 

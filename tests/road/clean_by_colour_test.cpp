@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "road/build.h"
+#include "make/build.h"
 #include "road/centreline.h"
 #include "road/clean.h"
-#include "road/error.h"
-#include "road/plausible.h"
-#include "road/ray_surface.h"
-#include "road/read_mesh.h"
+#include "mesh/error.h"
+#include "make/plausible.h"
+#include "mesh/ray_surface.h"
+#include "mesh/read_mesh.h"
 #include "support/coloured_ring.h"
 #include "support/mesh_files.h"
 #include "support/ring_strips.h"

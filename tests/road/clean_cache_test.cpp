@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "road/build.h"
-#include "road/export_mesh.h"
+#include "make/build.h"
+#include "mesh/export_mesh.h"
 #include "support/strip_road.h"
 #include "support/temporary_folder.h"
 

@@ -10,8 +10,8 @@
 #include <numbers>
 #include <set>
 
-#include "road/error.h"
-#include "road/read_mesh.h"
+#include "mesh/error.h"
+#include "mesh/read_mesh.h"
 #include "support/mutate_mesh.h"
 #include "support/places.h"
 

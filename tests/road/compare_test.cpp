@@ -1,4 +1,4 @@
-#include "road/compare.h"
+#include "inspect/compare.h"
 
 #include <gtest/gtest.h>
 

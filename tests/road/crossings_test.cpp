@@ -7,7 +7,7 @@
 #include <string>
 
 #include "road/edges.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "road/reference_line.h"
 #include "road/sample.h"
 #include "support/strip_road.h"

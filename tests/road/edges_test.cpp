@@ -11,10 +11,11 @@
 #include <numbers>
 
 #include "crg/surface.h"
-#include "road/build.h"
-#include "road/error.h"
+#include "make/build.h"
+#include "mesh/error.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
+#include "road/track_crg.h"
 
 namespace road {
 namespace {

@@ -1,4 +1,4 @@
-#include "road/export_mesh.h"
+#include "mesh/export_mesh.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <set>
 
-#include "road/error.h"
+#include "mesh/error.h"
 #include "support/temporary_folder.h"
 
 namespace {

@@ -1,6 +1,6 @@
 // What is exported is read back by others: pugixml and the formulas of OpenDRIVE's standard, the
 // reader of meshes (assimp for .glb), the readers of guides.
-#include "road/export_road.h"
+#include "inspect/export_road.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,12 +12,12 @@
 #include <set>
 
 #include "crg/file.h"
-#include "road/error.h"
-#include "road/export_mesh.h"
+#include "mesh/error.h"
+#include "mesh/export_mesh.h"
 #include "road/guide.h"
 #include "road/projection.h"
-#include "road/ray_surface.h"
-#include "road/read_mesh.h"
+#include "mesh/ray_surface.h"
+#include "mesh/read_mesh.h"
 #include "support/temporary_folder.h"
 
 namespace {

@@ -1,4 +1,4 @@
-#include "road/findings.h"
+#include "inspect/findings.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

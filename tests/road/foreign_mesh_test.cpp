@@ -8,8 +8,8 @@
 #include <cstring>
 #include <filesystem>
 
-#include "road/error.h"
-#include "road/read_mesh.h"
+#include "mesh/error.h"
+#include "mesh/read_mesh.h"
 #include "support/mesh_files.h"
 #include "support/temporary_folder.h"
 

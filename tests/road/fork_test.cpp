@@ -10,9 +10,9 @@
 
 #include "road/centreline.h"
 #include "road/clean.h"
-#include "road/error.h"
-#include "road/plausible.h"
-#include "road/ray_surface.h"
+#include "mesh/error.h"
+#include "make/plausible.h"
+#include "mesh/ray_surface.h"
 
 namespace {
 

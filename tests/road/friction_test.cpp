@@ -9,8 +9,8 @@
 
 #include "crg/surface.h"
 #include "report/picture.h"
-#include "road/build.h"
-#include "road/error.h"
+#include "make/build.h"
+#include "mesh/error.h"
 #include "support/run_crgbuild.h"
 #include "support/temporary_folder.h"
 

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "crg/surface.h"
-#include "road/build.h"
-#include "road/export_mesh.h"
+#include "make/build.h"
+#include "mesh/export_mesh.h"
 #include "support/ring_strips.h"
 #include "support/temporary_folder.h"
 

@@ -10,15 +10,15 @@
 #include <numbers>
 #include <random>
 
-#include "road/build.h"
+#include "make/build.h"
 #include "road/centreline.h"
 #include "road/clean.h"
-#include "road/error.h"
-#include "road/place.h"
-#include "road/plausible.h"
-#include "road/question.h"
-#include "road/ray_surface.h"
-#include "road/read_mesh.h"
+#include "mesh/error.h"
+#include "make/place.h"
+#include "make/plausible.h"
+#include "make/question.h"
+#include "mesh/ray_surface.h"
+#include "mesh/read_mesh.h"
 #include "road/reference_line.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"

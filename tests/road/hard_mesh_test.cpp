@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "crg/surface.h"
-#include "road/build.h"
-#include "road/export_mesh.h"
-#include "road/ray_surface.h"
+#include "make/build.h"
+#include "mesh/export_mesh.h"
+#include "mesh/ray_surface.h"
 #include "support/mutate_mesh.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"

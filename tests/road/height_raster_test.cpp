@@ -1,5 +1,5 @@
 // Read back from the bytes, and compared with the formula that the road was made of.
-#include "road/height_raster.h"
+#include "inspect/height_raster.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "crg/file.h"
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace {
 

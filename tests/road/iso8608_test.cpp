@@ -1,4 +1,4 @@
-#include "road/iso8608.h"
+#include "circuit/iso8608.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace {
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "road/error.h"
+#include "mesh/error.h"
 #include "road/kerb.h"
 #include "road/reference_line.h"
 #include "support/strip_road.h"

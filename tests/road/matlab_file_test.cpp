@@ -1,6 +1,6 @@
 // The bytes, walked by the format's own description. tests/python/exports_test.py has scipy read
 // them.
-#include "road/matlab_file.h"
+#include "inspect/matlab_file.h"
 
 #include <gtest/gtest.h>
 

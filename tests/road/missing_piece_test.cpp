@@ -1,4 +1,4 @@
-#include "road/missing_piece.h"
+#include "make/missing_piece.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "road/build.h"
-#include "road/export_mesh.h"
+#include "make/build.h"
+#include "mesh/export_mesh.h"
 #include "support/temporary_folder.h"
 
 namespace {

@@ -12,8 +12,8 @@
 #include <random>
 
 #include "fuzz/mutated.h"
-#include "road/error.h"
-#include "road/read_mesh.h"
+#include "mesh/error.h"
+#include "mesh/read_mesh.h"
 #include "support/analytic_roads.h"
 #include "support/brute_force.h"
 #include "support/draco_gltf.h"

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "crg/patches.h"
-#include "road/build.h"
-#include "road/export_mesh.h"
+#include "make/build.h"
+#include "mesh/export_mesh.h"
 #include "road/reference_line.h"
 #include "support/strip_road.h"
 #include "support/temporary_folder.h"

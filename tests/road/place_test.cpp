@@ -1,5 +1,5 @@
 // A road that was moved, turned, scaled and exported again comes back to where it was.
-#include "road/place.h"
+#include "make/place.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,9 +11,9 @@
 #include <random>
 
 #include "crg/surface.h"
-#include "road/build.h"
-#include "road/error.h"
-#include "road/export_mesh.h"
+#include "make/build.h"
+#include "mesh/error.h"
+#include "mesh/export_mesh.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "support/temporary_folder.h"

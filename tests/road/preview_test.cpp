@@ -1,4 +1,4 @@
-#include "road/preview.h"
+#include "make/preview.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "road/error.h"
-#include "road/export_mesh.h"
+#include "mesh/error.h"
+#include "mesh/export_mesh.h"
 #include "support/ring_strips.h"
 #include "support/temporary_folder.h"
 

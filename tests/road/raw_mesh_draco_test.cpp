@@ -11,8 +11,8 @@
 #include <set>
 
 #include "base/read_file.h"
-#include "road/error.h"
-#include "road/read_mesh.h"
+#include "mesh/error.h"
+#include "mesh/read_mesh.h"
 #include "support/draco_gltf.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"

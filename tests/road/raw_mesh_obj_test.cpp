@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "road/error.h"
-#include "road/read_mesh.h"
+#include "mesh/error.h"
+#include "mesh/read_mesh.h"
 #include "support/temporary_folder.h"
 
 namespace {

@@ -1,4 +1,4 @@
-#include "road/ray_surface.h"
+#include "mesh/ray_surface.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "road/read_mesh.h"
+#include "mesh/read_mesh.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@
 #include <set>
 
 #include "base/sha256.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "support/mesh_files.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"

@@ -12,7 +12,7 @@
 
 #include "base/csv.h"
 #include "crg/surface.h"
-#include "road/build.h"
+#include "make/build.h"
 #include "support/brute_force.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"

@@ -1,4 +1,4 @@
-#include "road/recipe.h"
+#include "make/recipe.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 namespace {

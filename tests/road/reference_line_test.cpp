@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace {
 

@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "crg/surface.h"
-#include "road/build.h"
-#include "road/export_mesh.h"
+#include "make/build.h"
+#include "mesh/export_mesh.h"
 #include "support/analytic_roads.h"
 #include "support/mutate_mesh.h"
 #include "support/ring_strips.h"

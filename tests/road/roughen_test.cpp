@@ -7,9 +7,9 @@
 
 #include "crg/file.h"
 #include "crg/surface.h"
-#include "road/built.h"
-#include "road/error.h"
-#include "road/export_mesh.h"
+#include "make/built.h"
+#include "mesh/error.h"
+#include "mesh/export_mesh.h"
 #include "road/roughness.h"
 #include "support/strip_road.h"
 #include "support/temporary_folder.h"

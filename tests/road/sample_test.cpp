@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "road/error.h"
+#include "mesh/error.h"
 #include "road/reference_line.h"
 #include "support/strip_road.h"
 

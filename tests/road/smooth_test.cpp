@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace {
 

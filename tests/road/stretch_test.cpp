@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "road/built.h"
-#include "road/error.h"
-#include "road/export_mesh.h"
+#include "make/built.h"
+#include "mesh/error.h"
+#include "mesh/export_mesh.h"
 #include "support/strip_road.h"
 #include "support/temporary_folder.h"
 

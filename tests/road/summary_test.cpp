@@ -1,4 +1,4 @@
-#include "road/summary.h"
+#include "make/summary.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "road/synth.h"
+#include "circuit/synth.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 
 #include "base/sha256.h"
 #include "crg/surface.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "support/brute_force.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"

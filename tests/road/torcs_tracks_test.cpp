@@ -14,8 +14,8 @@
 #include <random>
 
 #include "crg/surface.h"
-#include "road/build.h"
-#include "road/export_mesh.h"
+#include "make/build.h"
+#include "mesh/export_mesh.h"
 #include "support/brute_force.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"

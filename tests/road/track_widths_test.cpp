@@ -1,4 +1,4 @@
-#include "road/track_widths.h"
+#include "inspect/track_widths.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <sstream>
 
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 namespace {

@@ -1,4 +1,4 @@
-#include "road/write_report.h"
+#include "inspect/write_report.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -14,7 +14,7 @@
 #include "crg/error.h"
 #include "crg/file.h"
 #include "report/track_report.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "support/oval_road.h"
 #include "support/places.h"
 

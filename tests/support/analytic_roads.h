@@ -6,7 +6,7 @@
 #include <string>
 
 #include "crg/reference_line.h"
-#include "road/mesh.h"
+#include "mesh/mesh.h"
 
 namespace support {
 

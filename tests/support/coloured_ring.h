@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "road/mesh.h"
+#include "mesh/mesh.h"
 #include "support/temporary_folder.h"
 
 namespace support {

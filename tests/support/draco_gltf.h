@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "road/mesh.h"
+#include "mesh/mesh.h"
 #include "support/mesh_files.h"
 
 namespace support {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "road/circuit.h"
+#include "circuit/circuit.h"
 #include "support/places.h"
 
 namespace support {

@@ -10,7 +10,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-#include "road/mesh.h"
+#include "mesh/mesh.h"
 
 namespace support {
 

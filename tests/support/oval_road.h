@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "crg/file.h"
-#include "road/mesh.h"
+#include "mesh/mesh.h"
 
 namespace test_support {
 

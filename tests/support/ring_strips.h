@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "road/mesh.h"
+#include "mesh/mesh.h"
 
 namespace support {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "road/mesh.h"
+#include "mesh/mesh.h"
 
 namespace support {
 

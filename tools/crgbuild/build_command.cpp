@@ -5,8 +5,8 @@
 
 #include "base/ending.h"
 #include "commands.h"
-#include "road/error.h"
-#include "road/question.h"
+#include "mesh/error.h"
+#include "make/question.h"
 
 namespace crgbuild {
 namespace {

@@ -13,12 +13,12 @@
 #include "commands.h"
 #include "crg/file.h"
 #include "crg/surface.h"
-#include "road/error.h"
-#include "road/export_mesh.h"
-#include "road/export_road.h"
-#include "road/height_raster.h"
-#include "road/matlab_file.h"
-#include "road/track_widths.h"
+#include "mesh/error.h"
+#include "mesh/export_mesh.h"
+#include "inspect/export_road.h"
+#include "inspect/height_raster.h"
+#include "inspect/matlab_file.h"
+#include "inspect/track_widths.h"
 
 namespace crgbuild {
 namespace {

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
-#include "road/build.h"
+#include "make/build.h"
 
 namespace crgbuild {
 

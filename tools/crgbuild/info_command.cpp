@@ -7,7 +7,7 @@
 #include "base/json_text.h"
 #include "commands.h"
 #include "crg/file.h"
-#include "road/summary.h"
+#include "make/summary.h"
 
 namespace crgbuild {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "command/program.h"
 #include "commands.h"
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace crgbuild {
 namespace {

@@ -15,7 +15,7 @@
 #include "base/write_file.h"
 #include "commands.h"
 #include "crg/surface.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "settings.h"
 
 namespace crgbuild {

@@ -9,10 +9,11 @@
 #include "base/write_file.h"
 #include "commands.h"
 #include "crg/file.h"
-#include "road/build.h"
-#include "road/place.h"
-#include "road/road_mesh_file.h"
-#include "road/summary.h"
+#include "make/build.h"
+#include "make/place.h"
+#include "make/road_mesh_file.h"
+#include "make/summary.h"
+#include "road/track_crg.h"
 
 namespace crgbuild {
 namespace {

@@ -7,8 +7,9 @@
 #include "base/write_file.h"
 #include "commands.h"
 #include "crg/file.h"
-#include "road/built.h"
-#include "road/place.h"
+#include "make/built.h"
+#include "make/place.h"
+#include "road/track_crg.h"
 
 namespace crgbuild {
 

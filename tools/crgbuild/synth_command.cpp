@@ -5,7 +5,7 @@
 
 #include "base/json_text.h"
 #include "commands.h"
-#include "road/synth.h"
+#include "circuit/synth.h"
 
 namespace crgbuild {
 

@@ -10,7 +10,7 @@
 #include "cloud/trajectory.h"
 #include "commands.h"
 #include "crg/file.h"
-#include "road/summary.h"
+#include "inspect/input_file.h"
 
 namespace lidar2mesh {
 

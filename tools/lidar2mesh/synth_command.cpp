@@ -7,7 +7,7 @@
 #include "base/write_file.h"
 #include "cloud/synth.h"
 #include "commands.h"
-#include "road/circuit.h"
+#include "circuit/circuit.h"
 
 namespace lidar2mesh {
 namespace {

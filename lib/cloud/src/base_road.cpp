@@ -12,7 +12,7 @@
 #include "base/statistics.h"
 #include "cloud/error.h"
 #include "cloud/road_frame.h"
-#include "road/build.h"
+#include "road/track_crg.h"
 #include "road/reference_line.h"
 
 namespace cloud {

@@ -9,7 +9,7 @@
 #include "cloud/error.h"
 #include "cloud/pcl.h"
 #include "crg/options.h"
-#include "road/build.h"
+#include "road/track_crg.h"
 
 namespace cloud {
 

@@ -11,7 +11,7 @@
 #include "base/write_file.h"
 #include "cloud/road_frame.h"
 #include "report/track_report.h"
-#include "road/write_report.h"
+#include "inspect/write_report.h"
 
 namespace cloud {
 namespace {

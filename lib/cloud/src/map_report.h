@@ -3,7 +3,7 @@
 #include "base/output_set.h"
 #include "cloud/map.h"
 #include "crg/file.h"
-#include "road/summary.h"
+#include "inspect/input_file.h"
 
 namespace cloud {
 

@@ -7,7 +7,7 @@
 #include "cloud/write_surface.h"
 #include "map_report.h"
 #include "report/track_report.h"
-#include "road/read_mesh.h"
+#include "mesh/read_mesh.h"
 
 namespace cloud {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "base/error.h"
 #include "reports.h"
-#include "road/build_reported.h"
-#include "road/findings.h"
+#include "make/build_reported.h"
+#include "inspect/findings.h"
 
 namespace py = pybind11;
 

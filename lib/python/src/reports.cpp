@@ -12,8 +12,8 @@
 #include "base/error.h"
 #include "base/read_file.h"
 #include "crg/error.h"
-#include "road/build_reported.h"
-#include "road/question.h"
+#include "make/build_reported.h"
+#include "make/question.h"
 
 namespace py = pybind11;
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "crg/surface.h"
-#include "road/ray_surface.h"
+#include "mesh/ray_surface.h"
 
 namespace sim {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "road/summary.h"
+#include "inspect/input_file.h"
 
 namespace cloud {
 

@@ -9,7 +9,7 @@
 
 #include "crg/file.h"
 #include "crg/reference_line.h"
-#include "road/mesh.h"
+#include "mesh/mesh.h"
 #include "road/projection.h"
 
 namespace road {

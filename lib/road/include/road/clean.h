@@ -8,14 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "road/guide.h"
-#include "road/mesh.h"
-#include "road/read_mesh.h"
+#include "mesh/read_mesh.h"
+#include "road/road_mesh.h"
 
 namespace road {
-
-enum class SurfaceClass : std::uint8_t { road, kerb, runoff, barrier, scenery };
-const char* to_string(SurfaceClass surface_class);
 
 /// One line of the name table: the first rule whose pattern (ECMAScript regex, case-insensitive,
 /// searched) matches decides.
@@ -90,13 +86,6 @@ struct CleanReport {
 
 /// "the guide", "names", "colour" or "shape": what told road from scenery.
 std::string told_by(const CleanReport& report);
-
-/// The drivable surface: welded, faces turned up, class per triangle (road, kerb or runoff only).
-struct RoadMesh {
-  Mesh mesh;
-  std::vector<SurfaceClass> class_of_triangle;
-  std::optional<Guide> guide;  ///< along which it was found, where one or a route was given
-};
 
 /// How to read a mesh that shall be cleaned: with the colours of its objects where names count and
 /// none calls an object road.

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "road/clean.h"
-#include "road/ray_surface.h"
+#include "road/road_mesh.h"
+#include "mesh/ray_surface.h"
 #include "road/sample.h"
 
 namespace road {
@@ -80,5 +80,9 @@ crg::Grid friction_grid(const SampledGrid& sampled, const RaySurface& surface, c
                         const crg::ReferenceLine& line, const FrictionOptions& options,
                         const FrictionPaint& paint, unsigned threads,
                         FrictionReport* report = nullptr);
+
+/// The file that says where the pixels of a picture of frictions lie: the one that
+/// read_friction_picture() takes.
+std::optional<std::string> world_file_of(const std::string& picture_path);
 
 }  // namespace road

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "road/clean.h"
+#include "road/road_mesh.h"
 
 namespace road {
 

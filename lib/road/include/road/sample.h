@@ -9,9 +9,9 @@
 #include "crg/grid.h"
 #include "crg/reference_line.h"
 #include "road/centreline.h"
-#include "road/clean.h"
+#include "road/road_mesh.h"
 #include "road/crossings.h"
-#include "road/ray_surface.h"
+#include "mesh/ray_surface.h"
 
 namespace road {
 

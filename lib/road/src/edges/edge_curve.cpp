@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "base/csv.h"
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 namespace {

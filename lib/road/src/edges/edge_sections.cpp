@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 namespace {

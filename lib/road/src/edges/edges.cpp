@@ -12,7 +12,7 @@
 #include "edge_rungs.h"
 #include "edge_sections.h"
 #include "road/crossings.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "road/reference_line.h"
 #include "u_ranges.h"
 

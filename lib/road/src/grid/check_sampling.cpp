@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 namespace {

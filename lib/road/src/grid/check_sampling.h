@@ -3,7 +3,7 @@
 
 #include "crg/reference_line.h"
 #include "road/centreline.h"
-#include "road/ray_surface.h"
+#include "mesh/ray_surface.h"
 #include "road/sample.h"
 
 namespace road {

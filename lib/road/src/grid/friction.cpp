@@ -14,28 +14,27 @@
 #include "base/csv.h"
 #include "base/parallel.h"
 #include "base/read_file.h"
-#include "build_steps.h"
 #include "report/picture.h"
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 
 namespace {
 
-constexpr double kReach_m = 0.1;  // smoothing and float32 move a node by less
+constexpr double kHitReach_m = 0.1;  // smoothing and float32 move a node by less
 constexpr double kLargest = 3.0;
 constexpr std::size_t kMaxPictureBytes = 500'000'000;
 
-enum class Kind : std::uint8_t { road, kerb, grass, gravel, paint, concrete, painted };
+enum class GroundKind : std::uint8_t { road, kerb, grass, gravel, paint, concrete, painted };
 constexpr std::array<const char*, 7> kNames{"road",  "kerb",     "grass",  "gravel",
                                             "paint", "concrete", "painted"};
 
 /// What the names of one object say: its kind on the road and on the run-off.
 struct ObjectKind {
-  Kind on_road = Kind::road, on_runoff = Kind::grass;
+  GroundKind on_road = GroundKind::road, on_runoff = GroundKind::grass;
 };
 
-ObjectKind kind_of(const MeshObject& object) {
+ObjectKind ground_kinds_of(const MeshObject& object) {
   static const std::regex kPaint("paint|marking|(^|[^a-z])lines?([^a-z]|$)", std::regex::icase),
       kConcrete("concrete|(^|[^a-z])conc([^a-z]|$)", std::regex::icase),
       kGravel("gravel|(^|[^a-z])sand", std::regex::icase),
@@ -46,11 +45,11 @@ ObjectKind kind_of(const MeshObject& object) {
     const auto says = [&](const std::regex& word) {
       return std::regex_search(name->substr(0, 200), word);
     };
-    if (says(kPaint)) return {Kind::paint, Kind::paint};
-    if (says(kConcrete)) return {Kind::concrete, Kind::concrete};
-    if (says(kGravel)) return {Kind::gravel, Kind::gravel};
-    if (says(kGrass)) return {Kind::grass, Kind::grass};
-    if (says(kAsphalt)) return {Kind::road, Kind::road};
+    if (says(kPaint)) return {GroundKind::paint, GroundKind::paint};
+    if (says(kConcrete)) return {GroundKind::concrete, GroundKind::concrete};
+    if (says(kGravel)) return {GroundKind::gravel, GroundKind::gravel};
+    if (says(kGrass)) return {GroundKind::grass, GroundKind::grass};
+    if (says(kAsphalt)) return {GroundKind::road, GroundKind::road};
   }
   return {};
 }
@@ -147,10 +146,10 @@ crg::Grid friction_grid(const SampledGrid& sampled, const RaySurface& surface, c
                         const crg::ReferenceLine& line, const FrictionOptions& options,
                         const FrictionPaint& paint, unsigned threads, FrictionReport* report) {
   std::vector<ObjectKind> kinds;
-  for (const MeshObject& object : road.mesh.objects) kinds.push_back(kind_of(object));
+  for (const MeshObject& object : road.mesh.objects) kinds.push_back(ground_kinds_of(object));
   bool named = false;
   for (const ObjectKind& kind : kinds)
-    named = named || kind.on_road != Kind::road || kind.on_runoff != Kind::grass;
+    named = named || kind.on_road != GroundKind::road || kind.on_runoff != GroundKind::grass;
   const std::array<double, 6> value{options.road,   options.kerb,  options.grass,
                                     options.gravel, options.paint, options.concrete};
 
@@ -166,14 +165,14 @@ crg::Grid friction_grid(const SampledGrid& sampled, const RaySurface& surface, c
         const float z = sampled.grid.z_m[node];
         if (std::isnan(z)) continue;
         const SurfaceClass surface_class = sampled.surface_class[node];
-        Kind kind = surface_class == SurfaceClass::kerb     ? Kind::kerb
-                    : surface_class == SurfaceClass::runoff ? Kind::grass
-                                                            : Kind::road;
-        if (named && kind != Kind::kerb) {
+        GroundKind kind = surface_class == SurfaceClass::kerb     ? GroundKind::kerb
+                    : surface_class == SurfaceClass::runoff ? GroundKind::grass
+                                                            : GroundKind::road;
+        if (named && kind != GroundKind::kerb) {
           const crg::Point2 p = crg::node_position(line, i, grid.v_m[j]);
-          if (const auto hit = surface.nearest_hit(p.x_m, p.y_m, z, kReach_m)) {
+          if (const auto hit = surface.nearest_hit(p.x_m, p.y_m, z, kHitReach_m)) {
             const ObjectKind& object = kinds[road.mesh.object_of_triangle[hit->triangle]];
-            kind = kind == Kind::grass ? object.on_runoff : object.on_road;
+            kind = kind == GroundKind::grass ? object.on_runoff : object.on_road;
           }
         }
         double friction = value[static_cast<std::size_t>(kind)];
@@ -181,7 +180,7 @@ crg::Grid friction_grid(const SampledGrid& sampled, const RaySurface& surface, c
           const crg::Point2 p = crg::node_position(line, i, grid.v_m[j]);
           if (const auto painted = paint.picture->at(p.x_m, p.y_m)) {
             friction = *painted;
-            kind = Kind::painted;
+            kind = GroundKind::painted;
           }
         }
         for (const FrictionZone& zone : paint.zones) {
@@ -190,7 +189,7 @@ crg::Grid friction_grid(const SampledGrid& sampled, const RaySurface& surface, c
                                  : u >= zone.u_begin_m || u <= zone.u_end_m;
           if (!along || grid.v_m[j] < zone.v_begin_m || grid.v_m[j] > zone.v_end_m) continue;
           friction = zone.friction;
-          kind = Kind::painted;
+          kind = GroundKind::painted;
         }
         grid.z_m[node] = static_cast<float>(friction);
         ++counted[static_cast<std::size_t>(kind)];

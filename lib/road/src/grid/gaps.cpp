@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/parallel.h"
-#include "road/ray_surface.h"
+#include "mesh/ray_surface.h"
 #include "u_ranges.h"
 
 namespace road {

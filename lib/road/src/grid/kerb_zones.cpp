@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/csv.h"
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 

@@ -10,7 +10,7 @@
 #include "base/parallel.h"
 #include "check_sampling.h"
 #include "crg/huge_pages.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "road/reference_line.h"
 #include "road/stretch.h"
 #include "row_walk.h"
@@ -235,7 +235,7 @@ void close_grid(SampledGrid& out) {
 }
 
 /// `spans` hold as long as nothing was filled.
-SampleReport count_nodes(const SampledGrid& out, const std::vector<Span>& spans,
+SampleReport report_of_nodes(const SampledGrid& out, const std::vector<Span>& spans,
                          std::size_t filled) {
   SampleReport result;
   const std::size_t kept = out.grid.columns();
@@ -348,7 +348,7 @@ SampledGrid sample(const RoadMesh& road, const RaySurface& surface, const crg::R
   if (line.closed) close_grid(out);
 
   if (line.closed) spans.back() = spans.front();
-  SampleReport result = count_nodes(out, spans, filled);
+  SampleReport result = report_of_nodes(out, spans, filled);
   result.folds = ranges_of(folded, line.u_step_m);
   result.neighbours = ranges_of(neighboured, line.u_step_m);
   result.crossings = std::move(crossings);

@@ -8,7 +8,7 @@
 #include <span>
 
 #include "base/parallel.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "road/roughness.h"
 
 namespace road {
@@ -21,15 +21,15 @@ constexpr double kThirdOctave = kBandEdge - 1.0 / kBandEdge;  // width over cent
 constexpr double kSmallestWave_m = 2e-6;  // float32 makes waves of this size by itself
 
 /// What may be averaged with what: road and run-off together, kerbs by themselves.
-enum class Kind : std::uint8_t { none, kerb, road };
+enum class SmoothKind : std::uint8_t { none, kerb, road };
 
-Kind kind_of(const SampledGrid& sampled, std::size_t node) {
-  if (std::isnan(sampled.grid.z_m[node])) return Kind::none;
-  return sampled.surface_class[node] == SurfaceClass::kerb ? Kind::kerb : Kind::road;
+SmoothKind smooth_kind_of(const SampledGrid& sampled, std::size_t node) {
+  if (std::isnan(sampled.grid.z_m[node])) return SmoothKind::none;
+  return sampled.surface_class[node] == SurfaceClass::kerb ? SmoothKind::kerb : SmoothKind::road;
 }
 
 /// For every place the first of its run of one kind, and one past its last.
-void find_runs(std::span<const Kind> kind, std::span<std::size_t> run_begin,
+void find_runs(std::span<const SmoothKind> kind, std::span<std::size_t> run_begin,
                std::span<std::size_t> run_end) {
   for (std::size_t k = 0; k < kind.size();) {
     std::size_t stop = k + 1;
@@ -50,19 +50,19 @@ void average_along_u(SampledGrid& sampled, std::size_t half, bool closed, unsign
                     size = ring + 2 * wrap;
   base::parallel_for(columns, 4, threads, [&](std::size_t begin, std::size_t end) {
     std::vector<double> value(size), sum(size + 1);
-    std::vector<Kind> kind(size);
+    std::vector<SmoothKind> kind(size);
     std::vector<std::size_t> run_begin(size), run_end(size);
     for (std::size_t j = begin; j < end; ++j) {
       for (std::size_t k = 0; k < size; ++k) {
         const std::size_t node = ((k + ring - wrap) % ring) * columns + j;
-        kind[k] = kind_of(sampled, node);
-        value[k] = kind[k] == Kind::none ? 0.0 : static_cast<double>(grid.z_m[node]);
+        kind[k] = smooth_kind_of(sampled, node);
+        value[k] = kind[k] == SmoothKind::none ? 0.0 : static_cast<double>(grid.z_m[node]);
         sum[k + 1] = sum[k] + value[k];
       }
       find_runs(kind, run_begin, run_end);
       for (std::size_t i = 0; i < ring; ++i) {
         const std::size_t k = i + wrap;
-        if (kind[k] == Kind::none) continue;
+        if (kind[k] == SmoothKind::none) continue;
         const std::size_t reach = std::min({half, k - run_begin[k], run_end[k] - 1 - k});
         const double mean =
             (sum[k + reach + 1] - sum[k - reach]) / static_cast<double>(2 * reach + 1);
@@ -93,19 +93,19 @@ void average_along_v(SampledGrid& sampled, double half_m, unsigned threads) {
   if (columns < 3) return;
   base::parallel_for(grid.rows(), 64, threads, [&](std::size_t begin, std::size_t end) {
     Profile profile{grid.v_m, std::vector<double>(columns), std::vector<double>(columns)};
-    std::vector<Kind> kind(columns);
+    std::vector<SmoothKind> kind(columns);
     std::vector<std::size_t> run_begin(columns), run_end(columns);
     for (std::size_t i = begin; i < end; ++i) {
       for (std::size_t j = 0; j < columns; ++j) {
-        kind[j] = kind_of(sampled, i * columns + j);
-        profile.z_m[j] = kind[j] == Kind::none ? 0.0 : static_cast<double>(grid.at(i, j));
+        kind[j] = smooth_kind_of(sampled, i * columns + j);
+        profile.z_m[j] = kind[j] == SmoothKind::none ? 0.0 : static_cast<double>(grid.at(i, j));
         if (j > 0)
           profile.integral[j] = profile.integral[j - 1] + 0.5 * (grid.v_m[j] - grid.v_m[j - 1]) *
                                                               (profile.z_m[j] + profile.z_m[j - 1]);
       }
       find_runs(kind, run_begin, run_end);
       for (std::size_t j = 0; j < columns; ++j) {
-        if (kind[j] == Kind::none) continue;
+        if (kind[j] == SmoothKind::none) continue;
         const double v = grid.v_m[j];
         const double reach_m =
             std::min({half_m, v - grid.v_m[run_begin[j]], grid.v_m[run_end[j] - 1] - v});
@@ -124,10 +124,10 @@ void limit(SampledGrid& sampled, const std::vector<float>& before, const SmoothO
   crg::Grid& grid = sampled.grid;
   const std::size_t columns = grid.columns();
   for (std::size_t node = 0; node < before.size(); ++node) {
-    const Kind kind = kind_of(sampled, node);
-    if (kind == Kind::none) continue;
+    const SmoothKind kind = smooth_kind_of(sampled, node);
+    if (kind == SmoothKind::none) continue;
     const double bound_m =
-        kind == Kind::kerb ? options.max_change_kerb_m : options.max_change_road_m;
+        kind == SmoothKind::kerb ? options.max_change_kerb_m : options.max_change_road_m;
     const auto old = static_cast<double>(before[node]);
     double change_m = static_cast<double>(grid.z_m[node]) - old;
     if (std::abs(change_m) > bound_m) {
@@ -135,7 +135,7 @@ void limit(SampledGrid& sampled, const std::vector<float>& before, const SmoothO
       grid.z_m[node] = static_cast<float>(old + change_m);
       if (bound_m > 0.0) ++report.nodes_at_bound;  // 0: not smoothed at all
     }
-    if (kind == Kind::kerb) {
+    if (kind == SmoothKind::kerb) {
       report.largest_change_kerb_m = std::max(report.largest_change_kerb_m, std::abs(change_m));
     } else if (std::abs(change_m) > report.largest_change_road_m) {
       report.largest_change_road_m = std::abs(change_m);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "border_curve.h"
-#include "road/mesh.h"
+#include "mesh/mesh.h"
 #include "stations.h"
 
 namespace road {

@@ -16,7 +16,7 @@
 #include "fork.h"
 #include "guide_rows.h"
 #include "middles.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "road_graph.h"
 #include "start_of_line.h"
 #include "stations.h"

@@ -4,7 +4,7 @@
 #include "base/write_file.h"
 #include "border_curve.h"
 #include "road/centreline.h"
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 

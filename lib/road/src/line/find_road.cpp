@@ -9,7 +9,7 @@
 #include "base/statistics.h"
 #include "fork.h"
 #include "guide_rows.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "walk_along.h"
 #include "walk_road.h"
 

@@ -6,8 +6,8 @@
 
 #include "road/centreline.h"
 #include "road/guide.h"
-#include "road/mesh.h"
-#include "road/ray_surface.h"
+#include "mesh/mesh.h"
+#include "mesh/ray_surface.h"
 #include "road_graph.h"
 #include "stations.h"
 

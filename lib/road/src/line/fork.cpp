@@ -11,7 +11,7 @@
 #include <unordered_map>
 
 #include "base/statistics.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "walk_along.h"
 
 namespace road {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "road/ray_surface.h"
+#include "mesh/ray_surface.h"
 #include "road_graph.h"
 #include "stations.h"
 

@@ -12,7 +12,7 @@
 #include "base/csv.h"
 #include "base/read_file.h"
 #include "guide_recording.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "road/guide.h"
 
 namespace road {
@@ -24,7 +24,7 @@ using Points = std::vector<Vector3d>;
 constexpr std::size_t kLargestFileBytes = 256'000'000;
 constexpr std::size_t kLargestTreeBytes =
     20'000'000;  // XML and JSON take up to sixty times as much memory
-constexpr std::size_t kMostPoints = 5'000'000;
+constexpr std::size_t kMostPointsOfFile = 5'000'000;
 constexpr double kNoHeight = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* kWanted =
     "a guide is wanted: CSV with x_m,y_m[,z_m] or lat_deg,lon_deg[,h_m], GPX, KML, GeoJSON or a "
@@ -95,7 +95,7 @@ Vector3d position(std::string_view latitude, std::string_view longitude, std::st
 Points coordinates(const char* text) {
   Points points;
   std::istringstream words{text};
-  for (std::string word; words >> word && points.size() < kMostPoints;) {
+  for (std::string word; words >> word && points.size() < kMostPointsOfFile;) {
     const std::size_t first = word.find(','), second = word.find(',', first + 1);
     if (first == std::string::npos) continue;
     const std::string_view view = word;
@@ -225,9 +225,9 @@ GuideFile read_guide(const std::string& path, const std::string& mapping_path) {
   if (guide.points.size() < 3)
     throw Error(fmt::format("{}: {} positions; a guide has at least 3, in the order of driving",
                             path, guide.points.size()));
-  if (guide.points.size() > kMostPoints)
+  if (guide.points.size() > kMostPointsOfFile)
     throw Error(fmt::format("{}: {} positions; at most {} are read, a few thousand are enough",
-                            path, guide.points.size(), kMostPoints));
+                            path, guide.points.size(), kMostPointsOfFile));
   for (std::size_t i = 0; i < guide.points.size(); ++i) {
     const Vector3d& p = guide.points[i];
     const bool good = guide.geographic ? std::abs(p.x()) <= 90.0 && std::abs(p.y()) <= 180.0

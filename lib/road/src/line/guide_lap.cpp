@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <limits>
 
-#include "road/error.h"
+#include "mesh/error.h"
 #include "road/guide.h"
 #include "road_graph.h"
 
@@ -16,7 +16,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostPoints = 4000;  // of which a lap is looked for
+constexpr std::size_t kMostPointsOfLap = 4000;  // of which a lap is looked for
 constexpr double kSameWay = 0.7;           // cosine between the directions of two laps at one place
 constexpr double kMost_m = 10.0;           // between two laps at one place: the width of a road
 constexpr double kMostShare = 0.01;        // of the whole length, for models
@@ -27,13 +27,13 @@ constexpr double kLapShare = 0.5;  // or one lap is so much of it; else it is a 
 
 double apart_m(const Vector3d& a, const Vector3d& b) { return (a - b).head<2>().norm(); }
 
-/// Without repetitions, which have no direction, and thinned to at most kMostPoints.
+/// Without repetitions, which have no direction, and thinned to at most kMostPointsOfLap.
 std::vector<Vector3d> different(const std::vector<Vector3d>& points_m) {
   double length_m = 0.0;
   for (std::size_t i = 1; i < points_m.size(); ++i)
     length_m += apart_m(points_m[i], points_m[i - 1]);
   const double least_m =
-      std::max(length_m / 1e6, points_m.size() > kMostPoints ? length_m / kMostPoints : 0.0);
+      std::max(length_m / 1e6, points_m.size() > kMostPointsOfLap ? length_m / kMostPointsOfLap : 0.0);
   std::vector<Vector3d> kept;
   for (const Vector3d& p : points_m)
     if (kept.empty() || apart_m(p, kept.back()) > least_m) kept.push_back(p);

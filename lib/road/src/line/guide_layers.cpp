@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kHeadroom_m = 1.8;
+constexpr double kHeadroomOfLayer_m = 1.8;
 constexpr double kBetweenLayers_m = 0.7;
 // What a layer costs, for each row.
 constexpr double kMissing = 4.0, kOtherLook = 3.5, kNarrow = 1.5, kPerMetre = 2.0,
@@ -36,7 +36,7 @@ std::vector<Layer> layers_at(const GuideRow& row, const GuideRows& all, double s
     double roof_m = std::numeric_limits<double>::infinity();
     for (const SurfaceHit& hit : surface.all_hits(p.x(), p.y())) {  // from high to low
       const double room_m = roof_m - hit.z_m;
-      if (room_m > 0.05 * scale && room_m < kHeadroom_m * scale) continue;
+      if (room_m > 0.05 * scale && room_m < kHeadroomOfLayer_m * scale) continue;
       roof_m = hit.z_m;
       hits.push_back({hit.z_m, std::abs(offset_m), looks_like_road(hit.triangle)});
     }

@@ -12,14 +12,14 @@
 #include <vector>
 
 #include "recording/log.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "vehicle/log_table.h"
 #include "vehicle/recording.h"
 
 namespace road {
 namespace {
 
-constexpr double kNoHeight = std::numeric_limits<double>::quiet_NaN();
+constexpr double kHeightUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// "GPS Latitude" and "gps_latitude" are one name.
 std::string plain(std::string_view name) {
@@ -89,7 +89,7 @@ GuideFile guide_of_log(const std::string& path) {
                  lambda_deg = *degrees * longitude->values[i];
     // A receiver that sees no satellites yet writes zeros.
     if (std::isfinite(phi_deg) && std::isfinite(lambda_deg) && (phi_deg != 0 || lambda_deg != 0))
-      guide.points.emplace_back(phi_deg, lambda_deg, kNoHeight);
+      guide.points.emplace_back(phi_deg, lambda_deg, kHeightUnknown);
   }
   return guide;
 }
@@ -121,7 +121,7 @@ GuideFile guide_of_log(const std::string& path, const std::string& mapping_path)
     if (!std::isfinite((*a)[i]) || !std::isfinite((*b)[i])) continue;
     guide.points.emplace_back(to_degrees * value(*first, (*a)[i]),
                               to_degrees * value(*second, (*b)[i]),
-                              c == nullptr ? kNoHeight : value(*third, (*c)[i]));
+                              c == nullptr ? kHeightUnknown : value(*third, (*c)[i]));
   }
   return guide;
 }

@@ -16,16 +16,16 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kLayer_m = 1.0;
-constexpr double kGapAcross_m = 1.0;  // painted lines, cracks
+constexpr double kPaintAcross_m = 1.0;  // painted lines, cracks
 constexpr double kStep_m = 0.15;      // up or down between two rays, besides the slope
-constexpr double kSteepest = 0.6, kCrease = 0.35;
+constexpr double kSteepestAcross = 0.6, kCrease = 0.35;
 
 /// From `from_m` (offset) outwards: how far the road goes on.
 struct Side {
   double offset_m = 0.0;
   bool ends = false;
 };
-Side side_of(const GuideRow& row, const GuideRows& all, double scale, const RaySurface& surface,
+Side road_side(const GuideRow& row, const GuideRows& all, double scale, const RaySurface& surface,
              const LooksLikeRoad& looks_like_road, double from_m, double from_z_m, double sign) {
   const Vector2d normal = left_of(row.heading);
   Side side{from_m, false};
@@ -40,8 +40,8 @@ Side side_of(const GuideRow& row, const GuideRows& all, double scale, const RayS
     if (goes_on) {
       const double steep = (hit->z_m - z_m) / out_m;
       const double step_m = std::abs(hit->z_m - z_m - slope * out_m);
-      const bool steps = step_m > kStep_m * scale + (has_slope ? kCrease : kSteepest) * out_m;
-      goes_on = !steps && std::abs(steep) < kSteepest;
+      const bool steps = step_m > kStep_m * scale + (has_slope ? kCrease : kSteepestAcross) * out_m;
+      goes_on = !steps && std::abs(steep) < kSteepestAcross;
       if (!goes_on) {
         side.ends = true;
         return side;
@@ -50,7 +50,7 @@ Side side_of(const GuideRow& row, const GuideRows& all, double scale, const RayS
       has_slope = true;
       side.offset_m = offset_m;
       z_m = hit->z_m;
-    } else if (out_m > kGapAcross_m * scale) {
+    } else if (out_m > kPaintAcross_m * scale) {
       side.ends = true;
       return side;
     }
@@ -70,8 +70,8 @@ void measure(GuideRow& row, const GuideRows& all, double scale, const RaySurface
     const Vector2d p = row.at_m + offset_m * normal;
     const auto hit = surface.nearest_hit(p.x(), p.y(), row.z_m, kLayer_m * scale);
     if (!hit || !looks_like_road(hit->triangle)) continue;
-    const Side left = side_of(row, all, scale, surface, looks_like_road, offset_m, hit->z_m, 1.0);
-    const Side right = side_of(row, all, scale, surface, looks_like_road, offset_m, hit->z_m, -1.0);
+    const Side left = road_side(row, all, scale, surface, looks_like_road, offset_m, hit->z_m, 1.0);
+    const Side right = road_side(row, all, scale, surface, looks_like_road, offset_m, hit->z_m, -1.0);
     row.left_m = left.offset_m, row.ends_left = left.ends;
     row.right_m = right.offset_m, row.ends_right = right.ends;
     return;

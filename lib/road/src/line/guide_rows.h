@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "road/guide.h"
-#include "road/ray_surface.h"
+#include "mesh/ray_surface.h"
 
 namespace road {
 

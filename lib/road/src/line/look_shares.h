@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "road/guide.h"
-#include "road/ray_surface.h"
+#include "mesh/ray_surface.h"
 
 namespace road {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "border_curve.h"
-#include "road/ray_surface.h"
+#include "mesh/ray_surface.h"
 #include "stations.h"
 
 namespace road {

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "base/statistics.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "road_graph.h"
 
 namespace road {
@@ -175,7 +175,7 @@ double chord_step(const PlaneSpline& spline, const Vector2d& from, double from_t
 
 double wrapped(double angle_rad) { return std::remainder(angle_rad, 2.0 * std::numbers::pi); }
 
-double length_of(const PlaneSpline& spline, double length_t, double model_scale) {
+double spline_length_m(const PlaneSpline& spline, double length_t, double model_scale) {
   double length_m = 0.0;
   const auto pieces = static_cast<std::size_t>(std::ceil(length_t / (model_scale * 0.1)));
   Vector2d last = spline.at(0.0);
@@ -266,7 +266,7 @@ crg::ReferenceLine fit_reference_line(const Centreline& centreline,
   const double model_scale = model_scale_of(centreline);
   const PlaneSpline spline = fit_spline(points, t, length_t, centreline.closed, model_scale);
 
-  const double length_m = length_of(spline, length_t, model_scale);
+  const double length_m = spline_length_m(spline, length_t, model_scale);
   crg::ReferenceLine line;
   line.closed = centreline.closed;
   const auto steps = static_cast<std::size_t>(line.closed ? std::round(length_m / u_step_m)

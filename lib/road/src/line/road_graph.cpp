@@ -78,7 +78,7 @@ void add_gaps(const Cells& grid, RoadGraph& graph) {
 }
 
 /// Half of a strip's cells lie farther from its border than a quarter of its width.
-double typical_width_m(const std::vector<double>& distance_m) {
+double width_by_distances_m(const std::vector<double>& distance_m) {
   return 4.0 * base::median(distance_m);
 }
 
@@ -95,7 +95,7 @@ RoadGraph road_graph(const Mesh& surface) {
   double cell_m = std::sqrt(area_m2 / kCells), headroom_m = 0.0;
   while (true) {
     Cells grid(surface, cell_m, headroom_m);
-    const double width_m = typical_width_m(distances_m(grid));
+    const double width_m = width_by_distances_m(distances_m(grid));
     if (headroom_m == 0.0) {
       headroom_m = std::min(kHeadroom_m, 0.25 * width_m);
       continue;

@@ -9,7 +9,7 @@
 #include <queue>
 
 #include "base/statistics.h"
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 namespace {

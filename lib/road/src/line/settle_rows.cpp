@@ -10,7 +10,7 @@
 namespace road {
 namespace {
 
-constexpr std::size_t kAround = 12;  // rows to both sides that tell what is usual
+constexpr std::size_t kRowsAround = 12;  // rows to both sides that tell what is usual
 constexpr std::size_t kFarAround =
     100;                             // and what is usual where a wide place is longer than those
 constexpr std::ptrdiff_t kNear = 6;  // rows to both sides: their middles lie on one line,
@@ -153,7 +153,7 @@ void settle(GuideRows& all, double scale) {
   narrow_wide_places(all);
   for (std::size_t i = 0; i < n; ++i) {
     GuideRow& row = all.rows[i];
-    const double near_m = usual_half(all, i, kAround);
+    const double near_m = usual_half(all, i, kRowsAround);
     row.half_width_m = std::isfinite(near_m) ? near_m : all.usual_half_m;
     row.is_usual = measured(row) && std::abs(half_of(row) - row.half_width_m) <
                                         0.25 * row.half_width_m + 0.1 * scale;

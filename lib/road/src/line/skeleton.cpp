@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-double length_of(const std::vector<Vector3d>& points_m) {
+double plan_length_m(const std::vector<Vector3d>& points_m) {
   double length_m = 0.0;
   for (std::size_t i = 1; i < points_m.size(); ++i)
     length_m += (points_m[i] - points_m[i - 1]).head<2>().norm();
@@ -127,7 +127,7 @@ RoadGraph chains(const Cells& grid, const std::vector<double>& distance_m,
       branch.points_m.push_back(grid.point_m(i));
       branch.half_width_m.push_back(distance_m[static_cast<std::size_t>(i)]);
     }
-    branch.length_m = length_of(branch.points_m);
+    branch.length_m = plan_length_m(branch.points_m);
     return branch;
   };
   std::set<std::pair<std::int32_t, std::int32_t>> direct;

@@ -6,16 +6,13 @@
 #include <limits>
 
 #include "border_curve.h"
+#include "stations.h"
 
 namespace road {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-double angle_between(const Vector2d& from, const Vector2d& to) {
-  return std::atan2(from.x() * to.y() - from.y() * to.x(), from.dot(to));
-}
 
 }  // namespace
 

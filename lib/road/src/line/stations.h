@@ -2,9 +2,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <vector>
 
-#include "road/ray_surface.h"
+#include "mesh/ray_surface.h"
 
 namespace road {
 
@@ -16,6 +17,11 @@ constexpr double kLayerReach_m = 1.0;  ///< the road goes on where z continues w
 
 inline Eigen::Vector2d left_of(const Eigen::Vector2d& direction) {
   return {-direction.y(), direction.x()};
+}
+
+/// Radians, counter-clockwise.
+inline double angle_between(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+  return std::atan2(from.x() * to.y() - from.y() * to.x(), from.dot(to));
 }
 
 /// Where a walk across the road stands: the middle and the two edges.

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 // Of a cell: heights at one place that are this near are one surface.
 constexpr double kOneLayer = 0.3;
 // Of a cell: cells beside each other are joined up to this difference in height.
-constexpr double kSteepest = 1.2;
+constexpr double kSteepestCell = 1.2;
 
 bool before(const Cell& a, const Cell& b) {
   return std::tie(a.y, a.x, a.z_m) < std::tie(b.y, b.x, b.z_m);
@@ -164,7 +164,7 @@ std::int32_t Cells::find(std::int32_t x, std::int32_t y, double z_m) const {
   auto at = std::lower_bound(begin, end, x,
                              [](const Cell& c, std::int32_t wanted) { return c.x < wanted; });
   std::int32_t best = kNoCell;
-  double best_m = kSteepest * cell_m_;
+  double best_m = kSteepestCell * cell_m_;
   for (; at != end && at->x == x; ++at) {
     if (std::abs(at->z_m - z_m) >= best_m) continue;
     best_m = std::abs(at->z_m - z_m);

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "road/mesh.h"
+#include "mesh/mesh.h"
 
 namespace road {
 

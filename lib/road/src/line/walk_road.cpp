@@ -10,7 +10,7 @@
 #include <optional>
 #include <unordered_map>
 
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 namespace {
@@ -22,10 +22,6 @@ constexpr double kBelieveJump_m = 60.0;  // a change of width that lasts this lo
 constexpr double kLost_m = 25.0;         // without either edge
 
 Vector2d rotated(const Vector2d& v, double angle_rad) { return Eigen::Rotation2Dd(angle_rad) * v; }
-
-double angle_between(const Vector2d& from, const Vector2d& to) {
-  return std::atan2(from.x() * to.y() - from.y() * to.x(), from.dot(to));
-}
 
 /// Stations by cell of 4 m, to notice when the walk meets a place where it has been.
 class Visited {

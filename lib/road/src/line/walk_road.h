@@ -4,7 +4,7 @@
 #include <string>
 
 #include "road/centreline.h"
-#include "road/mesh.h"
+#include "mesh/mesh.h"
 #include "stations.h"
 
 namespace road {

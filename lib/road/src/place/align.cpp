@@ -10,7 +10,7 @@
 
 #include "outliers.h"
 #include "point_fits.h"
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 namespace {

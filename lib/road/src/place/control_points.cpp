@@ -10,7 +10,7 @@
 #include "base/read_file.h"
 #include "base/text_lines.h"
 #include "road/align.h"
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 namespace {

@@ -11,7 +11,7 @@
 #include "base/csv.h"
 #include "point_fits.h"
 #include "road/align.h"
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 namespace {

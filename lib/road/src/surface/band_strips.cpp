@@ -21,7 +21,7 @@ constexpr double kCommonShare = 0.8;
 
 // A strip beside the road may be the road itself when it is this wide (of the road taken), or when
 // it is less wide and lies between two wider ones, or beside something wider than most roads are.
-constexpr double kAlikeWidth = 0.5, kRivalWidth = 0.3, kUsuallyNarrower_m = 20.0;
+constexpr double kAlikeWidth = 0.5, kRivalShare = 0.3, kUsuallyNarrower_m = 20.0;
 
 constexpr double kBesideShare = 0.5;
 
@@ -173,7 +173,7 @@ double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vecto
   if (beside.size() != 1) return 0.0;
   const Strip& rival = *beside.front();
   if (rival.width_m() >= kAlikeWidth * chosen.width_m()) return rival.width_m();
-  if (rival.width_m() < kRivalWidth * chosen.width_m()) return 0.0;
+  if (rival.width_m() < kRivalShare * chosen.width_m()) return 0.0;
   const std::vector<const Strip*> around = neighbours(flat, fans, strips, rival);
   const bool between =
       around.size() == 2 && std::all_of(around.begin(), around.end(), [&](const Strip* strip) {

@@ -9,8 +9,8 @@
 #include <unordered_map>
 
 #include "guide_rows.h"
-#include "road/error.h"
-#include "road/ray_surface.h"
+#include "mesh/error.h"
+#include "mesh/ray_surface.h"
 #include "road_looks.h"
 #include "stations.h"
 #include "wide_places.h"

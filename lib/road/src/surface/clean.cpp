@@ -12,7 +12,7 @@
 #include "fork.h"
 #include "mesh_topology.h"
 #include "road/centreline.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "road_graph.h"
 #include "roads_of.h"
 #include "route.h"

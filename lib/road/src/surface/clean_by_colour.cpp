@@ -9,8 +9,8 @@
 #include <limits>
 
 #include "colour_tone.h"
-#include "road/error.h"
-#include "road/ray_surface.h"
+#include "mesh/error.h"
+#include "mesh/ray_surface.h"
 #include "road_graph.h"
 #include "stations.h"
 
@@ -33,8 +33,7 @@ constexpr double kBeside[] = {1.15, 1.4, 1.8}, kAsHigh = 0.5;
 constexpr double kSameRoad = 0.8, kSameLength = 0.05;
 // So much of both areas is in both: nothing to tell.
 constexpr double kSameSurface = 0.98;
-constexpr double kMuchMore = 1.5;  // worth of one road over another
-constexpr double kRoadGap_m = 12.0;
+constexpr double kWorthMuchMore = 1.5;  // worth of one road over another
 
 double flat_area_m2(const Mesh& mesh, std::uint32_t t) {
   return 0.5 * std::abs(area_vector(mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2)).z());
@@ -210,7 +209,7 @@ Cleaning clean_by_colour_or_shape(const Mesh& mesh, const Triangles& triangles,
   const std::string both =
       fmt::format("by colour {}, {:.1f} m wide, by shape {}, {:.1f} m wide", text_of(by_colour),
                   by_colour.width_m, text_of(by_form), by_form.width_m);
-  if (is_same || by_colour.worth() > kMuchMore * by_form.worth()) {
+  if (is_same || by_colour.worth() > kWorthMuchMore * by_form.worth()) {
     CleanReport& taken = coloured.cleaning.facts;
     taken.remarks.push_back(fmt::format(
         "road told by colour, since no name tells it: what is grey between ground of other "
@@ -221,7 +220,7 @@ Cleaning clean_by_colour_or_shape(const Mesh& mesh, const Triangles& triangles,
           "colour alone tells the road, and it is open: {}; it may be a part of it", both));
     return std::move(coloured.cleaning);
   }
-  if (by_form.worth() > kMuchMore * by_colour.worth()) {
+  if (by_form.worth() > kWorthMuchMore * by_colour.worth()) {
     shaped->facts.remarks.push_back(
         fmt::format("colour and shape disagree about what is road: {}; taken by shape", both));
     return std::move(*shaped);

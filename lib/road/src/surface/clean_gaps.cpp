@@ -15,7 +15,6 @@ namespace road {
 namespace {
 
 // A gap of the named road is looked for between two ends that face each other within this.
-constexpr double kLongestGap_m = 40.0;
 // A piece under another name fills a gap when it lies this near the surface between the two ends.
 constexpr double kGapHeight_m = 0.15;
 

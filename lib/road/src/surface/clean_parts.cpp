@@ -12,7 +12,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 namespace {

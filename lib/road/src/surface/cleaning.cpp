@@ -5,7 +5,7 @@
 #include "clean_gaps.h"
 #include "clean_parts.h"
 #include "mesh_topology.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "road_graph.h"
 
 namespace road {

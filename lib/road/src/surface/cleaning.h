@@ -10,6 +10,9 @@
 
 namespace road {
 
+/// The longest piece of missing road that a look at the whole takes for a gap.
+constexpr double kRoadGap_m = 12.0;
+
 /// What is left of several roads.
 enum class Keep : std::uint8_t { one, touching_road, all };
 

@@ -5,7 +5,7 @@
 
 #include <cctype>
 
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 namespace {

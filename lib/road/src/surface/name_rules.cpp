@@ -1,23 +1,7 @@
-// The names of classes, and what names of objects, materials and textures say about their class.
+// What names of objects, materials and textures say about their class.
 #include "road/clean.h"
 
 namespace road {
-
-const char* to_string(SurfaceClass surface_class) {
-  switch (surface_class) {
-    case SurfaceClass::road:
-      return "road";
-    case SurfaceClass::kerb:
-      return "kerb";
-    case SurfaceClass::runoff:
-      return "runoff";
-    case SurfaceClass::barrier:
-      return "barrier";
-    case SurfaceClass::scenery:
-      return "scenery";
-  }
-  return "?";
-}
 
 std::vector<NameRule> default_name_rules() {
   using enum NameRule::Field;

@@ -6,7 +6,7 @@
 #include <array>
 #include <cctype>
 
-#include "road/error.h"
+#include "mesh/error.h"
 
 namespace road {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "base/statistics.h"
 #include "cleaning.h"
-#include "road/error.h"
+#include "mesh/error.h"
 #include "road_graph.h"
 
 namespace road {
@@ -18,8 +18,6 @@ constexpr double kClearlyMore = 1.1;
 /// The same where names find a closed road and little else: a verge round a circuit is closed and
 /// longer than its road, by 1.31 on 400 m with its middle 20 m outside.
 constexpr double kMuchMore = 1.5, kAllOfTheNamed = 0.8;
-// The longest piece of missing road that a look at the whole takes for a gap.
-constexpr double kRoadGap_m = 12.0;
 // Of flat ground beyond this multiple of the road only a part can be road.
 constexpr double kMuchGround = 4.0;
 // All of the ground is a road when its longest way covers this much of it, this slim or slimmer.

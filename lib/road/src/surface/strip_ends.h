@@ -8,6 +8,8 @@
 
 namespace road {
 
+constexpr double kLongestGap_m = 40.0;  ///< between ends that face each other
+
 /// An open end of a strip: the straight piece of a border across it, surface on its left.
 struct End {
   std::vector<std::uint32_t> vertices;

@@ -1,0 +1,345 @@
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <pugixml.hpp>
+#include <sstream>
+
+#include "mesh/error.h"
+#include "inspect/export_road.h"
+#include "inspect/height_map.h"
+#include "road/projection.h"
+#include "inspect/track_widths.h"
+
+namespace road {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kPlan_m = 5e-4, kElevation_m = 2e-3, kSuperelevation_rad = 1e-4, kWidth_m = 0.01;
+constexpr double kLongest_m = 100.0;  // piece, of whatever
+
+/// Nodes at which pieces begin, and the last node: each piece as long as `fits` lets it be.
+std::vector<std::size_t> pieces(std::size_t nodes, std::size_t most,
+                                const std::function<bool(std::size_t, std::size_t)>& fits) {
+  std::vector<std::size_t> ends{0};
+  while (ends.back() + 1 < nodes) {
+    const std::size_t begin = ends.back(), last = std::min(nodes - 1, begin + most);
+    std::size_t good = begin + 1, step = 1;
+    while (good + step <= last && fits(begin, good + step)) good += step, step *= 2;
+    for (; step > 0; step /= 2)
+      if (good + step <= last && fits(begin, good + step)) good += step;
+    ends.push_back(good);
+  }
+  return ends;
+}
+
+/// a + b s + c s^2 + d s^3
+struct Cubic {
+  double a = 0.0, b = 0.0, c = 0.0, d = 0.0;
+  double operator()(double s) const { return a + s * (b + s * (c + s * d)); }
+};
+
+/// From value and slope at both ends.
+Cubic hermite(double from, double slope_from, double to, double slope_to, double length) {
+  const double mean = (to - from) / length;
+  return {from, slope_from, (3.0 * mean - 2.0 * slope_from - slope_to) / length,
+          (slope_from + slope_to - 2.0 * mean) / (length * length)};
+}
+
+/// A function of s at equal steps, as it shall be written.
+struct Profile {
+  std::vector<std::size_t> ends;
+  std::vector<Cubic> cubics;
+  double worst = 0.0;  ///< distance of the cubics from the values
+};
+
+Profile fit_profile(const std::vector<double>& value, double step_m, double within) {
+  const std::size_t n = value.size();
+  const auto slope = [&](std::size_t i) {
+    const std::size_t a = i == 0 ? 0 : i - 1, b = std::min(i + 1, n - 1);
+    return (value[b] - value[a]) / (static_cast<double>(b - a) * step_m);
+  };
+  const auto cubic = [&](std::size_t begin, std::size_t end) {
+    return hermite(value[begin], slope(begin), value[end], slope(end),
+                   static_cast<double>(end - begin) * step_m);
+  };
+  const auto off = [&](std::size_t begin, std::size_t end) {
+    const Cubic c = cubic(begin, end);
+    double worst = 0.0;
+    for (std::size_t i = begin + 1; i < end; ++i)
+      worst = std::max(worst, std::abs(c(static_cast<double>(i - begin) * step_m) - value[i]));
+    return worst;
+  };
+  Profile out;
+  out.ends = pieces(n, static_cast<std::size_t>(std::max(1.0, kLongest_m / step_m)),
+                    [&](std::size_t begin, std::size_t end) { return off(begin, end) <= within; });
+  for (std::size_t k = 0; k + 1 < out.ends.size(); ++k) {
+    out.cubics.push_back(cubic(out.ends[k], out.ends[k + 1]));
+    out.worst = std::max(out.worst, off(out.ends[k], out.ends[k + 1]));
+  }
+  return out;
+}
+
+/// One piece of the reference line in the frame of its beginning.
+struct PlanPiece {
+  double heading_rad = 0.0, length_m = 0.0;
+  Cubic along, left;
+};
+
+PlanPiece plan_piece(const crg::ReferenceLine& line, const std::vector<double>& heading_rad,
+                     std::size_t begin, std::size_t end) {
+  PlanPiece piece;
+  piece.heading_rad = heading_rad[begin];
+  piece.length_m = static_cast<double>(end - begin) * line.u_step_m;
+  const double c = std::cos(piece.heading_rad), s = std::sin(piece.heading_rad);
+  const double dx = line.x_m[end] - line.x_m[begin], dy = line.y_m[end] - line.y_m[begin];
+  const double turn_rad = heading_rad[end] - heading_rad[begin];
+  piece.along = hermite(0.0, 1.0, c * dx + s * dy, std::cos(turn_rad), piece.length_m);
+  piece.left = hermite(0.0, 0.0, c * dy - s * dx, std::sin(turn_rad), piece.length_m);
+  return piece;
+}
+
+bool plan_fits(const crg::ReferenceLine& line, const std::vector<double>& heading_rad,
+               std::size_t begin, std::size_t end) {
+  const PlanPiece piece = plan_piece(line, heading_rad, begin, end);
+  const double c = std::cos(piece.heading_rad), s = std::sin(piece.heading_rad);
+  for (std::size_t i = begin + 1; i < end; ++i) {
+    const double p = static_cast<double>(i - begin) * line.u_step_m;
+    const double along = piece.along(p), left = piece.left(p);
+    const double x = line.x_m[begin] + c * along - s * left;
+    const double y = line.y_m[begin] + s * along + c * left;
+    if (std::hypot(x - line.x_m[i], y - line.y_m[i]) > kPlan_m) return false;
+  }
+  return true;
+}
+
+/// At the nodes: between those of the two segments that meet there.
+std::vector<double> node_headings(const crg::ReferenceLine& line) {
+  const std::size_t n = line.size();
+  std::vector<double> heading_rad(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t a = i == 0 ? 0 : i - 1, b = std::min(i + 1, n - 1);
+    heading_rad[i] = std::atan2(line.y_m[b] - line.y_m[a], line.x_m[b] - line.x_m[a]);
+    if (i > 0)
+      heading_rad[i] = heading_rad[i - 1] +
+                       std::remainder(heading_rad[i] - heading_rad[i - 1], 2.0 * std::acos(-1.0));
+  }
+  return heading_rad;
+}
+
+/// The straight line through the heights of each row, from hole to hole about the reference line.
+struct CrossSections {
+  std::vector<double> height_m, lean_rad;
+  double rms_m = 0.0, worst_m = 0.0;  ///< of the surface about them
+};
+
+CrossSections cross_sections(const HeightMap& map, const std::vector<TrackWidth>& widths) {
+  CrossSections out;
+  double square = 0.0, count = 0.0;
+  for (std::size_t row = 0; row < map.rows(); ++row) {
+    const TrackWidth& width = widths[std::min(row, widths.size() - 1)];
+    double n = 0, sv = 0, sz = 0, svv = 0, svz = 0;
+    const auto each = [&](const auto& run) {
+      for (std::size_t j = 0; j < map.columns(); ++j) {
+        const double v_m = map.v_m[j], z_m = map.z_base_m + map.at(row, j);
+        if (v_m < -width.right_m - 1e-6 || v_m > width.left_m + 1e-6 || std::isnan(z_m)) continue;
+        // Fine columns at a kerb count no more than the road that they take.
+        const double left = j + 1 < map.columns() ? map.v_m[j + 1] - v_m : 0.0;
+        const double right = j > 0 ? v_m - map.v_m[j - 1] : 0.0;
+        run(v_m, z_m, 0.5 * (left + right));
+      }
+    };
+    each([&](double v, double z, double w) {
+      n += w, sv += w * v, sz += w * z, svv += w * v * v, svz += w * v * z;
+    });
+    const double spread = n * svv - sv * sv;
+    const double slope = spread > 1e-9 ? (n * svz - sv * sz) / spread : 0.0;
+    const double middle_m = (sz - slope * sv) / n;
+    each([&](double v, double z, double w) {
+      const double off_m = z - middle_m - slope * v;
+      out.worst_m = std::max(out.worst_m, std::abs(off_m));
+      square += w * off_m * off_m;
+      count += w;
+    });
+    out.height_m.push_back(middle_m);
+    out.lean_rad.push_back(std::atan(slope));
+  }
+  out.rms_m = std::sqrt(square / std::max(count, 1e-12));
+  return out;
+}
+
+void put(pugi::xml_node node, const char* name, double value) {
+  node.append_attribute(name).set_value(fmt::format("{:.12g}", value).c_str());
+}
+
+void put(pugi::xml_node node, const char* name, const std::string& value) {
+  node.append_attribute(name).set_value(value.c_str());
+}
+
+void add_profile(pugi::xml_node parent, const char* element, const char* place,
+                 const Profile& profile, double step_m) {
+  for (std::size_t k = 0; k < profile.cubics.size(); ++k) {
+    pugi::xml_node node = parent.append_child(element);
+    put(node, place, static_cast<double>(profile.ends[k]) * step_m);
+    put(node, "a", profile.cubics[k].a);
+    put(node, "b", profile.cubics[k].b);
+    put(node, "c", profile.cubics[k].c);
+    put(node, "d", profile.cubics[k].d);
+  }
+}
+
+void add_header(pugi::xml_node& top, const std::string& name, const crg::Crg& file,
+                const crg::ReferenceLine& line) {
+  pugi::xml_node header = top.append_child("header");
+  put(header, "revMajor", "1");
+  put(header, "revMinor", "8");
+  put(header, "name", name);
+  put(header, "north", *std::max_element(line.y_m.begin(), line.y_m.end()));
+  put(header, "south", *std::min_element(line.y_m.begin(), line.y_m.end()));
+  put(header, "east", *std::max_element(line.x_m.begin(), line.x_m.end()));
+  put(header, "west", *std::min_element(line.x_m.begin(), line.x_m.end()));
+  put(header, "vendor", "Kerbstone");
+  const Projection projection = read_projection(file);
+  if (projection.kind != Projection::Kind::none)
+    header.append_child("geoReference")
+        .append_child(pugi::node_cdata)
+        .set_value(proj_text(projection).c_str());
+}
+
+void add_plan(pugi::xml_node& road, const crg::ReferenceLine& line) {
+  const std::vector<double> heading_rad = node_headings(line);
+  const std::vector<std::size_t> ends = pieces(
+      line.size(), static_cast<std::size_t>(std::max(1.0, kLongest_m / line.u_step_m)),
+      [&](std::size_t begin, std::size_t end) { return plan_fits(line, heading_rad, begin, end); });
+  pugi::xml_node plan = road.append_child("planView");
+  for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
+    const PlanPiece piece = plan_piece(line, heading_rad, ends[k], ends[k + 1]);
+    pugi::xml_node geometry = plan.append_child("geometry");
+    put(geometry, "s", static_cast<double>(ends[k]) * line.u_step_m);
+    put(geometry, "x", line.x_m[ends[k]]);
+    put(geometry, "y", line.y_m[ends[k]]);
+    put(geometry, "hdg", piece.heading_rad);
+    put(geometry, "length", piece.length_m);
+    pugi::xml_node cubic = geometry.append_child("paramPoly3");
+    put(cubic, "pRange", "arcLength");
+    const auto coefficients = [&](const Cubic& c, const char* const(&names)[4]) {
+      put(cubic, names[0], c.a);
+      put(cubic, names[1], c.b);
+      put(cubic, names[2], c.c);
+      put(cubic, names[3], c.d);
+    };
+    coefficients(piece.along, {"aU", "bU", "cU", "dU"});
+    coefficients(piece.left, {"aV", "bV", "cV", "dV"});
+  }
+}
+
+void add_lanes(pugi::xml_node& road, const std::vector<TrackWidth>& widths, std::size_t rows,
+               const crg::ReferenceLine& line) {
+  pugi::xml_node section = road.append_child("lanes").append_child("laneSection");
+  put(section, "s", 0.0);
+  const auto lane_on = [&](const char* side, const std::string& id, const auto& width_of) {
+    std::vector<double> width_m;
+    for (std::size_t row = 0; row < rows; ++row)
+      width_m.push_back(width_of(widths[std::min(row, widths.size() - 1)]));
+    if (*std::max_element(width_m.begin(), width_m.end()) <= 0.0) return;
+    pugi::xml_node lane = section.append_child(side).append_child("lane");
+    put(lane, "id", id);
+    put(lane, "type", "driving");
+    put(lane, "level", "false");
+    if (line.closed) {
+      pugi::xml_node link = lane.append_child("link");
+      put(link.append_child("predecessor"), "id", id);
+      put(link.append_child("successor"), "id", id);
+    }
+    add_profile(lane, "width", "sOffset", fit_profile(width_m, line.u_step_m, kWidth_m),
+                line.u_step_m);
+  };
+  lane_on("left", "1", [](const TrackWidth& w) { return w.left_m; });
+  pugi::xml_node middle = section.append_child("center").append_child("lane");
+  put(middle, "id", "0");
+  put(middle, "type", "none");
+  put(middle, "level", "false");
+  lane_on("right", "-1", [](const TrackWidth& w) { return w.right_m; });
+}
+
+void add_crg(pugi::xml_node& surface, const std::string& file, const char* purpose,
+             double length_m) {
+  pugi::xml_node crg = surface.append_child("CRG");
+  put(crg, "file", file);
+  put(crg, "sStart", 0.0);
+  put(crg, "sEnd", length_m);
+  put(crg, "orientation", "same");
+  put(crg, "mode", "genuine");
+  put(crg, "purpose", purpose);
+  for (const char* offset : {"sOffset", "tOffset", "zOffset", "hOffset"}) put(crg, offset, 0.0);
+  put(crg, "zScale", 1.0);
+}
+
+}  // namespace
+
+Exported opendrive(const crg::Surface& road, const std::string& name, const NamedFiles& files) {
+  const crg::ReferenceLine& line = road.reference_line();
+  const HeightMap map = height_map(road);
+  const std::vector<TrackWidth> widths = track_widths(line, road.grid());
+  const CrossSections sections = cross_sections(map, widths);
+  const Profile elevation = fit_profile(sections.height_m, line.u_step_m, kElevation_m);
+  const Profile lean = fit_profile(sections.lean_rad, line.u_step_m, kSuperelevation_rad);
+  const double length_m = static_cast<double>(line.size() - 1) * line.u_step_m;
+
+  pugi::xml_document document;
+  pugi::xml_node declaration = document.append_child(pugi::node_declaration);
+  put(declaration, "version", "1.0");
+  put(declaration, "encoding", "UTF-8");
+  pugi::xml_node top = document.append_child("OpenDRIVE");
+  add_header(top, name, road.file(), line);
+  pugi::xml_node node = top.append_child("road");
+  put(node, "name", name);
+  put(node, "length", length_m);
+  put(node, "id", "1");
+  put(node, "junction", "-1");
+  put(node, "rule", "RHT");
+  pugi::xml_node link = node.append_child("link");
+  if (line.closed)
+    for (const auto& [element, contact] :
+         {std::pair{"predecessor", "end"}, std::pair{"successor", "start"}}) {
+      pugi::xml_node neighbour = link.append_child(element);
+      put(neighbour, "elementType", "road");
+      put(neighbour, "elementId", "1");
+      put(neighbour, "contactPoint", contact);
+    }
+  add_plan(node, line);
+  add_profile(node.append_child("elevationProfile"), "elevation", "s", elevation, line.u_step_m);
+  add_profile(node.append_child("lateralProfile"), "superelevation", "s", lean, line.u_step_m);
+  add_lanes(node, widths, line.size(), line);
+  pugi::xml_node surface = node.append_child("surface");
+  add_crg(surface, files.crg, "elevation", length_m);
+  if (!files.friction_crg.empty()) add_crg(surface, files.friction_crg, "friction", length_m);
+
+  std::ostringstream text;
+  document.save(text, "  ");
+  Exported out{text.str(), {}};
+  out.lost.push_back(fmt::format(
+      "unevenness and kerbs stand in the CRG alone: elevation and superelevation without it are "
+      "{:.1f} mm off (rms), {:.1f} mm at most",
+      1e3 * sections.rms_m, 1e3 * (sections.worst_m + elevation.worst)));
+  out.lost.push_back("road beyond holes is in no lane");
+  return out;
+}
+
+Exported road_data_file(const NamedFiles& files, double friction) {
+  Exported out;
+  out.text = fmt::format(
+      "[MDI_HEADER]\nFILE_TYPE = 'rdf'\nFILE_VERSION = 5.0\nFILE_FORMAT = 'ASCII'\n"
+      "[UNITS]\nLENGTH = 'meter'\nFORCE = 'newton'\nANGLE = 'radians'\nMASS = 'kg'\nTIME = 'sec'\n"
+      "[MODEL]\nMETHOD = '2D'\nROAD_TYPE = 'crg'\n"
+      "[PARAMETERS]\nMU = {}\nCRG_ROADFILE = '{}'\n",
+      friction, files.crg);
+  if (!files.friction_crg.empty())
+    out.lost.push_back("friction along the road: the format has one MU for all of it");
+  return out;
+}
+
+}  // namespace road

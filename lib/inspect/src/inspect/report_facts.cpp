@@ -1,0 +1,177 @@
+#include "report_facts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "inspect/compare.h"
+#include "inspect/input_file.h"
+
+namespace road {
+namespace {
+
+const char* format_name(crg::Format format) {
+  switch (format) {
+    case crg::Format::KRBI:
+      return "KRBI (float32, binary)";
+    case crg::Format::KDBI:
+      return "KDBI (float64, binary)";
+    case crg::Format::LRFI:
+      return "LRFI (text, 10 characters)";
+    case crg::Format::LDFI:
+      return "LDFI (text, 20 characters)";
+  }
+  return "";
+}
+
+/// Least and largest of what is not NaN.
+std::pair<double, double> extremes(const std::vector<float>& values) {
+  float low = std::numeric_limits<float>::infinity(), high = -low;
+  for (const float value : values) {
+    if (std::isnan(value)) continue;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  return std::pair<double, double>(low, high);
+}
+
+void add_file(const HeightMap& map, const crg::Crg& file, const GridReport& grid,
+              const ReportRequest& request, report::TrackReport& report) {
+  const auto row = [&](const char* name, std::string value) {
+    report.file.push_back({name, std::move(value)});
+  };
+  std::error_code ignored;
+  row("File", shown_path(request.crg_path, request));
+  row("Size", fmt::format("{} bytes", std::filesystem::file_size(request.crg_path, ignored)));
+  row("Format", format_name(file.format));
+  row("Rows x columns", fmt::format("{} x {}", map.rows(), map.columns()));
+  row("u", fmt::format("{:.3f} to {:.3f} m, step {:.6f} m", map.line.u_begin_m, map.u_end_m(),
+                       map.line.u_step_m));
+  row("v", fmt::format("{:.3f} to {:.3f} m", map.v_m.front(), map.v_m.back()));
+  row("Nodes with height", fmt::format("{} of {}", grid.nodes_with_z, grid.nodes));
+  row("Missing nodes inside the road", fmt::format("{}", grid.holes));
+  row("Closed", map.line.closed ? "yes" : "no");
+  row("Modifiers",
+      file.has_modifier_section
+          ? (file.modifiers.empty() ? "none (empty section)" : "those of the file are applied")
+          : "none (no section: the reference API would move the road by default)");
+  if (!file.included_path.empty()) row("Included file", file.included_path);
+}
+
+}  // namespace
+
+std::string file_name(const std::string& path) {
+  return std::filesystem::path(path).filename().string();
+}
+
+std::string shown_path(const std::string& path, const ReportRequest& request) {
+  const bool moves =
+      !request.shown_folder.empty() && std::filesystem::path(path).parent_path() ==
+                                           std::filesystem::path(request.crg_path).parent_path();
+  return moves ? (std::filesystem::path(request.shown_folder) / file_name(path)).string() : path;
+}
+
+void add_header(const crg::Crg& file, report::TrackReport& report) {
+  const auto section = [&](const char* name, const std::vector<crg::HeaderEntry>& entries,
+                           bool present) {
+    if (!present) return;
+    if (entries.empty()) report.header.push_back({name, "(empty)"});
+    for (const crg::HeaderEntry& entry : entries) {
+      if (entry.key == "*") continue;
+      report.header.push_back({fmt::format("{} {}", name, entry.key),
+                               entry.text.empty() ? fmt::format("{}", entry.value) : entry.text});
+    }
+  };
+  section("ROAD_CRG", file.road, true);
+  section("ROAD_CRG_OPTS", file.options, file.has_option_section || !file.options.empty());
+  section("ROAD_CRG_MODS", file.modifiers, file.has_modifier_section);
+  section("ROAD_CRG_MPRO", file.projection, !file.projection.empty());
+  report.comment = file.comment;
+}
+
+void add_facts(const HeightMap& map, const AlongU& along, const crg::Crg& file,
+               const ReportRequest& request, const KerbStrips& kerbs,
+               const std::optional<ValidateReport>& validated, report::TrackReport& report) {
+  const auto fact = [&](const char* name, std::string value) {
+    report.facts.push_back({name, std::move(value)});
+  };
+  const GridReport grid = describe(file.grid, map.line);
+  fact("Length", fmt::format("{:.1f} m, {}", map.u_end_m() - map.line.u_begin_m,
+                             map.line.closed ? "closed" : "open"));
+  const auto width = [](double low_m, double median_m, double high_m) {
+    return fmt::format("{:.1f} m ({:.1f} to {:.1f} m)", median_m, low_m, high_m);
+  };
+  if (request.road_width_m)
+    fact("Width of the road",
+         width((*request.road_width_m)[0], (*request.road_width_m)[1], (*request.road_width_m)[2]));
+  if (grid.nodes_with_z > 0) {
+    fact("Width of all that has a height",
+         width(grid.width_min_m, grid.width_median_m, grid.width_max_m));
+    fact("Kerbs", fmt::format("{}{}", kerbs.strips.size(),
+                              request.kerbs ? "" : ", by the shape of the road"));
+    if (validated)
+      fact("Largest error against the mesh",
+           fmt::format("{:.2f} mm", 1e3 * validated->z_error_m.max));
+    fact("z", fmt::format("{:.3f} to {:.3f} m", grid.z_min_m, grid.z_max_m));
+    const auto [z_low, z_high] = extremes(along.elevation_m);
+    fact("Elevation of the line", fmt::format("{:.1f} to {:.1f} m", z_low, z_high));
+    const auto [s_low, s_high] = extremes(along.slope);
+    fact("Slope", fmt::format("{:+.1f} to {:+.1f} %", 100.0 * s_low, 100.0 * s_high));
+    const auto [b_low, b_high] = extremes(along.banking);
+    fact("Banking", fmt::format("{:+.1f} to {:+.1f} %", 100.0 * b_low, 100.0 * b_high));
+  }
+  const auto [k_low, k_high] = extremes(along.curvature_1pm);
+  const double tightest = std::max(std::abs(k_low), std::abs(k_high));
+  fact("Tightest radius", tightest > 1e-6 ? fmt::format("{:.1f} m", 1.0 / tightest) : "straight");
+  fact("Grid",
+       fmt::format("{} x {} nodes, {:.3g} m x {:.3g} m", map.rows(), map.columns(),
+                   map.line.u_step_m,
+                   (map.v_m.back() - map.v_m.front()) / static_cast<double>(map.columns() - 1)));
+  add_file(map, file, grid, request, report);
+}
+
+void add_looked_for(const FindingOptions& options, const Comparisons& comparisons,
+                    report::TrackReport& report) {
+  const auto say = [&](std::string text) { report.looked_for.push_back(std::move(text)); };
+  const auto mm = [](double length_m) { return fmt::format("{:.4g} mm", 1000.0 * length_m); };
+  say("Holes of one node or more, rows and stripes without road, bends in which the grid folds, "
+      "and what 'crgbuild check' finds");
+  say(fmt::format("Steps across the road from {} on that at least {:.0f} % of its width make alike",
+                  mm(options.min_tile_step_m), 100.0 * options.min_tile_share));
+  say(
+      fmt::format("Bumps and potholes from {} on over the road 3 to 9 m before and behind, or from "
+                  "5.5 times the scatter of the road there; "
+                  "lower ones, those longer than about 6 m, and any on kerbs are not looked for",
+                  mm(options.min_bump_m)));
+  if (options.closed)
+    say(fmt::format(
+        "Steps from {}, kinks from {:.4g} mrad and gaps from {} on where the road closes",
+        mm(options.min_seam_step_m), 1000.0 * options.min_seam_heading_rad,
+        mm(options.max_seam_gap_m)));
+  const CompareOptions compared;
+  bool mesh = false;
+  for (const auto& [key, comparison] : comparisons) {
+    mesh = mesh || key == "mesh";
+    const std::string lost =
+        fmt::format("kerbs that are lower from {} on over {:.4g} m", mm(compared.min_kerb_loss_m),
+                    compared.min_kerb_loss_length_m);
+    if (key == "before")
+      say(fmt::format("Against the road before refinement: {}", lost));
+    else
+      say(fmt::format("Against the {}: places from {} on over {:.4g} m2 or more, {}{}",
+                      key == "against" ? "other road" : key, mm(compared.min_deviation_m),
+                      compared.min_deviation_area_m2, lost,
+                      key == "mesh"
+                          ? fmt::format("; smaller places from {} on are listed and are no finding",
+                                        mm(report.rough_limit_m))
+                          : ""));
+  }
+  if (!mesh) say("Whether the road is where its mesh is: not looked at, no mesh was given");
+}
+
+}  // namespace road

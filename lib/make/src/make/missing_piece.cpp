@@ -1,0 +1,74 @@
+#include "make/missing_piece.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "mesh/error.h"
+
+namespace road {
+namespace {
+
+constexpr double kMostShare = 0.1;        // of the length, between the ends of what was a ring
+constexpr double kSameDirection = 0.7;    // cosine between the line and the way over the gap
+constexpr double kSteepest = 0.15;        // of the way over the gap, m/m
+constexpr double kLongestBridge_m = 100;  // that the recipe takes
+constexpr double kTrialsMargin = 1.05;    // over the distance of the middles: edges lie farther
+
+/// Direction of the line over a stretch at its end; single stations may be cut askew.
+Eigen::Vector2d direction(const Centreline& line, bool at_end) {
+  const std::size_t n = line.points_m.size();
+  const double over_m = 4.0 * line.half_width_m[at_end ? n - 1 : 0];
+  const Eigen::Vector3d& tip = at_end ? line.points_m.back() : line.points_m.front();
+  std::size_t k = 1;
+  const auto inner = [&] { return line.points_m[at_end ? n - 1 - k : k]; };
+  while (k + 1 < n && (inner() - tip).head<2>().norm() < over_m) ++k;
+  const Eigen::Vector2d d = (tip - inner()).head<2>();
+  return (at_end ? d : Eigen::Vector2d(-d)).normalized();
+}
+
+/// The line with gaps bridged up to `gap_m`; empty where none comes out.
+std::optional<Centreline> bridged(const Mesh& mesh, CleanOptions options, double gap_m) {
+  options.max_gap_m = gap_m;
+  try {
+    return trace_centreline(clean(mesh, options));
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+std::optional<MissingPiece> missing_piece(const Centreline& line) {
+  if (line.closed || line.points_m.size() < 3) return std::nullopt;
+  const Eigen::Vector3d over = line.points_m.front() - line.points_m.back();
+  const double gap_m = over.head<2>().norm();
+  if (gap_m > kMostShare * line.length_m || gap_m == 0.0) return std::nullopt;
+  if (std::abs(over.z()) > line.half_width_m.back() + kSteepest * gap_m) return std::nullopt;
+  const Eigen::Vector2d along = over.head<2>() / gap_m;
+  if (along.dot(direction(line, true)) < kSameDirection ||
+      along.dot(direction(line, false)) < kSameDirection)
+    return std::nullopt;
+  return MissingPiece{gap_m, 0.5 * (line.points_m.front() + line.points_m.back())};
+}
+
+std::optional<std::string> doubt_about_ends(const Centreline& line, const Mesh& mesh,
+                                            const CleanOptions& options) {
+  if (options.guide || !options.route_m.empty()) return std::nullopt;
+  const auto piece = missing_piece(line);
+  if (!piece) return std::nullopt;
+  const std::string seen = fmt::format(
+      "the road is open, {:.0f} m long, and its ends face each other over {:.1f} m at ({:.1f}, "
+      "{:.1f}): a piece of a closed road seems to be missing",
+      line.length_m, piece->length_m, piece->middle_m.x(), piece->middle_m.y());
+  constexpr const char* kElse = "if it is open all the same, say so with --line-is-right";
+  const double bridge_m = std::ceil(kTrialsMargin * piece->length_m);
+  if (bridge_m <= kLongestBridge_m)
+    if (const auto closed = bridged(mesh, options, bridge_m); closed && closed->closed)
+      return fmt::format(
+          "{}; with --bridge-gap-m {:.0f} it is a closed road of {:.0f} m, plane over the gap; {}",
+          seen, bridge_m, closed->length_m, kElse);
+  return fmt::format("{}; put it into the mesh; {}", seen, kElse);
+}
+
+}  // namespace road

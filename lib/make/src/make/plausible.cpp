@@ -1,0 +1,256 @@
+#include "make/plausible.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <map>
+#include <set>
+#include <unordered_set>
+
+#include "name_pattern.h"
+
+namespace road {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kMissingShare = 0.05;
+constexpr double kGroundShare = 0.5;
+constexpr double kAgreement = 0.5;  // of names and shape: less is no confirmation
+constexpr double kElsewhereShare = 0.2;
+constexpr double kNoRoadShare = 0.5;  // of a road called water: a puddle on it is none
+constexpr double kMainMaterialShare = 0.6;
+
+/// Of the usual width; of the length. The widest right road without either, of 41 of others, has
+/// 1.45 times (measured along each, 2026-11-23).
+constexpr double kMuchWider = 1.6, kWideShare = 0.01;
+
+constexpr const char* kWayOut =
+    "look at the picture of the classes (.classes.png); tell what is road by a rough line (--guide "
+    "FILE) or by name_rules in a "
+    "recipe, or, if the line is right all the same, say so with --line-is-right";
+
+double flat_area_m2(const Mesh& mesh, std::size_t t) {
+  const Vector3d a = mesh.vertex(t, 1) - mesh.vertex(t, 0),
+                 b = mesh.vertex(t, 2) - mesh.vertex(t, 0);
+  const Vector3d area = 0.5 * a.cross(b);
+  return std::abs(area.z()) >= 0.7 * area.norm() ? std::abs(area.z()) : 0.0;
+}
+
+bool is_drivable(SurfaceClass surface_class) {
+  return surface_class == SurfaceClass::road || surface_class == SurfaceClass::runoff;
+}
+
+void surface_missing(const Centreline& line, const RaySurface& surface,
+                     std::vector<std::string>& doubts) {
+  const std::size_t n = line.points_m.size(), segments = line.closed ? n : n - 1;
+  double missing_m = 0.0, all_m = 0.0, longest_m = 0.0, run_m = 0.0;
+  Vector3d place = line.points_m.front(), run_begin = place;
+  for (std::size_t i = 0; i < segments; ++i) {
+    const Vector3d &p = line.points_m[i], &q = line.points_m[(i + 1) % n];
+    const double length_m = (q - p).head<2>().norm();
+    const double reach_m = 1.0 + 0.5 * line.half_width_m[i];
+    const int pieces =
+        std::max(1, static_cast<int>(length_m / std::max(0.2 * line.half_width_m[i], 1e-3)));
+    for (int k = 0; k < std::min(pieces, 1000); ++k) {
+      const Vector3d at = p + (k + 0.5) / std::min(pieces, 1000) * (q - p);
+      const double piece_m = length_m / std::min(pieces, 1000);
+      all_m += piece_m;
+      if (surface.nearest_hit(at.x(), at.y(), at.z(), reach_m)) {
+        run_m = 0.0;
+        continue;
+      }
+      if (run_m == 0.0) run_begin = at;
+      missing_m += piece_m;
+      run_m += piece_m;
+      if (run_m > longest_m) longest_m = run_m, place = run_begin;
+    }
+  }
+  if (missing_m <= kMissingShare * all_m) return;
+  doubts.push_back(
+      fmt::format("the surface is missing along {:.0f} % of the line ({:.0f} of {:.0f} m), the "
+                  "longest piece of {:.0f} m at ({:.1f}, {:.1f})",
+                  100.0 * missing_m / all_m, missing_m, all_m, longest_m, place.x(), place.y()));
+}
+
+/// A pit lane or an apron in one piece with the road: the line lies in the middle of all of it.
+void wide_in_places(const Centreline& line, std::vector<std::string>& doubts) {
+  const std::size_t n = line.points_m.size(), segments = line.closed ? n : n - 1;
+  std::vector<double> half_m = line.half_width_m;
+  const auto middle = half_m.begin() + static_cast<std::ptrdiff_t>(half_m.size() / 2);
+  std::nth_element(half_m.begin(), middle, half_m.end());
+  const double usual_m = *middle;
+  double wide_m = 0.0, all_m = 0.0;
+  std::size_t widest = 0;
+  for (std::size_t i = 0; i < segments; ++i) {
+    const double length_m = (line.points_m[(i + 1) % n] - line.points_m[i]).head<2>().norm();
+    all_m += length_m;
+    if (line.half_width_m[i] > kMuchWider * usual_m) wide_m += length_m;
+    if (line.half_width_m[i] > line.half_width_m[widest]) widest = i;
+  }
+  if (wide_m <= kWideShare * all_m) return;
+  doubts.push_back(fmt::format(
+      "along {:.0f} m of the line what looks like road is more than {} times as wide as usual "
+      "({:.1f} m), {:.1f} m at ({:.1f}, {:.1f}): a pit lane or an apron may be taken for road, and "
+      "the line lies in the middle of both",
+      wide_m, kMuchWider, 2.0 * usual_m, 2.0 * line.half_width_m[widest], line.points_m[widest].x(),
+      line.points_m[widest].y()));
+}
+
+void little_of_the_ground(const Mesh& mesh, const CleanReport& report,
+                          std::vector<std::string>& doubts) {
+  double found_m2 = 0.0, all_m2 = 0.0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const double area_m2 = flat_area_m2(mesh, t);
+    all_m2 += area_m2;
+    if (is_drivable(report.class_of_triangle[t])) found_m2 += area_m2;
+  }
+  if (found_m2 >= kGroundShare * all_m2) return;
+  doubts.push_back(
+      fmt::format("an open road was found by its shape alone on {:.0f} of {:.0f} m2 of flat "
+                  "ground: that may be any strip of it",
+                  found_m2, all_m2));
+}
+
+/// That most of a road found without names is called something that is no road.
+void called_something_else(const Mesh& mesh, const CleanReport& report,
+                           std::vector<std::string>& doubts) {
+  const NamePattern no_road("(^|[^a-z])(water|river|lake|ocean|pond|sky|roof|ceiling)");
+  // A rally stage may be of gravel, sand or dirt.
+  const NamePattern verge("(^|[^a-z])(grass|lawn|verge)"), road("road|asphalt|tarmac|track");
+  const auto lower_case = [](std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+  };
+  double all_m2 = 0.0, named_m2 = 0.0;
+  std::string example;
+  std::vector<std::string> name_of_object;  // empty where nothing speaks against it
+  for (const MeshObject& object : mesh.objects) {
+    name_of_object.emplace_back();
+    for (const std::string* name : {&object.name, &object.material, &object.texture})
+      if (name_of_object.back().empty() && no_road.is_in(lower_case(*name)))
+        name_of_object.back() = *name;
+    // The material tells more than the picture or the object.
+    const std::string& telling = !object.material.empty()  ? object.material
+                                 : !object.texture.empty() ? object.texture
+                                                           : object.name;
+    if (const std::string lower = lower_case(telling);
+        name_of_object.back().empty() && verge.is_in(lower) && !road.is_in(lower))
+      name_of_object.back() = telling;
+  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (report.class_of_triangle[t] != SurfaceClass::road) continue;
+    const double area_m2 = flat_area_m2(mesh, t);
+    all_m2 += area_m2;
+    const std::string& name = name_of_object[mesh.object_of_triangle[t]];
+    if (name.empty()) continue;
+    named_m2 += area_m2;
+    if (example.empty()) example = name;
+  }
+  if (named_m2 > kNoRoadShare * all_m2)
+    doubts.push_back(
+        fmt::format("{:.0f} % of what its shape calls road is called '{}' in the mesh or alike",
+                    100.0 * named_m2 / all_m2, example));
+}
+
+}  // namespace
+
+std::optional<std::string> same_material_elsewhere(const Centreline& line, const Mesh& mesh,
+                                                   const CleanReport& report) {
+  const auto look_of = [&](std::size_t t) {
+    const MeshObject& object = mesh.objects[mesh.object_of_triangle[t]];
+    return object.texture.empty() ? object.material : object.texture;
+  };
+  std::set<std::string> looks;
+  std::map<std::string, double> road_m2;
+  double all_m2 = 0.0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    looks.insert(look_of(t));
+    if (report.class_of_triangle[t] != SurfaceClass::road) continue;
+    road_m2[look_of(t)] += flat_area_m2(mesh, t);
+    all_m2 += flat_area_m2(mesh, t);
+  }
+  if (looks.size() < 3 || road_m2.empty()) return {};  // materials tell nothing apart
+  const auto main =
+      std::max_element(road_m2.begin(), road_m2.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (main->first.empty() || main->second < kMainMaterialShare * all_m2) return {};
+
+  // What lies above or below the line is its own underside or a bridge's.
+  double widest_m = 0.0;
+  for (const double half_m : line.half_width_m) widest_m = std::max(widest_m, half_m);
+  const double cell_m = std::max(widest_m, 1e-3);
+  const auto cell = [&](double x, double y) {
+    return static_cast<std::int64_t>(std::floor(x / cell_m)) << 32 ^
+           (static_cast<std::int64_t>(std::floor(y / cell_m)) & 0xffffffff);
+  };
+  std::unordered_set<std::int64_t> near;
+  const std::size_t n = line.points_m.size();
+  for (std::size_t i = 0; i < (line.closed ? n : n - 1); ++i) {
+    const Vector3d &p = line.points_m[i], &q = line.points_m[(i + 1) % n];
+    const int pieces = 1 + static_cast<int>(std::min((q - p).head<2>().norm() / cell_m * 2.0, 1e4));
+    for (int k = 0; k <= pieces; ++k) {
+      const Vector3d at = p + static_cast<double>(k) / pieces * (q - p);
+      for (int dx = -1; dx <= 1; ++dx)
+        for (int dy = -1; dy <= 1; ++dy)
+          near.insert(cell(at.x() + dx * cell_m, at.y() + dy * cell_m));
+    }
+  }
+  double found_m2 = 0.0, elsewhere_m2 = 0.0, largest_m2 = 0.0;
+  Vector3d place = Vector3d::Zero();
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (look_of(t) != main->first) continue;
+    const double area_m2 = flat_area_m2(mesh, t);
+    if (is_drivable(report.class_of_triangle[t])) {
+      found_m2 += area_m2;
+      continue;
+    }
+    const Vector3d middle =
+        mesh.origin_m + (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)) / 3.0;
+    if (near.contains(cell(middle.x(), middle.y()))) continue;
+    elsewhere_m2 += area_m2;
+    if (area_m2 > largest_m2) largest_m2 = area_m2, place = middle;
+  }
+  if (elsewhere_m2 <= kElsewhereShare * found_m2) return {};
+  return fmt::format(
+      "the road is made of '{}', of which {:.0f} m2 are in it and {:.0f} m2 lie elsewhere, for "
+      "example at ({:.1f}, {:.1f}): this may be a part of the road only",
+      main->first, found_m2, elsewhere_m2, place.x(), place.y());
+}
+
+namespace {
+
+/// Where no name told what is road.
+void nothing_confirms(const Centreline& line, const Mesh& mesh, const CleanReport& report,
+                      std::vector<std::string>& doubts) {
+  if (!line.closed && report.by_names)
+    doubts.push_back(
+        fmt::format("names and shape agree about only {:.0f} % of what either calls road, and the "
+                    "road found by names is open: it may be a part of it",
+                    100.0 * *report.road_agreement));
+  if (!report.by_names) called_something_else(mesh, report, doubts);
+  if (!line.closed && !report.by_names) little_of_the_ground(mesh, report, doubts);
+  if (auto elsewhere = same_material_elsewhere(line, mesh, report))
+    doubts.push_back(std::move(*elsewhere));
+}
+
+}  // namespace
+
+std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& surface,
+                                      const Mesh& mesh, const CleanReport& report) {
+  std::vector<std::string> doubts = report.doubts;
+  if (!report.by_guide)
+    surface_missing(line, surface, doubts);  // a guide knows better where it should be
+  const std::size_t first = doubts.size();
+  if (!report.by_guide) wide_in_places(line, doubts);
+  const bool confirmed =
+      report.by_names && (!report.road_agreement || *report.road_agreement >= kAgreement);
+  if (!confirmed && !report.by_guide) nothing_confirms(line, mesh, report, doubts);
+  if (doubts.size() > first) doubts.back() += fmt::format("; {}", kWayOut);
+  return doubts;
+}
+
+}  // namespace road

@@ -1,0 +1,26 @@
+// In which unit a mesh would be a road, where it is none in the one it was read in, or one wider
+// than roads are. Private.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "road/centreline.h"
+#include "road/clean.h"
+#include "mesh/mesh.h"
+
+namespace road {
+
+/// A clause for a refusal ("; in inch (--unit inch) ..."), or nothing. Every unit is tried: the
+/// mesh is cleaned and the road traced as a build would. Where none has a road, but the mesh as it
+/// is has one wider than any, that is said. Nothing is said where the mesh, as it is, has a road
+/// after all (then the refusal has another reason), or where it is so large that trying takes long.
+std::string unit_with_a_road(const Mesh& mesh, double metres_per_unit, const CleanOptions& options);
+
+/// That a road of which nobody said the unit is wider on the median than roads are, with the units
+/// in which it would be as wide as they are (tried, where the mesh is not so large that this takes
+/// long) and the way to confirm it. Empty where it is not.
+std::optional<std::string> doubt_about_width(const Centreline& line, const Mesh& mesh,
+                                             double metres_per_unit, const CleanOptions& options);
+
+}  // namespace road

@@ -1,0 +1,151 @@
+#include "make/summary.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "base/json_text.h"
+#include "base/sha256.h"
+#include "grid_stage.h"
+#include "mesh/error.h"
+#include "stage_json.h"
+
+namespace road {
+namespace {
+
+/// What every summary begins and ends with.
+template <class Summary>
+Json head_of(const Summary& summary) {
+  Json out;
+  out["schema"] = 1;
+  out["program"] = program_name();
+  out["versions"] = {{"compiler", KERBSTONE_COMPILER},
+                     {"assimp", KERBSTONE_ASSIMP},
+                     {"cgal", KERBSTONE_CGAL},
+                     {"embree", KERBSTONE_EMBREE}};
+  out["name"] = summary.recipe.name;
+  out["inputs"] = json_of(summary.inputs);
+  return out;
+}
+
+template <class Summary>
+std::string finished(Json& out, const Summary& summary) {
+  if constexpr (requires { summary.outputs; }) {
+    Json outputs = Json::array();
+    for (const InputFile& file : summary.outputs)
+      outputs.push_back({{"role", file.role}, {"file", file.path}, {"sha256", file.sha256}});
+    out["outputs"] = outputs;
+  }
+  // Object names of a mesh need not be UTF-8.
+  return base::json_text(out);
+}
+
+/// Empty for a file that cannot be read, as MeshFile has it.
+std::string sha256_if_there(const std::string& path) {
+  try {
+    return base::sha256_of_file(path);
+  } catch (const Error&) {
+    return "";
+  }
+}
+
+}  // namespace
+
+std::string program_name() { return fmt::format("crgbuild {}", KERBSTONE_VERSION); }
+
+std::string summary_json(const BuildSummary& summary) {
+  Json out = head_of(summary);
+  out["recipe"] = json_of(summary.recipe);
+  out["read"] = json_of(summary.read);
+  out["clean"] = json_of(summary.clean);
+  out["centreline"] = json_of(summary.centreline);
+  out["reference_line"] = json_of(summary.reference_line);
+  out["sample"] = json_of(summary.sample);
+  for (const GridStage& stage : grid_stages()) stage.report(summary, out);
+  out["align"] = summary.placement ? json_of(*summary.placement) : Json(nullptr);
+  out["grid"] = json_of(summary.grid);
+  out["wgs84"] = json_of(summary.wgs84);
+  out["validation"] = json_of(summary.validate, limits_of(summary));
+  return finished(out, summary);
+}
+
+std::string timing_json(const std::vector<StageSeconds>& seconds, double seconds_total) {
+  Json stages = Json::object();
+  for (const StageSeconds& stage : seconds) stages[stage.stage] = stage.seconds;
+  stages["total"] = seconds_total;
+  return base::json_text(
+      Json{{"schema", 1}, {"seconds", stages}, {"peak_memory_mb", peak_memory_mb()}});
+}
+
+std::optional<std::string> unchanged_summary(const std::string& path, const BuildSummary& fresh) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return std::nullopt;
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  // Whatever else lies under this name is no reason not to build.
+  try {
+    Json old = Json::parse(text);
+    // What the mesh refers to is known only once it has been read: the list of then, as it is now.
+    Json& inputs = old.at("inputs");
+    for (std::size_t i = inputs.size(); i-- > 0;) {
+      if (inputs[i].at("role") != kMeshFile) continue;
+      if (inputs[i].at("sha256") != sha256_if_there(inputs[i].at("path").get<std::string>()))
+        return std::nullopt;
+      inputs.erase(i);
+    }
+    const Json head = head_of(fresh);
+    for (const auto& [key, value] : head.items())
+      if (old.at(key) != value) return std::nullopt;
+    if (old.at("recipe") != json_of(fresh.recipe)) return std::nullopt;
+    failures_in_summary(text);
+    return text;
+  } catch (const Json::exception&) {
+    return std::nullopt;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+std::vector<std::string> failures_in_summary(const std::string& summary_json) {
+  return Json::parse(summary_json).at("validation").at("failures").get<std::vector<std::string>>();
+}
+
+std::string edges_summary_json(const EdgesSummary& summary) {
+  const EdgesReport& edges = summary.edges;
+  Json out = head_of(summary);
+  out["u_step_m"] = summary.recipe.options.u_step_m;
+  out["v_step_m"] = summary.recipe.options.v_step_m;
+  out["edges"] = {{"left_points", edges.left_points},
+                  {"right_points", edges.right_points},
+                  {"dropped_points", edges.dropped_points},
+                  {"has_z", edges.has_z},
+                  {"right_reversed", edges.right_reversed},
+                  {"width_min_m", edges.width_min_m},
+                  {"width_median_m", edges.width_median_m},
+                  {"width_max_m", edges.width_max_m},
+                  {"point_error_p99_m", edges.point_error_p99_m},
+                  {"point_error_max_m", edges.point_error_max_m},
+                  {"edge_gap_median_m", edges.edge_gap_median_m},
+                  {"edge_gap_max_m", edges.edge_gap_max_m},
+                  {"folds", json_of(edges.folds)},
+                  {"remarks", edges.remarks}};
+  out["reference_line"] = {{"length_m", summary.line_length_m},
+                           {"closed", edges.closed},
+                           {"start_offset_m", edges.start_offset_m}};
+  out["grid"] = json_of(summary.grid);
+  return finished(out, summary);
+}
+
+double peak_memory_mb() {
+  std::ifstream status("/proc/self/status");
+  std::string word;
+  while (status >> word)
+    if (word == "VmHWM:") {
+      double kib = 0.0;
+      status >> kib;
+      return kib * 1024.0 / 1e6;
+    }
+  return 0.0;
+}
+
+}  // namespace road

@@ -1,0 +1,103 @@
+// Reads a simulator's track mesh into metres, z up. assimp stays private to the source file.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "mesh/mesh.h"
+
+namespace road {
+
+enum class UpAxis { automatic, y, z };
+enum class Unit { automatic, m, cm, mm, ft, inch, yard };
+
+struct NamedUnit {
+  Unit unit;
+  const char* name;
+  double metres;
+};
+/// Every unit but `automatic`.
+inline constexpr NamedUnit kUnits[] = {{Unit::m, "m", 1.0},          {Unit::cm, "cm", 0.01},
+                                       {Unit::mm, "mm", 0.001},      {Unit::ft, "ft", 0.3048},
+                                       {Unit::inch, "inch", 0.0254}, {Unit::yard, "yard", 0.9144}};
+
+/// automatic counts as m.
+constexpr double metres_per(Unit unit) {
+  for (const NamedUnit& known : kUnits)
+    if (known.unit == unit) return known.metres;
+  return 1.0;
+}
+
+/// automatic for any other word.
+constexpr Unit unit_called(std::string_view name) {
+  for (const NamedUnit& known : kUnits)
+    if (name == known.name) return known.unit;
+  return Unit::automatic;
+}
+
+struct MeshReadOptions {
+  /// automatic: the format's own rule (.ac, .acc, .gltf, .glb: y) checked against where the large
+  /// flat faces point; formats without a rule take the axis that the faces tell.
+  UpAxis up = UpAxis::automatic;
+  /// automatic: metres, refused when the size of the mesh speaks against it (see read_mesh).
+  Unit unit = Unit::automatic;
+  /// Factor on top of the unit, for meshes whose unit has no name.
+  double scale = 1.0;
+  /// Files that the mesh refers to (.bin, .mtl) may lie outside the folder of the mesh. Not by
+  /// default: a mesh from elsewhere shall not choose what is read here.
+  bool allow_outside = false;
+  /// Formats without a reader of our own, and .obj for its polygons, are read in a child process,
+  /// so that a crash of the foreign reader, or taking far too long, is a refusal. false, for
+  /// debuggers and fuzzers: in this one.
+  bool own_process = true;
+  /// Asked once with the objects that the file holds: whether their colours are wanted. Pictures
+  /// are read only then (PNG and JPEG, beside the mesh or in it); one that cannot be read leaves
+  /// its objects without colour, with one remark for all. Empty: never.
+  std::function<bool(const std::vector<MeshObject>&)> want_colours = {};
+};
+
+/// A file that a mesh refers to.
+struct MeshFile {
+  std::string path;  ///< as it was opened: the mesh's folder in front
+  std::string
+      sha256;  ///< of the bytes that were used; empty: wanted, but not there or not readable
+};
+
+/// What was decided and seen while reading; for summary.json.
+struct MeshReadReport {
+  std::string up;                ///< "y" or "z"
+  std::string unit;              ///< "m", "cm", "mm", "ft", "inch", "yard"
+  double scale = 1.0;            ///< as in MeshReadOptions
+  double metres_per_unit = 1.0;  ///< of the coordinates in the file: unit times scale
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  std::size_t objects = 0;
+  double coordinate_resolution_m =
+      0.0;  ///< spacing of representable coordinates in the source file
+  std::vector<std::string>
+      remarks;  ///< plain sentences, e.g. coordinates quantised by the exporter
+  /// Every file besides the mesh itself that was opened (.bin, .mtl ...) or looked for, once each,
+  /// in the order of asking: when one of them changes, appears or goes, the mesh may read
+  /// differently.
+  std::vector<MeshFile> files;
+};
+
+/// Reads any format assimp knows (.obj .glb .gltf .ply .stl .fbx .dae .3ds .ac .acc ...), glTF
+/// compressed by Draco too. y-up source axes (ax, ay, az) become (ax, -az, ay). Large coordinates
+/// (UTM) of text formats and of double PLY survive: a local origin is subtracted in double before
+/// assimp sees them. Throws Error: missing, empty, truncated, no triangles, not finite or > 1e7 m
+/// coordinates (with object name and vertex), wrong axis or unit (what was seen, which flag to
+/// give), nested beyond reason, refers to geometry outside its folder, or its reader crashed or
+/// took far too much time or memory.
+Mesh read_mesh(const std::string& path, const MeshReadOptions& options = {},
+               MeshReadReport* report = nullptr);
+
+/// Writes triangles as binary .stl, .ply (binary, double coordinates) or .obj by the ending of
+/// `path`, in map coordinates (origin added; STL is float32 by its format), whole or not at all.
+/// `note` (one line) goes into the head of the file. The attribute of a triangle in .stl is its
+/// object's number.
+void write_mesh(const Mesh& mesh, const std::string& path, const std::string& note = {});
+
+}  // namespace road

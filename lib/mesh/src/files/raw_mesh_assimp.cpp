@@ -1,0 +1,290 @@
+// Reads by assimp what no reader of our own reads.
+#include <assimp/DefaultIOSystem.h>
+#include <assimp/MemoryIOWrapper.h>
+#include <assimp/config.h>
+#include <assimp/material.h>
+#include <assimp/scene.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <assimp/Importer.hpp>
+#include <filesystem>
+
+#include "base/ending.h"
+#include "raw_mesh.h"
+#include "raw_mesh_companions.h"
+#include "mesh/error.h"
+
+namespace road {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Bytes that live as long as the stream that assimp reads them from.
+struct OwnedBytes {
+  std::string bytes;
+};
+class CompanionStream : private OwnedBytes, public Assimp::MemoryIOStream {
+ public:
+  explicit CompanionStream(std::string content)
+      : OwnedBytes{std::move(content)},
+        MemoryIOStream(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()) {}
+};
+
+/// Hands assimp the main file from memory and its companions (.bin) from disk: the only way
+/// by which it comes to a file.
+class MemoryFirst : public Assimp::DefaultIOSystem {
+ public:
+  MemoryFirst(std::string path, std::string_view bytes, Companions& companions)
+      : path_(std::move(path)), bytes_(bytes), companions_(companions) {}
+  bool Exists(const char* file) const override { return path_ == file || companions_.exists(file); }
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    if (mode == nullptr || *mode != 'r') return nullptr;
+    if (path_ == file) {
+      return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(bytes_.data()),
+                                        bytes_.size());
+    }
+    auto content = companions_.read(file);
+    return content ? new CompanionStream(std::move(*content)) : nullptr;
+  }
+
+ private:
+  std::string path_;
+  std::string_view bytes_;
+  Companions& companions_;
+};
+
+std::string material_name(const aiMaterial& material) {
+  aiString name;
+  if (material.Get(AI_MATKEY_NAME, name) != aiReturn_SUCCESS) return {};
+  const std::string text = name.C_Str();
+  return text == AI_DEFAULT_MATERIAL_NAME ? std::string() : text;
+}
+
+BaseLook look_of(const aiMaterial& material) {
+  BaseLook look;
+  aiString file;
+  for (const aiTextureType type : {aiTextureType_DIFFUSE, aiTextureType_BASE_COLOR}) {
+    if (material.GetTexture(type, 0, &file) == aiReturn_SUCCESS) {
+      look.picture = file.C_Str();
+      break;
+    }
+  }
+  aiColor4D stated;
+  const bool is_linear = material.Get(AI_MATKEY_BASE_COLOR, stated) == aiReturn_SUCCESS;  // glTF
+  if (is_linear || material.Get(AI_MATKEY_COLOR_DIFFUSE, stated) == aiReturn_SUCCESS)
+    look.colour = base_colour({static_cast<double>(stated.r), static_cast<double>(stated.g),
+                               static_cast<double>(stated.b)},
+                              is_linear);
+  return look;
+}
+
+Eigen::Matrix4d to_eigen(const aiMatrix4x4& m) {
+  Eigen::Matrix4d out;
+  for (unsigned int row = 0; row < 4; ++row) {
+    for (unsigned int column = 0; column < 4; ++column)
+      out(row, column) = static_cast<double>(m[row][column]);
+  }
+  return out;
+}
+
+std::string object_name(const aiNode& node) {
+  std::string name = node.mName.C_Str();
+  // assimp numbers nameless AC3D objects; a made-up name must not look like the author's.
+  for (const char* made_up : {"ACPoly_", "ACLight_", "ACGroup_", "ACWorld_"}) {
+    if (name.starts_with(made_up)) return {};
+  }
+  return name;
+}
+
+/// Of the vertices, without the places of their objects.
+struct Reach {
+  Eigen::Vector3d lowest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector3d highest = -lowest;
+};
+
+/// Adds a part of the last object of the mesh.
+void add_part(const aiMesh& part, const Eigen::Matrix4d& T_world_node,
+              const Eigen::Vector3d& origin, const std::string& name, const std::string& path,
+              RawMesh& mesh, Reach& bounds) {
+  const std::size_t base = mesh.vertices.size();
+  if (base + part.mNumVertices > std::numeric_limits<std::uint32_t>::max()) {
+    throw Error(fmt::format("{}: more than 4,294,967,295 vertices; reduce the mesh", path));
+  }
+  const Eigen::Matrix3d rotation = T_world_node.topLeftCorner<3, 3>();
+  const Eigen::Vector3d translation = T_world_node.topRightCorner<3, 1>();
+  for (unsigned int i = 0; i < part.mNumVertices; ++i) {
+    const aiVector3D& v = part.mVertices[i];
+    const Eigen::Vector3d local(static_cast<double>(v.x), static_cast<double>(v.y),
+                                static_cast<double>(v.z));
+    bounds.lowest = bounds.lowest.cwiseMin(rotation * local);
+    bounds.highest = bounds.highest.cwiseMax(rotation * local);
+    mesh.vertices.emplace_back(rotation * local + translation + origin);
+  }
+  std::vector<std::uint32_t> polygon;
+  for (unsigned int i = 0; i < part.mNumFaces; ++i) {
+    const aiFace& face = part.mFaces[i];
+    polygon.clear();
+    for (unsigned int c = 0; c < face.mNumIndices; ++c) {
+      if (face.mIndices[c] >= part.mNumVertices) {
+        throw Error(fmt::format(
+            "{}: object '{}': face {} refers to vertex {}, but there are {}; export the mesh "
+            "again",
+            path, name, i, face.mIndices[c], part.mNumVertices));
+      }
+      polygon.push_back(static_cast<std::uint32_t>(base) + face.mIndices[c]);
+    }
+    triangulate(mesh.vertices, polygon, mesh.triangles);
+    mesh.object_of_triangle.resize(mesh.triangles.size(),
+                                   static_cast<std::uint32_t>(mesh.objects.size() - 1));
+  }
+}
+
+/// FBX states centimetres per unit and its up axis; assimp applies neither.
+void put_unit_and_up(const aiMetadata& meta, RawMesh& mesh) {
+  float scale = 0.0f;
+  double scale_double = 0.0;
+  std::int32_t up_axis = -1;
+  if (meta.Get("UnitScaleFactor", scale) && scale > 0.0f) {
+    mesh.metres_per_unit = 0.01 * static_cast<double>(scale);
+  } else if (meta.Get("UnitScaleFactor", scale_double) && scale_double > 0.0) {
+    mesh.metres_per_unit = 0.01 * scale_double;
+  }
+  if (meta.Get("UpAxis", up_axis) && (up_axis == 1 || up_axis == 2))
+    mesh.up = up_axis == 1 ? 'y' : 'z';
+}
+
+RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::string& path) {
+  RawMesh mesh;
+  mesh.stored_as_float32 = true;
+  Reach bounds;
+  std::vector<std::string> materials, textures;
+  mesh.looks.emplace_back();  // of parts without material
+  for (unsigned int i = 0; i < scene.mNumMaterials; ++i) {
+    materials.push_back(material_name(*scene.mMaterials[i]));
+    mesh.looks.push_back(look_of(*scene.mMaterials[i]));
+    const std::string& picture = mesh.looks.back().picture;
+    textures.push_back(picture.substr(picture.find_last_of("/\\") + 1));
+  }
+  struct Visit {
+    const aiNode* node;
+    Eigen::Matrix4d T_world_node;
+  };
+  std::vector<Visit> open{{scene.mRootNode, to_eigen(scene.mRootNode->mTransformation)}};
+  while (!open.empty()) {
+    const Visit visit = open.back();
+    open.pop_back();
+    for (unsigned int k = visit.node->mNumChildren; k-- > 0;) {
+      const aiNode* child = visit.node->mChildren[k];
+      open.push_back({child, visit.T_world_node * to_eigen(child->mTransformation)});
+    }
+    for (unsigned int k = 0; k < visit.node->mNumMeshes; ++k) {
+      if (visit.node->mMeshes[k] >= scene.mNumMeshes ||
+          scene.mMeshes[visit.node->mMeshes[k]] == nullptr)
+        throw Error(fmt::format(
+            "{}: object '{}' refers to a part that the file does not hold; export the mesh again",
+            path, object_name(*visit.node)));
+      const aiMesh& part = *scene.mMeshes[visit.node->mMeshes[k]];
+      std::string name = object_name(*visit.node);
+      if (name.empty() || visit.node == scene.mRootNode)
+        name = part.mName.length > 0 ? part.mName.C_Str() : name;
+      const bool has_material = part.mMaterialIndex < scene.mNumMaterials;
+      mesh.objects.push_back({name, has_material ? materials[part.mMaterialIndex] : "",
+                              has_material ? textures[part.mMaterialIndex] : ""});
+      mesh.look_of_object.push_back(has_material ? part.mMaterialIndex + 1 : 0);
+      add_part(part, visit.T_world_node, origin, name, path, mesh, bounds);
+    }
+  }
+  if (!mesh.vertices.empty())
+    mesh.local_magnitude = ((bounds.lowest + bounds.highest) / 2).cwiseAbs().maxCoeff();
+  if (scene.mMetaData) put_unit_and_up(*scene.mMetaData, mesh);
+  return mesh;
+}
+
+/// One remark for all companions that are not there. assimp looks for each in several places, which
+/// it joins with two strokes.
+void remark_missing(const std::string& path, const std::vector<MeshFile>& files,
+                    std::vector<std::string>& remarks) {
+  const std::size_t folder_length = fs::path(path).parent_path().string().size();
+  std::string names;
+  for (const MeshFile& file : files) {
+    const auto has_its_name = [&](const MeshFile& other) {
+      return !other.sha256.empty() &&
+             fs::path(other.path).filename() == fs::path(file.path).filename();
+    };
+    if (!file.sha256.empty() || std::any_of(files.begin(), files.end(), has_its_name)) continue;
+    if (file.path.find("//", folder_length) != std::string::npos) continue;
+    const std::string plain = fs::path(file.path).lexically_normal().string();
+    if (plain != file.path && !names.empty()) continue;  // "./road.bin" after "road.bin"
+    names += (names.empty() ? "" : ", ") + file.path;
+  }
+  if (!names.empty()) remarks.push_back(remark_on_missing(names));
+}
+
+}  // namespace
+
+RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
+                         const Eigen::Vector3d& origin, const MeshReadOptions& options,
+                         const std::function<void(std::size_t)>& opened) {
+  Companions companions(path, options.allow_outside, opened);
+  // Where the path goes up, assimp looks for what belongs to the mesh in places that nobody named.
+  const bool goes_up = path.find("..") != std::string::npos;
+  const std::string own =
+      goes_up ? (companions.folder() / fs::path(path).filename()).string() : path;
+  const std::string extension = base::ending_of(path);
+  std::optional<std::string> plain;
+  if (extension == ".glb" || extension == ".gltf") {
+    plain = without_draco(bytes, path, [&](const std::string& uri) {
+      auto content = companions.read((fs::path(own).parent_path() / uri).string());
+      companions.remarks_on_outside();  // throws: a buffer is geometry
+      return content;
+    });
+  }
+  if (plain) {
+    bytes = *plain;
+    if (opened) opened(plain->size());
+  }
+  Assimp::Importer importer;
+  importer.SetIOHandler(new MemoryFirst(own, bytes, companions));  // owned by the importer
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_AC_EVAL_SUBDIVISION, false);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_ANIMATIONS, false);
+  const aiScene* scene = nullptr;
+  try {
+    scene = importer.ReadFile(own, 0);
+  } catch (const std::exception& error) {
+    throw Error(fmt::format("{}: no mesh can be read from it: {}; copy or export it again", path,
+                            error.what()));
+  }
+  std::vector<std::string> remarks = companions.remarks_on_outside();
+  const std::vector<std::string>& problems = companions.problems();
+  if (scene == nullptr || scene->mRootNode == nullptr) {
+    if (!problems.empty())
+      throw Error(
+          fmt::format("{}: refers to a file that cannot be read: {}", path, problems.front()));
+    std::string reason = importer.GetErrorString();
+    std::replace(reason.begin(), reason.end(), '\n', ' ');
+    throw Error(fmt::format(
+        "{}: no mesh can be read from it: {}; give a complete mesh file (.obj .glb .ply .stl .fbx "
+        ".dae .3ds .ac .acc)",
+        path, reason));
+  }
+  RawMesh mesh = flatten(*scene, origin, path);
+  mesh.remarks = std::move(remarks);
+  if (!problems.empty()) {
+    mesh.remarks.push_back("refers to a file that cannot be read: " + problems.front());
+  } else if (companions.outside().empty()) {
+    remark_missing(own, companions.files(), mesh.remarks);
+  }
+  mesh.files = companions.files();
+  if (options.want_colours && options.want_colours(mesh.objects)) {
+    const auto embedded = [&](const std::string& name) -> std::optional<std::string_view> {
+      const aiTexture* texture = scene->GetEmbeddedTexture(name.c_str());
+      if (texture == nullptr || texture->mHeight != 0) return std::nullopt;  // none, or no file
+      return std::string_view(reinterpret_cast<const char*>(texture->pcData), texture->mWidth);
+    };
+    put_colours(path, options.allow_outside, opened, embedded, mesh);
+  }
+  return mesh;
+}
+
+}  // namespace road
