@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "base/random.h"
+
 namespace explain {
 namespace {
 
@@ -31,8 +33,8 @@ Rows some_rows() {
   return rows;
 }
 
-double normal(Dice& dice) {
-  return std::sqrt(-2 * std::log(1 - dice.roll())) * std::cos(2 * M_PI * dice.roll());
+double normal(base::Random& dice) {
+  return std::sqrt(-2 * std::log(1 - dice.uniform())) * std::cos(2 * M_PI * dice.uniform());
 }
 
 struct Problem {
@@ -41,7 +43,7 @@ struct Problem {
   VectorXd noise{kRows};
   std::vector<Family> families;
   explicit Problem(unsigned seed) {
-    Dice dice{seed};
+    base::Random dice(seed);
     for (Index i = 0; i < kRows; ++i) {
       noise[i] = normal(dice);
       for (Index j = 0; j < 3; ++j) x(i, j) = normal(dice);
@@ -120,7 +122,7 @@ TEST(Search, AnAmountThatIsHeldTooNearMakesTheOthersLessSure) {
   VectorXd precision = VectorXd::Constant(3, 1e-6), beyond = VectorXd::Zero(3);
   precision[0] = 1 / (kHeld * kHeld);
   beyond[0] = kMayBeOff * kMayBeOff - kHeld * kHeld;
-  Dice dice{5};
+  base::Random dice(5);
   constexpr int kDraws = 400;
   double square = 0, variance = 0, too_sure = 0;
   for (int draw = 0; draw < kDraws; ++draw) {

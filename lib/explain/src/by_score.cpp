@@ -8,6 +8,7 @@
 
 #include "analysis.h"
 #include "base/parallel.h"
+#include "base/random.h"
 
 namespace explain {
 
@@ -92,12 +93,12 @@ std::vector<Family> Analysis::candidates(Stage stage) const {
 
 double Analysis::stability(const Fitted& model, const VectorXd& column, double amount) const {
   // Half of the folds, twenty times: does it keep its sign and stand out?
-  Dice dice{77};
+  base::Random dice(77);
   int kept = 0;
   const VectorXd c = beyond(model, column);
   for (int draw = 0; draw < 20; ++draw) {
     std::vector<bool> in(static_cast<std::size_t>(rows_.folds));
-    for (std::size_t f = 0; f < in.size(); ++f) in[f] = dice.roll() < 0.5;
+    for (std::size_t f = 0; f < in.size(); ++f) in[f] = dice.uniform() < 0.5;
     double product = 0, energy = 0;
     for (Index i = 0; i < c.size(); ++i)
       if (in[static_cast<std::size_t>(rows_.row[static_cast<std::size_t>(i)].fold)])

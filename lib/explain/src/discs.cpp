@@ -8,9 +8,9 @@
 #include <cmath>
 #include <limits>
 
+#include "base/random.h"
 #include "disc_temperature.h"
 #include "mechanisms/mechanism.h"
-#include "search.h"
 #include "selection.h"
 #include "vehicle/laws/disc_heat.h"
 #include "vehicle/recording.h"
@@ -206,11 +206,11 @@ int turns_above(const Fit& before, const VectorXd& beyond, const LapsAndBlocks& 
   }
   double here = 0;
   for (const auto& part : parts) here += part.second;
-  Dice dice{909};
+  base::Random dice(909);
   int above = 0;
   for (int draw = 0; draw < 1000; ++draw) {
     double sum = 0;
-    for (const auto& part : parts) sum += dice.roll() < 0.5 ? part.second : -part.second;
+    for (const auto& part : parts) sum += dice.uniform() < 0.5 ? part.second : -part.second;
     above += std::abs(sum) >= std::abs(here) ? 1 : 0;
   }
   return above;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "analysis.h"
+#include "base/random.h"
 
 namespace explain {
 
@@ -34,12 +35,12 @@ double rms(const std::vector<double>& squares) {
 /// How sure is the drop? Blocks of about 3 s drawn again and again.
 void set_drop(HeldOut& h, const Squares& s, std::size_t size, unsigned long long seed) {
   const std::size_t blocks = (s.before.size() + size - 1) / size;
-  Dice dice{seed};
+  base::Random dice(seed);
   std::vector<double> drops;
   for (int draw = 0; draw < 400; ++draw) {
     double b = 0, a = 0;
     for (std::size_t k = 0; k < blocks; ++k) {
-      const auto block = static_cast<std::size_t>(dice.roll() * static_cast<double>(blocks));
+      const auto block = static_cast<std::size_t>(dice.uniform() * static_cast<double>(blocks));
       for (std::size_t i = block * size; i < std::min(s.before.size(), (block + 1) * size); ++i)
         b += s.before[i], a += s.after[i];
     }

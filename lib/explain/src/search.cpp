@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/random.h"
 #include "selection.h"
 
 namespace explain {
@@ -163,14 +164,14 @@ void draw_nulls(const std::vector<Eigen::VectorXf>& shares, Index blocks, std::s
   if (tests == 0 || nulls == 0) return;
   Eigen::MatrixXf q(tests, blocks);
   for (Index k = 0; k < tests; ++k) q.row(k) = shares[static_cast<std::size_t>(k)].transpose();
-  Dice dice{20240607};
+  base::Random dice(20240607);
   constexpr std::size_t kAtOnce = 100;
   std::vector<double> drawn;
   for (std::size_t done = 0; done < 2 * nulls; done += kAtOnce) {
     const auto now = static_cast<Index>(std::min(kAtOnce, 2 * nulls - done));
     Eigen::MatrixXf signs(blocks, now);
     for (Index j = 0; j < now; ++j)
-      for (Index b = 0; b < blocks; ++b) signs(b, j) = dice.roll() < 0.5 ? -1.0f : 1.0f;
+      for (Index b = 0; b < blocks; ++b) signs(b, j) = dice.uniform() < 0.5 ? -1.0f : 1.0f;
     const Eigen::MatrixXf z = q * signs;
     for (Index j = 0; j < now; ++j) drawn.push_back(z.col(j).cwiseAbs().maxCoeff());
   }

@@ -85,16 +85,4 @@ Eigen::MatrixXd held_too_near(const Fitted& model, const Eigen::VectorXd& precis
 /// The column without what the model's columns can do.
 Eigen::VectorXd beyond(const Fitted& model, const Eigen::VectorXd& column);
 
-/// Numbers 0 <= x < 1, the same on every machine.
-struct Dice {
-  unsigned long long state;
-  double roll() {
-    state += 0x9E3779B97F4A7C15ull;
-    unsigned long long z = state;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ull;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
-    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
-  }
-};
-
 }  // namespace explain

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/random.h"
 #include "mechanisms/mechanism.h"
-#include "search.h"
 #include "selection.h"
 #include "wave_plane.h"
 #include "wheel_heights.h"
@@ -31,11 +31,11 @@ std::string all_heights(const std::vector<RecordedLog>& logs, const Mapping& map
 }
 
 /// How much cells agree by chance: what no cell reaches when one half is moved along the road.
-double agreement_by_chance(const Plane& plane, Dice& dice) {
+double agreement_by_chance(const Plane& plane, base::Random& dice) {
   std::vector<double> most;
   for (int draw = 0; draw < 300; ++draw) {
     const auto away =
-        static_cast<std::size_t>((0.05 + 0.9 * dice.roll()) * static_cast<double>(plane.rows));
+        static_cast<std::size_t>((0.05 + 0.9 * dice.uniform()) * static_cast<double>(plane.rows));
     const Agreement moved = agree(plane, away);
     double largest = 0;
     for (std::size_t k = 0; k < moved.n.size(); ++k)
@@ -119,7 +119,7 @@ HeldOut held_out_of(const Squares& q, bool contact) {
 
 /// The RMS height that even and odd laps agree on, with its spread between blocks of 2 m, drawn
 /// again.
-FoundParameter missing_height(const Plane& plane, const Waves& waves, Dice& dice) {
+FoundParameter missing_height(const Plane& plane, const Waves& waves, base::Random& dice) {
   const std::vector<bool>& cells = waves.cells;
   std::vector<std::pair<double, double>> blocks;
   for (std::size_t i = 0; i < plane.rows; ++i) {
@@ -138,7 +138,7 @@ FoundParameter missing_height(const Plane& plane, const Waves& waves, Dice& dice
     double s = 0, c = 0;
     for (std::size_t k = 0; k < blocks.size(); ++k) {
       const auto& one =
-          blocks[static_cast<std::size_t>(dice.roll() * static_cast<double>(blocks.size()))];
+          blocks[static_cast<std::size_t>(dice.uniform() * static_cast<double>(blocks.size()))];
       s += one.first, c += one.second;
     }
     draws.push_back(c > 0 ? std::sqrt(std::max(0.0, s / c)) : 0.0);
@@ -204,7 +204,7 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs,
   if (const std::string reason = look_at(false, {}); !reason.empty()) return cannot(reason);
   const auto& v = surface.grid().v_m;
   const Plane plane = plane_of(heights, logs.front().signals->length_m, v.front(), v.back());
-  Dice dice{311};
+  base::Random dice(311);
   const double threshold = agreement_by_chance(plane, dice);
   const Waves waves = waves_in(agree(plane, 0), threshold);
   findings.evidence.push_back(

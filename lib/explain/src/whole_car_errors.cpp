@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "search.h"
+#include "base/random.h"
 #include "selection.h"
 
 namespace explain {
@@ -36,13 +36,13 @@ void set_errors(const std::vector<SquaredErrors>& windows, unsigned long long se
   row.rmse_after = rms(1);
   row.trivial_rmse = rms(2);
   row.trend_rmse = rms(3);
-  Dice dice{seed};
+  base::Random dice(seed);
   std::vector<double> drops;
   for (std::size_t draw = 0; draw < kDraws; ++draw) {
     double before = 0, after = 0;
     for (std::size_t i = 0; i < windows.size(); ++i) {
       const SquaredErrors& w =
-          windows[static_cast<std::size_t>(dice.roll() * static_cast<double>(windows.size()))];
+          windows[static_cast<std::size_t>(dice.uniform() * static_cast<double>(windows.size()))];
       before += w[0];
       after += w[1];
     }
