@@ -1,6 +1,6 @@
 #pragma once
 
-#include "explain/findings.h"
+#include "explain/signals.h"
 
 namespace explain {
 
