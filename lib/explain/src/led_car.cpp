@@ -6,8 +6,8 @@
 #include <limits>
 #include <type_traits>
 
+#include "engine_and_brakes.h"
 #include "mechanisms/effect.h"
-#include "refit_car.h"
 #include "vehicle/step.h"
 
 namespace explain {

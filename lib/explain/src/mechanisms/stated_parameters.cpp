@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "../refit_car.h"
+#include "../engine_and_brakes.h"
 #include "car_changes.h"
 #include "listing.h"
 
