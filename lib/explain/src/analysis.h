@@ -8,12 +8,13 @@
 #include <set>
 
 #include "explain/explain.h"
-#include "explain/summary.h"
 #include "led_car.h"
 #include "search.h"
 #include "selection.h"
 
 namespace explain {
+
+struct DriveSummary;  // explain/summary.h
 
 /// What was added to the simulation so far.
 struct Accepted {

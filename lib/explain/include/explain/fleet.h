@@ -2,6 +2,7 @@
 // what one car has is its own, what one drive has is its sensors'.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <string>
 #include <vector>

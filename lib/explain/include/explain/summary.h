@@ -2,7 +2,6 @@
 // all that the joint estimate of many drives (fleet.h) needs of it.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -12,21 +11,6 @@
 #include "explain/explain.h"
 
 namespace explain {
-
-/// What the road may be wrong by, from knot to knot along the lap; linear between knots.
-struct RoadKind {
-  const char *id, *name, *unit;
-  double step;           ///< about the size that matters
-  double least;          ///< smaller amounts are not worth a finding
-  bool sums_to_nothing;  ///< along a closed lap
-};
-inline constexpr std::size_t kRoadKinds = 4;
-inline constexpr std::array<RoadKind, kRoadKinds> kRoad{{
-    {"road.banking", "banking added", "m/m", 0.01, 0.006, false},
-    {"road.grade", "grade added", "m/m", 0.01, 0.005, true},
-    {"road.vertical_curvature", "curvature added", "1/m", 0.0005, 0.0002, false},
-    {"road.friction", "grip added", "1", 0.03, 0.1, false},
-}};
 
 /// What may be wrong beside the road, one amount each.
 struct SummaryColumn {
@@ -45,8 +29,9 @@ struct SummaryColumn {
   bool operator==(const SummaryColumn&) const = default;
 };
 
-/// Sums over whitened rows r = X a: X'X and X'r. Road columns come first, knot by knot, of each
-/// knot one per kind; then SummaryColumns. Neighbouring knots alone have products.
+/// Sums over whitened rows r = X a: X'X and X'r. Road columns come first, knot by knot, linear
+/// between knots, of each knot one per kind; then SummaryColumns. Neighbouring knots alone have
+/// products.
 struct Information {
   double rows = 0.0, square = 0.0;  ///< of r
   std::vector<double> right;        ///< X'r

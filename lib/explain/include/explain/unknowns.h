@@ -1,6 +1,7 @@
 // What may be wrong or missing: parameters, curves nobody knows exactly, sensors, road, physics.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <string>
 #include <utility>
@@ -59,6 +60,21 @@ struct Unknown {
 struct Untestable {
   std::string mechanism, reason;
 };
+
+/// What the road may be wrong by along the lap.
+struct RoadKind {
+  const char *id, *name, *unit;
+  double step;           ///< about the size that matters
+  double least;          ///< smaller amounts are not worth a finding
+  bool sums_to_nothing;  ///< along a closed lap
+};
+inline constexpr std::size_t kRoadKinds = 4;
+inline constexpr std::array<RoadKind, kRoadKinds> kRoad{{
+    {"road.banking", "banking added", "m/m", 0.01, 0.006, false},
+    {"road.grade", "grade added", "m/m", 0.01, 0.005, true},
+    {"road.vertical_curvature", "curvature added", "1/m", 0.0005, 0.0002, false},
+    {"road.friction", "grip added", "1", 0.03, 0.1, false},
+}};
 
 /// All unknowns that these logs can speak about, in a fixed order, and the rest with reasons.
 struct Inventory {

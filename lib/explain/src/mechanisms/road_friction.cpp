@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "effect.h"
-#include "explain/summary.h"
 #include "listing.h"
 #include "road_changes.h"
 

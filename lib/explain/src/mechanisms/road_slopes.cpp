@@ -1,5 +1,4 @@
 // A road that leans, climbs or bends up and down where its file does not.
-#include "explain/summary.h"
 #include "listing.h"
 #include "road_changes.h"
 
