@@ -10,7 +10,7 @@
 #include "listing.h"
 #include "mapping_changes.h"
 
-namespace explain {
+namespace explain::actuators {
 namespace {
 
 using P = vehicle::Parameter;
@@ -190,4 +190,4 @@ std::vector<Mechanism> late_steering() {
            .write_car = write_steering_backlash}};
 }
 
-}  // namespace explain
+}  // namespace explain::actuators

@@ -6,7 +6,7 @@
 #include "effect.h"
 #include "listing.h"
 
-namespace explain {
+namespace explain::aero {
 namespace {
 
 using P = vehicle::Parameter;
@@ -55,9 +55,9 @@ void write_downforce(CarChanges& out, const Finding& f) {
 
 }  // namespace
 
-std::vector<Mechanism> aero() {
+std::vector<Mechanism> mechanisms() {
   return {{.id = kDrag, .list = list_drag, .most = 3.0, .write_car = write_drag},
           {.id = kDownforce, .list = list_downforce, .most = 3.0, .write_car = write_downforce}};
 }
 
-}  // namespace explain
+}  // namespace explain::aero

@@ -14,7 +14,7 @@
 #include "vehicle/laws/aero.h"
 #include "vehicle/step.h"
 
-namespace explain {
+namespace explain::aero_ride_height {
 namespace {
 
 using P = vehicle::Parameter;
@@ -152,8 +152,8 @@ void write(CarChanges& out, const Finding& f) {
 
 }  // namespace
 
-std::vector<Mechanism> aero_ride_height() {
+std::vector<Mechanism> mechanisms() {
   return {{.id = kId, .list = list, .most = 0.8, .write_car = write, .turn = Turn::kLast}};
 }
 
-}  // namespace explain
+}  // namespace explain::aero_ride_height

@@ -6,7 +6,7 @@
 #include "listing.h"
 #include "vehicle/laws/disc_heat.h"
 
-namespace explain {
+namespace explain::brake_disc_conductance {
 namespace {
 
 using P = vehicle::Parameter;
@@ -19,7 +19,7 @@ void write(CarChanges& out, const Finding& f) {
 
 }  // namespace
 
-std::vector<Mechanism> brake_disc_conductance() {
+std::vector<Mechanism> mechanisms() {
   return {
       {.id = kBrakeDiscConductance,
        .list = [](const Listing& l) { untestable(l, kBrakeDiscConductance, kTooShort); },
@@ -30,4 +30,4 @@ std::vector<Mechanism> brake_disc_conductance() {
        .write_car = write}};
 }
 
-}  // namespace explain
+}  // namespace explain::brake_disc_conductance

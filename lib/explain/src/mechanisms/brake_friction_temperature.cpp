@@ -12,7 +12,7 @@
 #include "listing.h"
 #include "vehicle/laws/brake_pads.h"
 
-namespace explain {
+namespace explain::brake_friction_temperature {
 namespace {
 
 using P = vehicle::Parameter;
@@ -113,8 +113,8 @@ void write(CarChanges& out, const Finding& f) {
 
 }  // namespace
 
-std::vector<Mechanism> brake_friction_temperature() {
+std::vector<Mechanism> mechanisms() {
   return {{.id = kId, .list = list, .most = 0.9, .add_state = add_pad_heat, .write_car = write}};
 }
 
-}  // namespace explain
+}  // namespace explain::brake_friction_temperature

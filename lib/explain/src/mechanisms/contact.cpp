@@ -5,7 +5,7 @@
 #include "car_changes.h"
 #include "listing.h"
 
-namespace explain {
+namespace explain::contact {
 namespace {
 
 /// Between the middles of the bins linearly.
@@ -35,7 +35,7 @@ void add_patch(crg::Crg& road, bool, const Finding& f) {
 
 }  // namespace
 
-std::vector<Mechanism> contact() {
+std::vector<Mechanism> mechanisms() {
   return {{.id = kKerbOrRoughness,
            .list = [](const Listing& l) { untestable(l, kKerbOrRoughness, kTooShort); },
            .physics = "the road has short waves or a kerb that the file does not have (or the "
@@ -49,4 +49,4 @@ std::vector<Mechanism> contact() {
            .write_car = [](CarChanges& out, const Finding&) { out.strip = true; }}};
 }
 
-}  // namespace explain
+}  // namespace explain::contact

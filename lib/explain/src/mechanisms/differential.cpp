@@ -10,7 +10,7 @@
 #include "vehicle/laws/aero.h"
 #include "vehicle/magic_formula.h"
 
-namespace explain {
+namespace explain::differential {
 namespace {
 
 using P = vehicle::Parameter;
@@ -141,8 +141,8 @@ void write(CarChanges& out, const Finding& f) {
 
 }  // namespace
 
-std::vector<Mechanism> differential() {
+std::vector<Mechanism> mechanisms() {
   return {{.id = kId, .list = list, .most = 1.3, .write_car = write}};
 }
 
-}  // namespace explain
+}  // namespace explain::differential

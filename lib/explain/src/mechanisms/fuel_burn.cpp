@@ -8,7 +8,7 @@
 #include "listing.h"
 #include "vehicle/laws/fuel.h"
 
-namespace explain {
+namespace explain::fuel_burn {
 namespace {
 
 using P = vehicle::Parameter;
@@ -59,8 +59,8 @@ void write(CarChanges& out, const Finding& f) {
 
 }  // namespace
 
-std::vector<Mechanism> fuel_burn() {
+std::vector<Mechanism> mechanisms() {
   return {{.id = kId, .list = list, .most = 0.6, .write_car = write, .turn = Turn::kLast}};
 }
 
-}  // namespace explain
+}  // namespace explain::fuel_burn

@@ -5,40 +5,56 @@
 
 namespace explain {
 
-using Room = std::vector<Mechanism>();
+using OneFile = std::vector<Mechanism>();
 
-// Each is defined in the file of its name, but for the actuators of pedals and steering, which
-// share one.
-Room stated_parameters, wheel_radius, sensors, road_slopes, road_friction, road_misplaced, contact,
-    turbo_lag, late_pedals, brake_friction_temperature, wind, fuel_burn, late_steering,
-    tyre_thermal, tyre_terms, aero_ride_height, aero, never_testable, brake_disc_conductance,
-    differential;
+// Each is defined in the file of its namespace's name.
+// clang-format off
+namespace stated_parameters { OneFile mechanisms; }
+namespace wheel_radius { OneFile mechanisms; }
+namespace sensors { OneFile mechanisms; }
+namespace road_slopes { OneFile mechanisms; }
+namespace road_friction { OneFile mechanisms; }
+namespace road_misplaced { OneFile mechanisms; }
+namespace contact { OneFile mechanisms; }
+namespace turbo_lag { OneFile mechanisms; }
+namespace actuators { OneFile late_pedals, late_steering; }
+namespace brake_friction_temperature { OneFile mechanisms; }
+namespace wind { OneFile mechanisms; }
+namespace fuel_burn { OneFile mechanisms; }
+namespace tyre_thermal { OneFile mechanisms; }
+namespace tyre_terms { OneFile mechanisms; }
+namespace aero_ride_height { OneFile mechanisms; }
+namespace aero { OneFile mechanisms; }
+namespace never_testable { OneFile mechanisms; }
+namespace brake_disc_conductance { OneFile mechanisms; }
+namespace differential { OneFile mechanisms; }
+// clang-format on
 
 const std::vector<Mechanism>& mechanisms() {
   // The order in which findings.json lists what was tested and what not.
   static const std::vector<Mechanism> all = [] {
     std::vector<Mechanism> out;
-    for (Room* const room : {stated_parameters,
-                             wheel_radius,
-                             sensors,
-                             road_slopes,
-                             road_friction,
-                             road_misplaced,
-                             contact,
-                             turbo_lag,
-                             late_pedals,
-                             brake_friction_temperature,
-                             wind,
-                             fuel_burn,
-                             late_steering,
-                             tyre_thermal,
-                             tyre_terms,
-                             aero_ride_height,
-                             aero,
-                             never_testable,
-                             brake_disc_conductance,
-                             differential})
-      for (const Mechanism& m : room()) out.push_back(m);
+    for (OneFile* const file : {stated_parameters::mechanisms,
+                                wheel_radius::mechanisms,
+                                sensors::mechanisms,
+                                road_slopes::mechanisms,
+                                road_friction::mechanisms,
+                                road_misplaced::mechanisms,
+                                contact::mechanisms,
+                                turbo_lag::mechanisms,
+                                actuators::late_pedals,
+                                brake_friction_temperature::mechanisms,
+                                wind::mechanisms,
+                                fuel_burn::mechanisms,
+                                actuators::late_steering,
+                                tyre_thermal::mechanisms,
+                                tyre_terms::mechanisms,
+                                aero_ride_height::mechanisms,
+                                aero::mechanisms,
+                                never_testable::mechanisms,
+                                brake_disc_conductance::mechanisms,
+                                differential::mechanisms})
+      for (const Mechanism& m : file()) out.push_back(m);
     return out;
   }();
   return all;

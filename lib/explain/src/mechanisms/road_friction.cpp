@@ -6,7 +6,7 @@
 #include "listing.h"
 #include "road_changes.h"
 
-namespace explain {
+namespace explain::road_friction {
 namespace {
 
 constexpr const char* kId = kRoad[3].id;
@@ -60,8 +60,8 @@ void write(crg::Crg& factors, bool closed, const Finding& f) {
 
 }  // namespace
 
-std::vector<Mechanism> road_friction() {
+std::vector<Mechanism> mechanisms() {
   return {{.id = kId, .list = list, .most = 0.6, .write_grip = write}};
 }
 
-}  // namespace explain
+}  // namespace explain::road_friction

@@ -5,7 +5,7 @@
 #include "crg/surface.h"
 #include "listing.h"
 
-namespace explain {
+namespace explain::road_misplaced {
 namespace {
 
 constexpr const char* kId = "road.misplaced";
@@ -47,8 +47,8 @@ void write(crg::Crg& road, bool closed, const Finding& f) {
 
 }  // namespace
 
-std::vector<Mechanism> road_misplaced() {
+std::vector<Mechanism> mechanisms() {
   return {{.id = kId, .list = list, .write_heights = write, .turn = Turn::kFirst}};
 }
 
-}  // namespace explain
+}  // namespace explain::road_misplaced

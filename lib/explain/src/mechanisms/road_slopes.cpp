@@ -2,7 +2,7 @@
 #include "listing.h"
 #include "road_changes.h"
 
-namespace explain {
+namespace explain::road_slopes {
 namespace {
 
 constexpr const char* kBanking = kRoad[0].id;
@@ -94,10 +94,10 @@ void write_curvature(crg::Crg& road, bool closed, const Finding& f) {
 
 }  // namespace
 
-std::vector<Mechanism> road_slopes() {
+std::vector<Mechanism> mechanisms() {
   return {{.id = kBanking, .list = list_banking, .most = 0.7, .write_heights = write_banking},
           {.id = kGrade, .list = list_grade, .most = 0.2, .write_heights = write_grade},
           {.id = kCurvature, .list = list_curvature, .write_heights = write_curvature}};
 }
 
-}  // namespace explain
+}  // namespace explain::road_slopes

@@ -9,7 +9,7 @@
 #include "listing.h"
 #include "mapping_changes.h"
 
-namespace explain {
+namespace explain::sensors {
 namespace {
 
 using Set = std::function<void(Setting&, double)>;
@@ -196,7 +196,7 @@ void write_lever_arm(MappingChanges& out, const Finding& f) {
 
 }  // namespace
 
-std::vector<Mechanism> sensors() {
+std::vector<Mechanism> mechanisms() {
   return {{.id = "sensor.bias", .list = list, .write_mapping = write_bias},
           {.id = "sensor.gain", .most = 0.5, .write_mapping = write_gain},
           {.id = "sensor.delay", .most = 1.0, .write_mapping = write_delay},
@@ -206,4 +206,4 @@ std::vector<Mechanism> sensors() {
           {.id = "sensor.derived", .most = 1.4}};
 }
 
-}  // namespace explain
+}  // namespace explain::sensors

@@ -10,7 +10,7 @@
 #include "car_changes.h"
 #include "listing.h"
 
-namespace explain {
+namespace explain::stated_parameters {
 namespace {
 
 using P = vehicle::Parameter;
@@ -179,7 +179,7 @@ void write_throttle_gain(CarChanges& out, const Finding& f) {
 
 }  // namespace
 
-std::vector<Mechanism> stated_parameters() {
+std::vector<Mechanism> mechanisms() {
   return {
       {.id = "parameter.mass", .list = list_mass, .write_car = write},
       {.id = "parameter.drag", .list = list_drag, .write_car = write},
@@ -197,4 +197,4 @@ std::vector<Mechanism> stated_parameters() {
   };
 }
 
-}  // namespace explain
+}  // namespace explain::stated_parameters

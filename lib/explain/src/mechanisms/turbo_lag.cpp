@@ -12,7 +12,7 @@
 #include "vehicle/driver.h"
 #include "vehicle/laws/boost.h"
 
-namespace explain {
+namespace explain::turbo_lag {
 namespace {
 
 using P = vehicle::Parameter;
@@ -99,8 +99,8 @@ void write(CarChanges& out, const Finding& f) {
 
 }  // namespace
 
-std::vector<Mechanism> turbo_lag() {
+std::vector<Mechanism> mechanisms() {
   return {{.id = kId, .list = list, .most = 1.25, .add_state = add_boost, .write_car = write}};
 }
 
-}  // namespace explain
+}  // namespace explain::turbo_lag

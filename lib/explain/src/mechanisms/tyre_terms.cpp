@@ -7,7 +7,7 @@
 #include "effect.h"
 #include "listing.h"
 
-namespace explain {
+namespace explain::tyre_terms {
 namespace {
 
 using vehicle::Term;
@@ -113,8 +113,8 @@ Mechanism relaxation() {
 
 }  // namespace
 
-std::vector<Mechanism> tyre_terms() {
+std::vector<Mechanism> mechanisms() {
   return {load_sensitivity(), camber(), combined_slip(), relaxation()};
 }
 
-}  // namespace explain
+}  // namespace explain::tyre_terms

@@ -6,7 +6,7 @@
 #include "listing.h"
 #include "vehicle/laws/tyre_warm_up.h"
 
-namespace explain {
+namespace explain::tyre_thermal {
 namespace {
 
 using P = vehicle::Parameter;
@@ -62,8 +62,8 @@ void write(CarChanges& out, const Finding& f) {
 
 }  // namespace
 
-std::vector<Mechanism> tyre_thermal() {
+std::vector<Mechanism> mechanisms() {
   return {{.id = kId, .list = list, .most = 0.6, .add_state = add_warmth, .write_car = write}};
 }
 
-}  // namespace explain
+}  // namespace explain::tyre_thermal

@@ -7,7 +7,7 @@
 #include "listing.h"
 #include "mapping_changes.h"
 
-namespace explain {
+namespace explain::wheel_radius {
 namespace {
 
 using P = vehicle::Parameter;
@@ -69,8 +69,8 @@ void write_mapping(MappingChanges& out, const Finding& f) {
 
 }  // namespace
 
-std::vector<Mechanism> wheel_radius() {
+std::vector<Mechanism> mechanisms() {
   return {{.id = kId, .list = list, .write_car = write, .write_mapping = write_mapping}};
 }
 
-}  // namespace explain
+}  // namespace explain::wheel_radius

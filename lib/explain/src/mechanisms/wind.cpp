@@ -5,7 +5,7 @@
 #include "effect.h"
 #include "listing.h"
 
-namespace explain {
+namespace explain::wind {
 namespace {
 
 using P = vehicle::Parameter;
@@ -47,8 +47,8 @@ void write(CarChanges& out, const Finding& f) {
 
 }  // namespace
 
-std::vector<Mechanism> wind() {
+std::vector<Mechanism> mechanisms() {
   return {{.id = kId, .list = list, .most = 25.0, .by_components = true, .write_car = write}};
 }
 
-}  // namespace explain
+}  // namespace explain::wind
