@@ -1,5 +1,5 @@
 // Where a log has commands and what came of them, each gain is found where it acts.
-#include "../../lib/explain/src/actuator_rows.h"
+#include "actuator_rows.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "../../lib/explain/src/disc_temperature.h"
+#include "disc_temperature.h"
 
 #include <gtest/gtest.h>
 

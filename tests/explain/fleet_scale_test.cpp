@@ -10,7 +10,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "../../lib/explain/src/information.h"
+#include "information.h"
 #include "support/places.h"
 #include "support/run_tool.h"
 #include "support/temporary_folder.h"

@@ -1,4 +1,4 @@
-#include "../../lib/explain/src/further_along.h"
+#include "further_along.h"
 
 #include <gtest/gtest.h>
 

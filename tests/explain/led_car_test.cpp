@@ -1,5 +1,5 @@
 // The car that is led along a recording has the forces of the car that drove it.
-#include "../../lib/explain/src/led_car.h"
+#include "led_car.h"
 
 #include <gtest/gtest.h>
 

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <vector>
 
-#include "../../lib/explain/src/signal_samples.h"
 #include "base/random.h"
 #include "explain/signals.h"
 #include "proof.h"
+#include "signal_samples.h"
 
 namespace explain_test {
 namespace {

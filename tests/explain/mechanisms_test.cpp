@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "../../lib/explain/src/led_car.h"
-#include "../../lib/explain/src/mechanisms/mechanism.h"
 #include "base/read_file.h"
 #include "explain/write_back.h"
+#include "led_car.h"
+#include "mechanism.h"
 #include "simulated_drive.h"
 #include "support/temporary_folder.h"
 

@@ -1,6 +1,6 @@
 // A road that is stated flat and leans and climbs in truth: the whole lap is found at once, beside
 // a yaw rate that is logged late, and nothing on a road that is stated right.
-#include "../../lib/explain/src/road_profiles.h"
+#include "road_profiles.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "../../lib/explain/src/search.h"
+#include "search.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

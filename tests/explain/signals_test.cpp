@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "../../lib/explain/src/signal_samples.h"
+#include "signal_samples.h"
 #include "vehicle/error.h"
 #include "vehicle/test_roads.h"
 

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#include "../../lib/explain/src/mechanisms/mechanism.h"
-#include "../../lib/explain/src/standing_car.h"
+#include "mechanism.h"
 #include "simulated_drive.h"
+#include "standing_car.h"
 
 namespace {
 

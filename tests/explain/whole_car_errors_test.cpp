@@ -1,4 +1,4 @@
-#include "../../lib/explain/src/whole_car_errors.h"
+#include "whole_car_errors.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -47,7 +47,7 @@ struct RoadProfiles {
   bool operator==(const RoadProfiles&) const = default;
 };
 
-struct Effect;  ///< src/mechanisms/effect.h
+struct Effect;  ///< src/car/effect.h
 /// A mechanism's effect on the led car: how much of it, and the constants that it goes with. What
 /// they mean says the effect.
 struct Acting {

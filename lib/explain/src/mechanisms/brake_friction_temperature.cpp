@@ -6,10 +6,10 @@
 #include <cmath>
 #include <string>
 
-#include "../standing_car.h"
 #include "car_changes.h"
 #include "effect.h"
 #include "listing.h"
+#include "standing_car.h"
 #include "vehicle/laws/brake_pads.h"
 
 namespace explain::brake_friction_temperature {

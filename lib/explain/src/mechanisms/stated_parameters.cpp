@@ -6,8 +6,8 @@
 #include <cmath>
 #include <utility>
 
-#include "../engine_and_brakes.h"
 #include "car_changes.h"
+#include "engine_and_brakes.h"
 #include "listing.h"
 
 namespace explain::stated_parameters {

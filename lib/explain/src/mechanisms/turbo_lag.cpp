@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../gears.h"
 #include "base/statistics.h"
 #include "car_changes.h"
 #include "effect.h"
+#include "gears.h"
 #include "listing.h"
 #include "vehicle/driver.h"
 #include "vehicle/laws/boost.h"

@@ -2,10 +2,10 @@
 #include <string>
 #include <utility>
 
-#include "../standing_car.h"
 #include "car_changes.h"
 #include "listing.h"
 #include "mapping_changes.h"
+#include "standing_car.h"
 
 namespace explain::wheel_radius {
 namespace {

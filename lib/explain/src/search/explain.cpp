@@ -5,7 +5,7 @@
 #include "explain/judge.h"
 #include "explain/plausible_car.h"
 #include "explain/short_waves.h"
-#include "mechanisms/mechanism.h"
+#include "mechanism.h"
 
 namespace explain {
 

@@ -10,13 +10,12 @@
 namespace explain {
 
 using P = vehicle::Parameter;
-constexpr double kStep = Signals::kStep_s;
 
 void actuator_rows(std::vector<double>& out, const std::vector<double>& measured,
                    const std::vector<double>& command, double gain, double most, double amplitude,
                    const vehicle::Parameters<double>& p, P dead_time) {
   constexpr int kSubsteps = 20;
-  constexpr double kSubstep_s = kStep / kSubsteps;
+  constexpr double kSubstep_s = Signals::kStep_s / kSubsteps;
   const double* const own = &p[dead_time];  // dead time, lag, damping, lead follow one another
   const auto response =
       vehicle::laws::actuator_response(own[0], own[1], own[2], own[3], kSubstep_s);

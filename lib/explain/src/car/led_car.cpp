@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <type_traits>
 
+#include "effect.h"
 #include "engine_and_brakes.h"
-#include "mechanisms/effect.h"
+#include "not_known.h"
 #include "vehicle/step.h"
 
 namespace explain {
@@ -15,7 +15,6 @@ namespace {
 
 using P = vehicle::Parameter;
 using vehicle::Term;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSettle_s = 0.6;  ///< before a stretch, held to its beginning
 
 /// The engine's map with the shape that the setting gives it.

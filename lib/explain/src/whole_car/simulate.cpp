@@ -8,7 +8,8 @@
 #include <map>
 
 #include "base/parallel.h"
-#include "mechanisms/mechanism.h"
+#include "mechanism.h"
+#include "not_known.h"
 #include "refit_car.h"
 #include "vehicle/error.h"
 #include "vehicle/lap.h"
@@ -20,7 +21,6 @@ namespace explain {
 namespace {
 
 using P = vehicle::Parameter;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// What is compared at the end of a window, and what an error is worth in the refit.
 struct Compared {

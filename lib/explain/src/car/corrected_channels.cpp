@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "not_known.h"
 #include "signal_samples.h"
 
 namespace explain {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kStep = Signals::kStep_s;
 
 /// A series read earlier or later by `shift` steps, cubic between steps.
 double at(const std::vector<double>& x, const std::vector<double>& dx, double place) {
@@ -19,7 +16,8 @@ double at(const std::vector<double>& x, const std::vector<double>& dx, double pl
   if (k + 1 >= x.size()) k = x.size() - 2;
   const double f = place - static_cast<double>(k);
   if (f == 0.0) return x[k];
-  const double a = x[k], b = x[k + 1], da = dx[k] * kStep, db = dx[k + 1] * kStep;
+  const double a = x[k], b = x[k + 1], da = dx[k] * Signals::kStep_s,
+               db = dx[k + 1] * Signals::kStep_s;
   return a + f * (da + f * (3 * (b - a) - 2 * da - db + f * (2 * (a - b) + da + db)));
 }
 
@@ -35,9 +33,9 @@ void correct(const Signals& s, const Setting& set, Channel c, std::vector<double
   const double gain = 1.0 / (1.0 + e.gain);
   std::vector<double> ddx(s.n, kNaN);
   for (std::size_t i = 1; i + 1 < s.n; ++i)
-    ddx[i] = (s.dx[c][i + 1] - s.dx[c][i - 1]) / (2 * kStep);
+    ddx[i] = (s.dx[c][i + 1] - s.dx[c][i - 1]) / (2 * Signals::kStep_s);
   for (std::size_t i = 0; i < s.n; ++i) {
-    const double place = static_cast<double>(i) + e.delay_s / kStep;
+    const double place = static_cast<double>(i) + e.delay_s / Signals::kStep_s;
     double value = at(s.x[c], s.dx[c], place), rate = s.dx[c][i];
     if (e.delay_s != 0) rate = at(s.dx[c], ddx, place);
     // Beside a gap there is nothing to interpolate with; a value lost there would move the mask.
@@ -69,9 +67,10 @@ CorrectedChannels corrected_channels(const Signals& s, const Setting& set) {
 std::vector<double> delayed(const std::vector<double>& x, double time_s) {
   if (time_s == 0) return x;
   std::vector<double> slope(x.size(), 0.0), out(x.size());
-  for (std::size_t i = 1; i + 1 < x.size(); ++i) slope[i] = (x[i + 1] - x[i - 1]) / (2 * kStep);
+  for (std::size_t i = 1; i + 1 < x.size(); ++i)
+    slope[i] = (x[i + 1] - x[i - 1]) / (2 * Signals::kStep_s);
   for (std::size_t i = 0; i < x.size(); ++i)
-    out[i] = at(x, slope, std::max(0.0, static_cast<double>(i) - time_s / kStep));
+    out[i] = at(x, slope, std::max(0.0, static_cast<double>(i) - time_s / Signals::kStep_s));
   return out;
 }
 

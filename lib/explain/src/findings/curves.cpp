@@ -2,8 +2,8 @@
 #include <functional>
 #include <utility>
 
-#include "mechanisms/effect.h"
-#include "mechanisms/listing.h"
+#include "effect.h"
+#include "listing.h"
 
 namespace explain {
 namespace {

@@ -6,9 +6,9 @@
 #include <filesystem>
 
 #include "base/read_file.h"
+#include "car_changes.h"
 #include "explain/write_back.h"
-#include "mechanisms/car_changes.h"
-#include "mechanisms/mechanism.h"
+#include "mechanism.h"
 #include "vehicle/error.h"
 
 namespace explain {

@@ -4,15 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "base/random.h"
 #include "explain/signals.h"
+#include "not_known.h"
 
 namespace explain {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Median distance of the samples from the smooth signal.
 double beside(const Samples& s, const std::vector<double>& x) {

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "mechanisms/listing.h"
+#include "listing.h"
 #include "plausible.h"
 
 namespace explain {

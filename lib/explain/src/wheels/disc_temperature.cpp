@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "not_known.h"
 #include "standing_car.h"
 #include "vehicle/laws/brake_pads.h"
 #include "vehicle/laws/disc_heat.h"
@@ -14,7 +14,6 @@ namespace {
 using P = vehicle::Parameter;
 using vehicle::Term;
 namespace laws = vehicle::laws;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 double known(const std::vector<double>& values, std::size_t i) {
   return i < values.size() && std::isfinite(values[i]) ? std::max(0.0, values[i]) : 0.0;

@@ -1,5 +1,6 @@
 // A mechanism: one way in which recordings and simulation may differ, and all that crgexplain
-// knows of it. A file of this folder holds one, or one family; list.cpp puts them in their order.
+// knows of it. A file of src/mechanisms holds one, or one family; list.cpp puts them in their
+// order.
 #pragma once
 
 #include <string>

@@ -7,6 +7,7 @@
 #include <complex>
 #include <limits>
 
+#include "not_known.h"
 #include "vehicle/error.h"
 #include "vehicle/road.h"
 
@@ -14,7 +15,6 @@ namespace explain {
 namespace {
 
 using vehicle::Error;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// The rotation and shift that bring a driven lap onto the reference line, if one fits.
 std::string offer_transform(const std::vector<double>& x, const std::vector<double>& y,

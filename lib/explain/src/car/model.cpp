@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "not_known.h"
 
 namespace explain {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kStep = Signals::kStep_s;
 
 double positive(double x) { return x > 0 ? x : 0.0; }
 
@@ -17,12 +15,12 @@ double positive(double x) { return x > 0 ? x : 0.0; }
 std::vector<double> lagged(const std::vector<double>& x, double time_s) {
   if (time_s <= 0) return x;
   std::vector<double> out(x.size(), kNaN);
-  const double keep = std::exp(-kStep / time_s);
+  const double keep = std::exp(-Signals::kStep_s / time_s);
   double state = kNaN, last = kNaN;
   for (std::size_t i = 0; i < x.size(); ++i) {
     if (!std::isfinite(x[i])) continue;
-    const double behind =
-        std::isfinite(last) ? time_s * (x[i] - last) / kStep : 0.0;  // of a ramp, once settled
+    const double behind = std::isfinite(last) ? time_s * (x[i] - last) / Signals::kStep_s
+                                              : 0.0;  // of a ramp, once settled
     state = std::isfinite(state) ? x[i] - behind + keep * (state - last + behind) : x[i];
     last = x[i];
     out[i] = state;

@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
+
+#include "not_known.h"
 
 namespace explain {
 namespace {
@@ -13,8 +14,6 @@ namespace {
 /// The larger half of the steps over which the course of the path is taken: positions jitter by
 /// centimetres and decimetres, and the course between two that are close jitters with them.
 constexpr std::size_t kChord = 8;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 struct Match {
   double correlation = 0.0, slope = 0.0, lag_s = 0.0;

@@ -86,11 +86,11 @@ const std::array<AtWheel, 3> kMeasured{
        "presinfreno"}}}};
 
 /// How a wheel or an axle is called; wheels as in kWheels.
-struct Place {
+struct WheelPlace {
   std::vector<std::size_t> wheels;
   Words names;
 };
-const std::array<Place, 6> kPlaceNames{
+const std::array<WheelPlace, 6> kPlaceNames{
     {{{0},
       {"fl", "lf", "frontleft", "leftfront", "vl", "vornelinks", "vornlinks", "avg", "avantgauche",
        "as", "antsx", "anterioresinistra", "anterioresinistro", "di", "delanteraizquierda",
@@ -129,7 +129,7 @@ bool is_one_of(const std::string& name, const Words& measured, const std::string
 
 std::optional<WheelWord> wheel_word(const std::string& name) {
   for (const AtWheel& measured : kMeasured)
-    for (const Place& place : kPlaceNames)
+    for (const WheelPlace& place : kPlaceNames)
       for (const char* const called : place.names) {
         // One sensor at an axle tells the pressure of both wheels; travels and temperatures differ.
         if (place.wheels.size() > 1 && measured.quantity != kPressure) continue;

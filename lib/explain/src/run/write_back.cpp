@@ -5,8 +5,8 @@
 
 #include "crg/edit.h"
 #include "crg/surface.h"
-#include "mechanisms/mapping_changes.h"
-#include "mechanisms/mechanism.h"
+#include "mapping_changes.h"
+#include "mechanism.h"
 
 namespace explain {
 namespace {

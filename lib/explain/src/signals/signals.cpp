@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include "not_known.h"
 #include "place_on_road.h"
 #include "plausible.h"
 #include "signal_samples.h"
@@ -16,7 +17,6 @@ namespace explain {
 namespace {
 
 using vehicle::Error;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// The log's clock, from 0.
 struct Clock {
@@ -66,10 +66,10 @@ Clock clock_of(const vehicle::Table& table, const Mapping& mapping, const std::s
 constexpr double kSlowest_hz = 5.0;
 
 /// Puts channels of a log into signals, all smoothed by one kernel.
-class Channels {
+class SmoothedChannels {
  public:
-  Channels(Signals& signals, const vehicle::Table& table, const Mapping& mapping,
-           const Clock& clock)
+  SmoothedChannels(Signals& signals, const vehicle::Table& table, const Mapping& mapping,
+                   const Clock& clock)
       : signals_(signals), table_(table), mapping_(mapping), clock_(clock) {
     // Wide enough for ten samples, not wider than needed.
     double slowest = signals_.sample_hz;
@@ -142,7 +142,7 @@ class Channels {
   double half_s_ = 0.0;
 };
 
-void put_motion(Signals& s, Channels& channels) {
+void put_motion(Signals& s, SmoothedChannels& channels) {
   for (const auto& [c, channel] : {std::pair{kX, "x_m"},
                                    {kY, "y_m"},
                                    {kVx, "vx_mps"},
@@ -168,7 +168,7 @@ void put_motion(Signals& s, Channels& channels) {
 }
 
 /// Left minus right of an axle, where a car that brakes its wheels one by one makes them differ.
-void put_brakes_apart(Signals& s, Channels& channels, Channel apart, Channel mean,
+void put_brakes_apart(Signals& s, SmoothedChannels& channels, Channel apart, Channel mean,
                       const std::vector<std::string>& names) {
   // Of the pressures' size. Noise makes 0.009 of one pressure in the recordings of another
   // simulator; a driver who brakes wheels by their loads makes 0.21 and more.
@@ -182,7 +182,7 @@ void put_brakes_apart(Signals& s, Channels& channels, Channel apart, Channel mea
   s.present[apart] = s.present[apart] && size(apart) > kCounts * size(mean);
 }
 
-void put_controls(Signals& s, Channels& channels) {
+void put_controls(Signals& s, SmoothedChannels& channels) {
   channels.put_measured_or_command(kSteer, "steer_rad", "steer_command_rad");
   channels.put_measured_or_command(kThrottle, "throttle", "throttle_command");
   if (!channels.put_mean(kBrakeFront, {"brake_fl_pa", "brake_fr_pa"}) ||
@@ -204,7 +204,7 @@ void put_controls(Signals& s, Channels& channels) {
   put_brakes_apart(s, channels, kBrakeRearApart, kBrakeRear, {"brake_rl" + of, "brake_rr" + of});
 }
 
-void put_wheels(Signals& s, Channels& channels) {
+void put_wheels(Signals& s, SmoothedChannels& channels) {
   if (!(channels.put_mean(kWheelFront, {"wheel_fl_radps", "wheel_fr_radps"}) &&
         channels.put_mean(kWheelRear, {"wheel_rl_radps", "wheel_rr_radps"}) &&
         channels.put_mean(kWheelRearDifference, {"wheel_rl_radps", "wheel_rr_radps"}, -1.0, 1.0))) {
@@ -293,7 +293,7 @@ Signals make_signals(const vehicle::Table& table, const Mapping& mapping,
     throw Error(
         fmt::format("{}: {:.1f} samples a second; at least 10 are wanted", name, s.sample_hz));
   s.n = static_cast<std::size_t>(clock.duration_s / Signals::kStep_s) + 1;
-  Channels channels(s, table, mapping, clock);
+  SmoothedChannels channels(s, table, mapping, clock);
   put_motion(s, channels);
   put_controls(s, channels);
   put_wheels(s, channels);

@@ -4,8 +4,8 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 
+#include "not_known.h"
 #include "vehicle/recording.h"
 #include "vehicle/road.h"
 
@@ -13,7 +13,6 @@ namespace explain {
 namespace {
 
 using P = vehicle::Parameter;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kHalf_s = 0.4;
 constexpr std::array<const char*, 4> kWheel{"fl", "fr", "rl", "rr"};
 

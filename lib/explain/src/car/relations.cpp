@@ -11,6 +11,7 @@
 #include "further_along.h"
 #include "gears.h"
 #include "led_car.h"
+#include "not_known.h"
 #include "vehicle/magic_formula.h"
 #include "where_known.h"
 
@@ -18,9 +19,7 @@ namespace explain {
 namespace {
 
 using P = vehicle::Parameter;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kAny = std::numeric_limits<double>::infinity();
-constexpr double kStep = Signals::kStep_s;
 constexpr double kBraking_pa = 3e4;  ///< less is the logger's noise
 
 /// A profile at u; see RoadProfiles.
@@ -130,7 +129,7 @@ void Relations::compare_commands() {
 
 void Relations::begin_lead() {
   const auto& x = c_.x;
-  by_.reserve_kg = set_.burn * kStep * static_cast<double>(s_.n);
+  by_.reserve_kg = set_.burn * Signals::kStep_s * static_cast<double>(s_.n);
   by_.vy_known = has(kVy);
   by_.gear = gears_.gear;
   // Where command and outcome are logged, what comes late lies between them.
@@ -226,7 +225,8 @@ void Relations::compare_kinematics(std::size_t i, const Motion& m, const Slope& 
       const double before = std::atan2(dx[kY][i - 2], dx[kX][i - 2]),
                    after = std::atan2(dx[kY][i + 2], dx[kX][i + 2]);
       const double slip = (m.vx * m.dvy - m.vy * m.dvx) / (m.vx * m.vx);
-      turning = std::remainder(after - before, 2 * std::numbers::pi) / (4 * kStep) - slip;
+      turning =
+          std::remainder(after - before, 2 * std::numbers::pi) / (4 * Signals::kStep_s) - slip;
     }
     // The rate about the axis of a body that leans with the road, from its angles on the map.
     out_.r[Relation::kGyro][i] =
@@ -276,7 +276,8 @@ void Relations::record(std::size_t i, const Motion& m, const Slope& road) {
   by_.yaw_radps[i] = m.yaw;
   by_.yaw_rad[i] = has(kYaw) ? x[kYaw][i] : road.course_rad;
   by_.gravity_mps2[i] = pressed;
-  by_.fuel_kg[i] = (has(kFuel) ? x[kFuel][i] : 0.0) - set_.burn * kStep * static_cast<double>(i);
+  by_.fuel_kg[i] =
+      (has(kFuel) ? x[kFuel][i] : 0.0) - set_.burn * Signals::kStep_s * static_cast<double>(i);
   // Without a logged steering the wheels point where the path goes.
   if (!has(kSteer)) by_.steer[i] = std::atan(set_.p[P::chassis_wheelbase_m] * m.yaw / m.vx);
 }
@@ -295,7 +296,7 @@ void Relations::compare_motion() {
     if (!holds(i)) continue;
     if (i > 0 && holds(i - 1) && holds(i + 1))
       road[i].pitching_up_radps =
-          (std::atan(road[i + 1].grade) - std::atan(road[i - 1].grade)) / (2 * kStep);
+          (std::atan(road[i + 1].grade) - std::atan(road[i - 1].grade)) / (2 * Signals::kStep_s);
     const Motion m = motion(i);
     compare_kinematics(i, m, road[i]);
     record(i, m, road[i]);

@@ -6,11 +6,11 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "base/random.h"
 #include "disc_temperature.h"
-#include "mechanisms/mechanism.h"
+#include "mechanism.h"
+#include "not_known.h"
 #include "selection.h"
 #include "vehicle/laws/disc_heat.h"
 #include "vehicle/recording.h"
@@ -22,7 +22,6 @@ using P = vehicle::Parameter;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kStep_s = kDiscStep_s, kSample_s = 0.5;
 using Amounts = DiscAmounts;
 constexpr std::size_t kAmounts = kDiscAmounts;

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "base/random.h"
-#include "mechanisms/mechanism.h"
+#include "mechanism.h"
 #include "selection.h"
 #include "wave_plane.h"
 #include "wheel_heights.h"

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "not_known.h"
 #include "report/plot_page.h"
 #include "selection.h"
 
@@ -13,7 +14,6 @@ namespace explain {
 namespace {
 
 using report::html_text;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kCell_m = 10.0;        ///< of the means along the road
 constexpr std::size_t kMostPlaces = 8;  ///< that a sentence or cell lists
 
@@ -31,7 +31,7 @@ std::string named(const std::string& mechanism, const std::string& channel) {
 }
 
 /// "u 160 to 320 m, 400 to 420 m and 12 more"
-std::string places(const std::vector<Place>& where) {
+std::string places_text(const std::vector<Place>& where) {
   std::string out;
   for (std::size_t i = 0; i < std::min(where.size(), kMostPlaces); ++i)
     out += fmt::format("{}{:.0f} to {:.0f} m", i == 0 ? "u " : ", ", where[i].u_begin_m,
@@ -191,7 +191,7 @@ std::string found(const Finding& x) {
     out += "<tr>" + cell(p.name) + "<td><b>" + html_text(figure(p.value) + " " + unit_of(p.unit)) +
            "</b>" + cell(fmt::format("90 %: {} to {}", figure(p.low), figure(p.high)));
   out += "</table>";
-  if (!x.where.empty()) out += "<p>Where: " + html_text(places(x.where)) + "</p>";
+  if (!x.where.empty()) out += "<p>Where: " + html_text(places_text(x.where)) + "</p>";
   out += "<p>How sure: " + how_sure(x) + ".</p>";
   if (!x.not_used.empty())
     out += "<p><b>Seen, not used</b> for the corrected inputs: " + html_text(x.not_used) + ".</p>";
@@ -210,7 +210,7 @@ std::string found(const Finding& x) {
   return out + (worse.empty() ? "" : worse + ".</p>") + "</section>\n";
 }
 
-std::string held_out(const std::vector<HeldOut>& list, const std::vector<Remark>& remarks) {
+std::string held_out_table(const std::vector<HeldOut>& list, const std::vector<Remark>& remarks) {
   std::string rows, refits;
   for (const Remark& remark : remarks)
     if (remark.about == Remark::About::kRefit)
@@ -235,10 +235,10 @@ std::string held_out(const std::vector<HeldOut>& list, const std::vector<Remark>
       rows);
 }
 
-std::string mismatches(const std::vector<Mismatch>& list) {
+std::string mismatches_table(const std::vector<Mismatch>& list) {
   std::string rows;
   for (const Mismatch& m : list)
-    rows += "<tr>" + cell(m.channel) + cell(places(m.where)) + cell(m.regime) +
+    rows += "<tr>" + cell(m.channel) + cell(places_text(m.where)) + cell(m.regime) +
             number_cell(fmt::format("{} {}", figure(m.size), unit_of(m.unit))) +
             number_cell(fmt::format("{:.2g}", m.p_adjusted)) +
             number_cell(fmt::format("{:.0f} %", 100 * m.share_of_residual));
@@ -250,12 +250,12 @@ std::string mismatches(const std::vector<Mismatch>& list) {
                rows);
 }
 
-std::string unexplained(const std::vector<Unexplained>& list) {
+std::string unexplained_table(const std::vector<Unexplained>& list) {
   if (list.empty())
     return "<section><h2>What stays unexplained</h2><p>Nothing significant.</p></section>\n";
   std::string rows;
   for (const Unexplained& u : list)
-    rows += "<tr>" + cell(u.channel) + cell(u.locked_to) + cell(places(u.where)) +
+    rows += "<tr>" + cell(u.channel) + cell(u.locked_to) + cell(places_text(u.where)) +
             number_cell(fmt::format("{} {}", figure(u.size), unit_of(u.unit))) +
             number_cell(fmt::format("{:.0f} %", 100 * u.share));
   return table("What stays unexplained", "",
@@ -264,7 +264,7 @@ std::string unexplained(const std::vector<Unexplained>& list) {
                rows);
 }
 
-std::string seen(const std::vector<Seen>& list) {
+std::string seen_table(const std::vector<Seen>& list) {
   std::string rows;
   for (const Seen& s : list)
     rows += "<tr>" + cell(named(s.mechanism, s.channel)) + cell(s.detail) +
@@ -278,7 +278,7 @@ std::string seen(const std::vector<Seen>& list) {
                rows);
 }
 
-std::string parameters(const std::vector<ParameterValue>& list) {
+std::string parameters_table(const std::vector<ParameterValue>& list) {
   std::string rows;
   for (const ParameterValue& p : list)
     rows += "<tr>" + cell(p.name) + number_cell(p.stated) + number_cell(p.value) +
@@ -385,12 +385,12 @@ std::string findings_page(const Findings& f, const std::vector<Signals>& logs,
   if (!logs.empty())
     if (const Map map(logs.front()); !map.empty()) out += map.draw(f);
   for (const Finding& x : f.findings) out += found(x);
-  out += unexplained(f.unexplained);
-  if (const std::vector<Seen> list = seen_and_not_named(f); !list.empty()) out += seen(list);
+  out += unexplained_table(f.unexplained);
+  if (const std::vector<Seen> list = seen_and_not_named(f); !list.empty()) out += seen_table(list);
   const std::vector<HeldOut>& proof = f.findings.empty() ? f.held_out : f.findings.front().held_out;
-  if (!proof.empty()) out += held_out(proof, f.remarks);
-  if (!f.mismatches.empty()) out += mismatches(f.mismatches);
-  if (!f.parameters.empty()) out += parameters(f.parameters);
+  if (!proof.empty()) out += held_out_table(proof, f.remarks);
+  if (!f.mismatches.empty()) out += mismatches_table(f.mismatches);
+  if (!f.parameters.empty()) out += parameters_table(f.parameters);
   if (!f.evidence.empty()) out += tried(f);
   if (!f.untestable.empty()) out += untestable(f.untestable);
   if (!logs.empty()) out += along_the_road(f, logs.front().length_m);
