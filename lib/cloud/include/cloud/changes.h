@@ -5,7 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "cloud/map.h"
+#include "base/progress.h"
+#include "cloud/read_cloud.h"
 
 namespace cloud {
 

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "cloud/map.h"
+#include "cloud/read_cloud.h"
 #include "cloud/trajectory.h"
 
 namespace cloud {

@@ -42,6 +42,10 @@ struct CloudReadReport {
 /// Hands out the cloud piece by piece, all pieces with the same origin, in the order of the file.
 using ChunkSink = std::function<void(Cloud&& chunk)>;
 
+/// Hands out the scans, always the same chunks in the same order; it is called two to four times,
+/// with more than one thread from another one than the caller's, which waits for it.
+using CloudSource = std::function<void(const ChunkSink&)>;
+
 /// Throws Error: no such file, truncated (says how many points fit),
 /// corrupt header, unknown format, no points, or no finite point among them. Sizes are checked
 /// against the file before anything is allocated. Memory: one chunk; .pcd with compressed data the

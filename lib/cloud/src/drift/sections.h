@@ -6,7 +6,8 @@
 #include <limits>
 #include <vector>
 
-#include "cloud/map.h"
+#include "cloud/map_options.h"
+#include "cloud/read_cloud.h"
 #include "road_trajectory.h"
 #include "standing.h"
 

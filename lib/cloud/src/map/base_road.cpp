@@ -12,13 +12,13 @@
 #include "base/statistics.h"
 #include "cloud/error.h"
 #include "cloud/road_frame.h"
+#include "no_value.h"
 #include "road/track_crg.h"
 #include "road/reference_line.h"
 
 namespace cloud {
 namespace {
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr double kCell_m = 0.5;
 constexpr double kSticksOut_m = 0.15;  // of the cells around: cars, noise far below
 
@@ -31,7 +31,7 @@ struct Cells {
   float at(std::ptrdiff_t i, std::ptrdiff_t j) const {
     const auto n = static_cast<std::ptrdiff_t>(along);
     if (closed) i = (i % n + n) % n;
-    if (i < 0 || i >= n || j < 0 || j >= static_cast<std::ptrdiff_t>(across)) return kNaN;
+    if (i < 0 || i >= n || j < 0 || j >= static_cast<std::ptrdiff_t>(across)) return kNoValue;
     return z[static_cast<std::size_t>(i) * across + static_cast<std::size_t>(j)];
   }
   std::uint32_t number_at(const GridPlace& place, double v_max_m) const {
@@ -85,7 +85,7 @@ crg::Grid smoothed(const crg::Grid& grid, bool closed, unsigned threads) {
     void add(float z) {
       if (std::isfinite(z)) sum += static_cast<double>(z), count += 1.0;
     }
-    float value() const { return count > 0.0 ? static_cast<float>(sum / count) : kNaN; }
+    float value() const { return count > 0.0 ? static_cast<float>(sum / count) : kNoValue; }
   };
   for (int round = 0; round < 2; ++round) {
     pass([&](std::ptrdiff_t i, std::ptrdiff_t j) {
@@ -145,7 +145,7 @@ Cells empty_cells(const RoadFrame& frame, const BaseRoadOptions& options) {
   cells.along = std::max<std::size_t>(1, static_cast<std::size_t>(frame.length_m() / kCell_m));
   cells.across = static_cast<std::size_t>(2.0 * options.v_max_m / kCell_m) + 1;
   cells.rows_each = static_cast<double>(frame.rows() - 1) / static_cast<double>(cells.along);
-  cells.z.assign(cells.along * cells.across, kNaN);
+  cells.z.assign(cells.along * cells.across, kNoValue);
   return cells;
 }
 
@@ -265,7 +265,7 @@ float between_cells(const Cells& cells, double along, double across, double orig
       const double w = (m == 0 ? 1.0 - on : on) * (n == 0 ? 1.0 - beside : beside);
       if (std::isfinite(z)) sum += w * static_cast<double>(z), weights += w;
     }
-  return weights > 0.2 ? static_cast<float>(sum / weights + origin_m) : kNaN;
+  return weights > 0.2 ? static_cast<float>(sum / weights + origin_m) : kNoValue;
 }
 
 /// Heights of all nodes; the last row of a closed road is its first.
@@ -338,7 +338,7 @@ MapResult map_without_base(const CloudSource& scans, const crg::Crg& first,
   if (trajectory != nullptr && options.correct_drift) result = refine(result.grid);
   for (std::size_t k = 0; k < result.grid.z_m.size(); ++k)
     if (!(result.source.z_m[k] > static_cast<float>(NodeSource::base)))
-      result.grid.z_m[k] = result.stddev.z_m[k] = result.source.z_m[k] = kNaN;
+      result.grid.z_m[k] = result.stddev.z_m[k] = result.source.z_m[k] = kNoValue;
   result.report.nodes_hole += result.report.nodes_base, result.report.nodes_base = 0;
   result.report.coverage =
       static_cast<double>(result.report.nodes_lidar) /

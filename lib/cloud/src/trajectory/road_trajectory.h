@@ -6,10 +6,16 @@
 #include <vector>
 
 #include "cloud/cloud.h"
+#include "cloud/error.h"
 #include "cloud/road_frame.h"
 #include "cloud/trajectory.h"
 
 namespace cloud {
+
+/// The scans do not fit the base.
+struct Misfit : Error {
+  using Error::Error;
+};
 
 /// The trajectory with the places of its poses on the road.
 struct RoadTrajectory {

@@ -1,6 +1,7 @@
 // Heights per node of the grid from corrected points, and their fusion with the base.
 #pragma once
 
+#include "cloud/map.h"
 #include "height_cells.h"
 #include "left_out.h"
 

@@ -1,7 +1,7 @@
 // Scans are read and decoded while the points before are worked on.
 #pragma once
 
-#include "cloud/map.h"
+#include "cloud/read_cloud.h"
 
 namespace cloud {
 

@@ -16,7 +16,7 @@
 namespace cloud {
 namespace {
 
-std::vector<std::string> words_of(std::string_view line) {
+std::vector<std::string> spaced_words(std::string_view line) {
   std::istringstream in{std::string(line)};
   std::vector<std::string> words;
   for (std::string word; in >> word;) words.push_back(word);
@@ -31,7 +31,7 @@ std::size_t number(const std::string& word, const std::string& where) {
   return value;
 }
 
-std::optional<FieldType> type_of(const std::string& type, std::size_t size) {
+std::optional<FieldType> pcd_type(const std::string& type, std::size_t size) {
   if (type == "F")
     return size == 4   ? std::optional(FieldType::f32)
            : size == 8 ? std::optional(FieldType::f64)
@@ -53,7 +53,7 @@ std::optional<FieldType> type_of(const std::string& type, std::size_t size) {
 }
 
 /// The lines before the points.
-struct Header {
+struct PcdHeader {
   std::vector<std::string> fields, sizes, types, counts;
   std::vector<std::string> origin;  ///< the words of the comment; empty without one
   std::string data;                 ///< ascii, binary, binary_compressed
@@ -63,14 +63,14 @@ struct Header {
   std::string where;      ///< the last line, for errors
 };
 
-Header read_header(std::string_view bytes, const std::string& name) {
-  Header out;
+PcdHeader read_pcd_header(std::string_view bytes, const std::string& name) {
+  PcdHeader out;
   std::size_t width = 0, height = 1;
   out.where = fmt::format("{}:0: ", name);
   while (out.data.empty() && out.end < bytes.size() && out.lines < 1000) {
     const std::size_t end = bytes.find('\n', out.end);
     if (end == std::string_view::npos || end - out.end > 65536) break;
-    const std::vector<std::string> words = words_of(bytes.substr(out.end, end - out.end));
+    const std::vector<std::string> words = spaced_words(bytes.substr(out.end, end - out.end));
     out.end = end + 1;
     out.where = fmt::format("{}:{}: ", name, ++out.lines);
     if (words.size() == 5 && words[0] == "#" && words[1] == "origin_m") out.origin = words;
@@ -105,13 +105,13 @@ Header read_header(std::string_view bytes, const std::string& name) {
 
 /// Fields (or columns) of the records as the header names them, one behind the other. Returns how
 /// many bytes of a point each takes.
-std::vector<std::size_t> add_fields(const Header& header, Records& records) {
+std::vector<std::size_t> add_fields(const PcdHeader& header, Records& records) {
   std::size_t stride = 0;
   std::vector<std::size_t> widths;
   for (std::size_t k = 0; k < header.fields.size(); ++k) {
     const std::size_t size = number(header.sizes[k], header.where),
                       count = number(header.counts[k], header.where);
-    const std::optional<FieldType> type = type_of(header.types[k], size);
+    const std::optional<FieldType> type = pcd_type(header.types[k], size);
     if (!type)
       throw Error(fmt::format(
           "{}field {} of type {} and size {} seen; F 4 or 8, I or U 1, 2, 4 or 8 wanted",
@@ -129,14 +129,14 @@ std::vector<std::size_t> add_fields(const Header& header, Records& records) {
   return widths;
 }
 
-Error truncated(const Header& header, std::size_t left, std::size_t wanted) {
+Error truncated(const PcdHeader& header, std::size_t left, std::size_t wanted) {
   return Error(
       fmt::format("{}truncated: {} points promised, {} bytes left, {} wanted; copy the file again",
                   header.where, header.points, left, wanted));
 }
 
 /// What the compressed points unpack to: field after field, each of all points.
-std::string unpacked(std::string_view bytes, const Header& header, std::size_t point_bytes) {
+std::string unpacked(std::string_view bytes, const PcdHeader& header, std::size_t point_bytes) {
   const std::size_t left = bytes.size() - header.end;
   if (left < 8) throw truncated(header, left, 8);
   std::uint32_t packed = 0, size = 0;
@@ -156,7 +156,7 @@ std::string unpacked(std::string_view bytes, const Header& header, std::size_t p
 }  // namespace
 
 Records pcd_records(std::string_view bytes, const std::string& name, CloudReadReport& report) {
-  const Header header = read_header(bytes, name);
+  const PcdHeader header = read_pcd_header(bytes, name);
   Records records;
   records.bytes = bytes;
   records.count = header.points;

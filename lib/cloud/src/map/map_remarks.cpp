@@ -5,8 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "causes.h"
-
 namespace cloud {
 namespace {
 

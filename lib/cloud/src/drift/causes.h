@@ -3,17 +3,12 @@
 
 #include <string>
 
-#include "cloud/error.h"
-#include "cloud/map.h"
+#include "cloud/map_options.h"
+#include "cloud/read_cloud.h"
 #include "cloud/road_frame.h"
 #include "cloud/trajectory.h"
 
 namespace cloud {
-
-/// The scans do not fit the base.
-struct Misfit : Error {
-  using Error::Error;
-};
 
 /// Tries on a part of the points: yaw of the sensor by 15 degrees all round, roll and pitch by 5
 /// degrees to 20 and by quarter turns, its place by 1 m, the clock by +-5 s (also from equal

@@ -11,7 +11,7 @@
 namespace cloud {
 namespace {
 
-std::optional<FieldType> type_of(const std::string& word) {
+std::optional<FieldType> ply_type(const std::string& word) {
   if (word == "char" || word == "int8") return FieldType::i8;
   if (word == "uchar" || word == "uint8") return FieldType::u8;
   if (word == "short" || word == "int16") return FieldType::i16;
@@ -69,7 +69,7 @@ Records ply_records(std::string_view bytes, const std::string& name, CloudReadRe
         ++before;
     }
     if (word == "property" && in_vertex) {
-      const std::optional<FieldType> type = type_of(a);
+      const std::optional<FieldType> type = ply_type(a);
       if (!type)
         throw fail(fmt::format("'{}' seen; properties of a vertex must be single numbers",
                                line.substr(0, 60)));

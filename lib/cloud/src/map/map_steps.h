@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 
+#include "cloud/map.h"
 #include "drift.h"
 #include "fuse.h"
 #include "height_cells.h"

@@ -15,8 +15,6 @@ namespace {
 // The second look turns poses by a third of this, or by about half of what the base is tilted.
 constexpr double kTurnedMuch_rad = 0.001;
 
-using Clock = std::chrono::steady_clock;
-
 /// Adds the time of its life.
 class Watch {
  public:
@@ -26,6 +24,7 @@ class Watch {
   ~Watch() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
 
  private:
+  using Clock = std::chrono::steady_clock;
   double& seconds_;
   Clock::time_point start_ = Clock::now();
 };

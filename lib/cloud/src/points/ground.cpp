@@ -15,10 +15,10 @@ namespace cloud {
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kNoCell = std::numeric_limits<std::uint32_t>::max();
 constexpr double kMostCells = 5e7;
 
-using Tile = std::array<std::int64_t, 2>;  ///< row and column of a square of cells
+using TilePlace = std::array<std::int64_t, 2>;  ///< row and column of a square of cells
 
 /// Neighbouring cells of one row: columns [begin, end), and the number of the first.
 struct Run {
@@ -30,7 +30,7 @@ struct Run {
 /// The cells worth looking at, numbered row by row. Where they end, the area ends.
 struct Cells {
   std::vector<Run> runs;                             ///< by row, then column
-  std::vector<std::uint32_t> up, down, left, right;  ///< neighbours; kNone where there is none
+  std::vector<std::uint32_t> up, down, left, right;  ///< neighbours; kNoCell where there is none
 
   std::size_t size() const { return up.size(); }
   /// The first run of a row that ends behind a column; of a later row when there is none.
@@ -50,12 +50,12 @@ struct Cells {
   /// The eight around, row by row.
   std::array<std::uint32_t, 8> around(std::uint32_t k) const {
     const auto next = [](const std::vector<std::uint32_t>& to, std::uint32_t from) {
-      return from == kNone ? kNone : to[from];
+      return from == kNoCell ? kNoCell : to[from];
     };
     const auto corner = [&](const std::vector<std::uint32_t>& a,
                             const std::vector<std::uint32_t>& b) {
       const std::uint32_t found = next(b, a[k]);
-      return found != kNone ? found : next(a, b[k]);
+      return found != kNoCell ? found : next(a, b[k]);
     };
     return {corner(up, left),   up[k],   corner(up, right),  left[k], right[k],
             corner(down, left), down[k], corner(down, right)};
@@ -64,22 +64,22 @@ struct Cells {
 
 /// Whether tiles[k], of the sorted tiles of all points, is of the only point for three tiles
 /// around.
-bool alone(const std::vector<Tile>& tiles, std::size_t k) {
+bool alone(const std::vector<TilePlace>& tiles, std::size_t k) {
   if ((k > 0 && tiles[k - 1] == tiles[k]) || (k + 1 < tiles.size() && tiles[k + 1] == tiles[k]))
     return false;
   const auto [i, j] = tiles[k];
   std::size_t points = 0;
   for (std::int64_t row = i - 3; row <= i + 3 && points < 2; ++row)
-    points +=
-        static_cast<std::size_t>(std::upper_bound(tiles.begin(), tiles.end(), Tile{row, j + 3}) -
-                                 std::lower_bound(tiles.begin(), tiles.end(), Tile{row, j - 3}));
+    points += static_cast<std::size_t>(
+        std::upper_bound(tiles.begin(), tiles.end(), TilePlace{row, j + 3}) -
+        std::lower_bound(tiles.begin(), tiles.end(), TilePlace{row, j - 3}));
   return points < 2;
 }
 
 /// Tiles with points and those around them, as far as the area of rows x columns reaches.
-Cells cells_around(const std::vector<Tile>& tiles, std::int64_t tile_cells, std::int64_t rows,
+Cells cells_around(const std::vector<TilePlace>& tiles, std::int64_t tile_cells, std::int64_t rows,
                    std::int64_t columns, double cell_m) {
-  std::vector<Tile> wanted;
+  std::vector<TilePlace> wanted;
   wanted.reserve(9 * tiles.size());
   for (const auto& [i, j] : tiles)
     for (std::int64_t a = std::max<std::int64_t>(0, i - 1);
@@ -114,7 +114,7 @@ Cells cells_around(const std::vector<Tile>& tiles, std::int64_t tile_cells, std:
       }
   }
   for (auto* neighbours : {&cells.up, &cells.down, &cells.left, &cells.right})
-    neighbours->assign(count, kNone);
+    neighbours->assign(count, kNoCell);
   std::size_t above = 0;
   for (const Run& run : cells.runs) {
     const auto first = static_cast<std::uint32_t>(run.first);
@@ -157,7 +157,7 @@ void fill(const Cells& cells, const std::vector<std::uint8_t>& known, std::vecto
   std::vector<std::uint32_t> ring, next;
   const auto queue_around = [&](std::uint32_t k) {
     for (const std::uint32_t other : cells.around(k))
-      if (other != kNone && state[other] == kMissing) state[other] = kNext, next.push_back(other);
+      if (other != kNoCell && state[other] == kMissing) state[other] = kNext, next.push_back(other);
   };
   for (std::uint32_t k = 0; k < known.size(); ++k)
     if (known[k]) queue_around(k);
@@ -167,7 +167,7 @@ void fill(const Cells& cells, const std::vector<std::uint8_t>& known, std::vecto
     for (const std::uint32_t k : ring) {
       double sum = 0.0, n = 0.0;
       for (const std::uint32_t other : cells.around(k))
-        if (other != kNone && state[other] == kHas) sum += z[other], n += 1.0;
+        if (other != kNoCell && state[other] == kHas) sum += z[other], n += 1.0;
       z[k] = sum / n;
     }
     for (const std::uint32_t k : ring) state[k] = kHas;
@@ -177,7 +177,7 @@ void fill(const Cells& cells, const std::vector<std::uint8_t>& known, std::vecto
     for (const std::uint32_t k : unknown) {
       double sum = 0.0, n = 0.0;
       for (const std::uint32_t other : {cells.up[k], cells.down[k], cells.left[k], cells.right[k]})
-        if (other != kNone) sum += z[other], n += 1.0;
+        if (other != kNoCell) sum += z[other], n += 1.0;
       z[k] += 1.5 * ((n == 4.0 ? 0.25 * sum : sum / n) - z[k]);  // over-relaxed
     }
 }
@@ -256,7 +256,9 @@ struct Raster {
   }
   std::int64_t row(double y) const { return index(y0, y); }
   std::int64_t column(double x) const { return index(x0, x); }
-  Tile tile_of(double x, double y) const { return {row(y) / tile_cells, column(x) / tile_cells}; }
+  TilePlace tile_of(double x, double y) const {
+    return {row(y) / tile_cells, column(x) / tile_cells};
+  }
   /// From the middle of its cell.
   double beside(double from, double to) const {
     return to - from - (static_cast<double>(index(from, to)) + 0.5) * cell_m;
@@ -264,8 +266,8 @@ struct Raster {
 };
 
 /// The tiles of all points, sorted; one for each point.
-std::vector<Tile> tiles_of(const Cloud& cloud, const Raster& raster) {
-  std::vector<Tile> tiles;
+std::vector<TilePlace> tiles_of(const Cloud& cloud, const Raster& raster) {
+  std::vector<TilePlace> tiles;
   for (std::size_t k = 0; k < cloud.size(); ++k)
     tiles.push_back(raster.tile_of(cloud.x_m[k], cloud.y_m[k]));
   std::sort(tiles.begin(), tiles.end());
@@ -275,8 +277,8 @@ std::vector<Tile> tiles_of(const Cloud& cloud, const Raster& raster) {
 /// A point alone, without another in a tile whose surroundings meet its own, has nothing to be
 /// compared with and is ground; a raster would say the same with much more work. Throws Error where
 /// most are.
-std::vector<Tile> lonely_of(const std::vector<Tile>& tiles, const Raster& raster) {
-  std::vector<Tile> lonely;
+std::vector<TilePlace> lonely_of(const std::vector<TilePlace>& tiles, const Raster& raster) {
+  std::vector<TilePlace> lonely;
   for (std::size_t k = 0; k < tiles.size(); ++k)
     if (alone(tiles, k)) lonely.push_back(tiles[k]);
   if (lonely.size() > 1 && 2 * lonely.size() > tiles.size())
@@ -288,10 +290,10 @@ std::vector<Tile> lonely_of(const std::vector<Tile>& tiles, const Raster& raster
 }
 
 /// The cells around all points but those of lonely tiles.
-Cells cells_of(std::vector<Tile> tiles, const std::vector<Tile>& lonely, const Cloud& cloud,
-               const Raster& raster) {
+Cells cells_of(std::vector<TilePlace> tiles, const std::vector<TilePlace>& lonely,
+               const Cloud& cloud, const Raster& raster) {
   tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
-  std::vector<Tile> together;
+  std::vector<TilePlace> together;
   std::set_difference(tiles.begin(), tiles.end(), lonely.begin(), lonely.end(),
                       std::back_inserter(together));
   const double x1 = *std::max_element(cloud.x_m.begin(), cloud.x_m.end()),
@@ -300,10 +302,11 @@ Cells cells_of(std::vector<Tile> tiles, const std::vector<Tile>& lonely, const C
                       raster.cell_m);
 }
 
-/// The cell of each point; kNone for those of lonely tiles.
+/// The cell of each point; kNoCell for those of lonely tiles.
 std::vector<std::uint32_t> cell_of_points(const Cloud& cloud, const Raster& raster,
-                                          const std::vector<Tile>& lonely, const Cells& cells) {
-  std::vector<std::uint32_t> cell_of(cloud.size(), kNone);
+                                          const std::vector<TilePlace>& lonely,
+                                          const Cells& cells) {
+  std::vector<std::uint32_t> cell_of(cloud.size(), kNoCell);
   for (std::size_t k = 0; k < cloud.size(); ++k) {
     const double x = cloud.x_m[k], y = cloud.y_m[k];
     if (!std::binary_search(lonely.begin(), lonely.end(), raster.tile_of(x, y)))
@@ -317,7 +320,7 @@ std::vector<double> lowest_in(const Cells& cells, const std::vector<std::uint32_
                               const Cloud& cloud) {
   std::vector<double> z(cells.size(), kInf);
   for (std::size_t k = 0; k < cloud.size(); ++k)
-    if (cell_of[k] != kNone) z[cell_of[k]] = std::min(z[cell_of[k]], cloud.z_m[k]);
+    if (cell_of[k] != kNoCell) z[cell_of[k]] = std::min(z[cell_of[k]], cloud.z_m[k]);
   return z;
 }
 
@@ -348,7 +351,7 @@ std::vector<double> ground_surface(const Cells& cells, std::vector<double> z, st
 Eigen::Vector2d slope_at(const Cells& cells, const std::vector<double>& z, std::uint32_t cell,
                          double cell_m) {
   const auto slope = [&](std::uint32_t forth, std::uint32_t back) {
-    return (z[forth != kNone ? forth : cell] - z[back != kNone ? back : cell]) / (2.0 * cell_m);
+    return (z[forth != kNoCell ? forth : cell] - z[back != kNoCell ? back : cell]) / (2.0 * cell_m);
   };
   return {slope(cells.right[cell], cells.left[cell]), slope(cells.down[cell], cells.up[cell])};
 }
@@ -360,7 +363,7 @@ std::vector<std::uint8_t> classify_ground(const Cloud& cloud, const GroundOption
   const auto windows = static_cast<std::int64_t>(std::ceil(options.max_window_m / options.cell_m));
   // The largest window, eroded and dilated, sees this far; narrower gaps are bridged.
   const Raster raster(cloud, options.cell_m, 2 * std::max<std::int64_t>(8, windows));
-  const std::vector<Tile> tiles = tiles_of(cloud, raster), lonely = lonely_of(tiles, raster);
+  const std::vector<TilePlace> tiles = tiles_of(cloud, raster), lonely = lonely_of(tiles, raster);
   const Cells cells = cells_of(tiles, lonely, cloud, raster);
   const std::vector<std::uint32_t> cell_of = cell_of_points(cloud, raster, lonely, cells);
   const std::vector<double> z =
@@ -368,7 +371,7 @@ std::vector<std::uint8_t> classify_ground(const Cloud& cloud, const GroundOption
   std::vector<std::uint8_t> ground(cloud.size(), 1);
   for (std::size_t k = 0; k < cloud.size(); ++k) {
     const std::uint32_t cell = cell_of[k];
-    if (cell == kNone) continue;
+    if (cell == kNoCell) continue;
     // The surface at the point itself, by the slope of its cell.
     const Eigen::Vector2d slope = slope_at(cells, z, cell, options.cell_m);
     const double limit =

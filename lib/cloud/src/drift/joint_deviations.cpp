@@ -11,8 +11,8 @@ namespace cloud {
 namespace {
 
 constexpr double kBlock_m = 4.0;
-constexpr double kLane_m = 1.2;       // to both sides of the sensor: surely road
-constexpr std::size_t kEnough = 100;  // cells of it
+constexpr double kSurelyRoad_m = 1.2;  // to both sides of the sensor: surely road
+constexpr std::size_t kEnough = 100;   // cells of it
 
 }  // namespace
 
@@ -44,7 +44,7 @@ void JointProblem::sample(std::size_t from, std::size_t to, const std::vector<Co
     double w = static_cast<double>(view.weight);
     const Section& section = sections_.list[view.section];
     const int pass = section.pass;
-    driven |= !section.ahead.isZero() && std::abs(v - section.v_m) < kLane_m;
+    driven |= !section.ahead.isZero() && std::abs(v - section.v_m) < kSurelyRoad_m;
     if (first_pass < 0) first_pass = pass;
     if (pass != first_pass && second_pass < 0) second_pass = pass;
     if (pass == first_pass || pass == second_pass)

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "cloud/map.h"
 #include "drift.h"
 
 namespace cloud {

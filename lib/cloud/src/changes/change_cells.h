@@ -8,7 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "cloud/map.h"
+#include "cloud/read_cloud.h"
 
 namespace cloud {
 

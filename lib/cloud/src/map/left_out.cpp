@@ -7,7 +7,7 @@ namespace cloud {
 namespace {
 
 constexpr std::size_t kEnoughNodes = 1000;        // nodes
-constexpr std::size_t kMost = 300'000;            // that are looked at
+constexpr std::size_t kMostLookedAt = 300'000;    // that are looked at
 constexpr double kLeast2 = 1.0, kLargest2 = 4.0;  // of the factor's square
 
 /// One node: square of the difference, variance of the points' noise and of the drift.
@@ -42,7 +42,7 @@ std::vector<Difference> differences(const RoadSums& sums, const RoadFrame& frame
                                     const Drift& drift, const Noise& noise) {
   const std::size_t columns = frame.columns(), all = sums.left_out.size();
   std::vector<Difference> out;
-  for (std::size_t at = 0; at < all; at += 1 + all / (8 * kMost)) {
+  for (std::size_t at = 0; at < all; at += 1 + all / (8 * kMostLookedAt)) {
     const std::size_t row = at / columns * kLeftOutRows, column = at % columns,
                       node = row * columns + column;
     const auto one = static_cast<double>(sums.left_out[at].points);

@@ -12,9 +12,9 @@ namespace cloud {
 
 namespace {
 
-constexpr double kAsADefault_m = 0.005;  // a good sensor's range noise, where nothing tells
-constexpr std::size_t kEnough = 30;      // pairs of points of a class: 12 % either way
-constexpr std::size_t kMost = 200'000;   // of all classes
+constexpr double kAsADefault_m = 0.005;      // a good sensor's range noise, where nothing tells
+constexpr std::size_t kEnough = 30;          // pairs of points of a class: 12 % either way
+constexpr std::size_t kMostNodes = 200'000;  // of all classes
 
 /// Deviation of one point by what nine of ten pairs in a node lie apart: 90 % intervals hold then,
 /// whatever few wild ones there are.
@@ -66,7 +66,7 @@ Noise noise_of(const NodeSums& sums) {
   std::vector<float> many;
   std::array<std::vector<float>, kRanges> pairs;
   std::vector<float> all_pairs;
-  const std::size_t nodes = sums.size(), every = 1 + nodes / (20 * kMost);
+  const std::size_t nodes = sums.size(), every = 1 + nodes / (20 * kMostNodes);
   for (std::size_t k = 0; k < nodes; k += every) {
     const NodeSum& sum = sums[k];
     const float n = sum.points, mean = sum.height / n;

@@ -17,8 +17,8 @@ constexpr double kTimes = 2.0, kFloor_m = 0.001, kDriftingFloor_m = 0.002;
 // Beside grass less will do.
 constexpr double kTimesBeside = 1.4, kFloorBeside_m = 0.0003;
 constexpr int kGrow = 6;
-constexpr float kNoSurface_m = 0.03f;  // a cell that scatters more is none, wherever it lies
-constexpr double kMost = 0.4;          // of a column must scatter: a car that passed is no grass
+constexpr float kNoSurface_m = 0.03f;    // a cell that scatters more is none, wherever it lies
+constexpr double kMostScattering = 0.4;  // of a column must scatter: a car that passed is no grass
 constexpr double kEnoughFreedom = 12.0;
 constexpr std::size_t kWideRun = 3;  // columns: wider than the steep part of a kerb
 
@@ -90,7 +90,7 @@ void judge(std::vector<VergeColumn>& columns, std::size_t along, std::size_t acr
       }
       if (sum.freedom < kEnoughFreedom) continue;
       column.is = sum.square_m2 > kTimes * sum.expected_m2 + floor_m * floor_m * sum.freedom &&
-                          sum.scattering > kMost * sum.freedom
+                          sum.scattering > kMostScattering * sum.freedom
                       ? VergeColumn::scatters
                       : VergeColumn::calm;
     }

@@ -6,17 +6,15 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 
 #include "base/write_file.h"
 #include "cloud/road_frame.h"
+#include "no_value.h"
 #include "report/track_report.h"
 #include "inspect/write_report.h"
 
 namespace cloud {
 namespace {
-
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 std::string millimetres(double metres) { return fmt::format("{:.2f} mm", 1e3 * metres); }
 
@@ -28,7 +26,7 @@ std::vector<float> along(const MapReport& facts, int pass, std::size_t entry,
   for (const DriftStation& s : facts.drift)
     if (s.pass == pass) at.emplace_back(s.u_m, s.correction[entry]);
   std::sort(at.begin(), at.end());
-  std::vector<float> values(count, kNaN);
+  std::vector<float> values(count, kNoValue);
   for (std::size_t k = 0; k < count; ++k) {
     const double u = page.u_begin_m + static_cast<double>(k) * page.u_step_m;
     const auto after = std::lower_bound(at.begin(), at.end(), std::pair{u, -1e300});

@@ -136,7 +136,7 @@ std::string_view read_variable_records(std::string_view bytes, std::size_t begin
 }
 
 /// What the header says of the points.
-struct Header {
+struct LasHeader {
   int major = 0, minor = 0, format = 0;  ///< the latter of the points, without marks
   bool packed = false;
   std::size_t size = 0, data = 0, variable_records = 0, length = 0;  ///< length: of a point
@@ -146,12 +146,12 @@ struct Header {
 Error fail(const std::string& name, const std::string& text) { return Error(name + ": " + text); }
 
 /// Throws where it contradicts itself or the file.
-Header read_header(std::string_view bytes, const std::string& name) {
+LasHeader read_las_header(std::string_view bytes, const std::string& name) {
   if (bytes.size() < 227)
     throw fail(name, fmt::format("LAS header truncated: {} bytes seen, 227 wanted; copy the file "
                                  "again",
                                  bytes.size()));
-  Header out;
+  LasHeader out;
   out.major = at<std::uint8_t>(bytes, 24), out.minor = at<std::uint8_t>(bytes, 25);
   if (out.major != 1 || out.minor > 4)
     throw fail(name,
@@ -179,7 +179,7 @@ Header read_header(std::string_view bytes, const std::string& name) {
   return out;
 }
 
-std::shared_ptr<LazReader> unpacker(std::string_view bytes, const Header& header,
+std::shared_ptr<LazReader> unpacker(std::string_view bytes, const LasHeader& header,
                                     std::string_view laszip, const std::string& name) {
   const int format = header.format;
   if (format == 4 || format == 5 || format > 8)
@@ -214,7 +214,7 @@ Field coordinate(std::string_view bytes, std::size_t axis, std::size_t begin, st
   return field;
 }
 
-std::vector<Field> fields_of(std::string_view bytes, const Header& header, std::size_t begin,
+std::vector<Field> fields_of(std::string_view bytes, const LasHeader& header, std::size_t begin,
                              const std::string& name) {
   const std::size_t length = header.length, time = kFormats[header.format].time;
   std::vector<Field> fields;
@@ -232,7 +232,7 @@ std::vector<Field> fields_of(std::string_view bytes, const Header& header, std::
 }  // namespace
 
 Records las_records(std::string_view bytes, const std::string& name, CloudReadReport& report) {
-  const Header header = read_header(bytes, name);
+  const LasHeader header = read_las_header(bytes, name);
   std::string_view laszip;
   try {
     laszip =

@@ -18,7 +18,7 @@ namespace cloud {
 namespace {
 
 constexpr std::size_t kSamples = 20'000;
-constexpr double kGroup_m = 10.0, kFar_m = 1.0, kReach_m = 20.0;
+constexpr double kGroup_m = 10.0, kFar_m = 1.0, kFromSensor_m = 20.0;
 constexpr double kBetter =
     0.6;  // of the distance as it is; trials: 0.02 to 0.5 for the right cause
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -107,7 +107,7 @@ double distance_m(const std::vector<Sample>& samples, const RoadFrame& frame,
   std::size_t hint = 0, near = 0;
   for (const Sample& sample : samples) {
     const Eigen::Vector3d local = trial.turn * (trial.points_times * sample.point_m);
-    if (local.norm() > kReach_m) continue;
+    if (local.norm() > kFromSensor_m) continue;
     ++near;
     PosedInstant pose;
     if (!pose_at(poses, sample.time_s + trial.late_s, hint, pose) || rows[hint] < 0.0) continue;

@@ -23,7 +23,7 @@ constexpr int kSpacingLevels = 7, kDeepest = kCurveLevels - kSpacingLevels;
 /// A cell with no more points is one tile; a tile of fewer is part of that around it; one of more
 /// is written as several.
 constexpr std::size_t kLeaf = 20'000, kFew = 2'000, kMostOfTile = 65'536;
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 using TilePoints = std::vector<TilePoint>;
 
@@ -243,7 +243,7 @@ void take(const Cloud& chunk, std::uint16_t pass, PointRuns& runs, TileSet& set)
   for (std::size_t i = 0; i < chunk.size(); ++i) {
     const Eigen::Vector3d p = chunk.origin_m + chunk.point(i);
     TilePoint point{
-        p.x(), p.y(), p.z(), kNone, static_cast<float>(kNone), pass, 0, static_cast<float>(kNone)};
+        p.x(), p.y(), p.z(), kNaN, static_cast<float>(kNaN), pass, 0, static_cast<float>(kNaN)};
     if (!chunk.time_s.empty()) {
       point.time_s = chunk.time_s[i];
       if (std::isfinite(point.time_s)) {

@@ -9,18 +9,18 @@
 
 #include "base/parallel.h"
 #include "blend.h"
+#include "no_value.h"
 
 namespace cloud {
 namespace {
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr double kGate_m =
     0.02;  // beyond the robust heights around: four times the noise of a good sensor
 constexpr std::size_t kStripeRows = NodeSums::kStripeRows;
 
 /// Lowest and highest robust height among a cell and its neighbours.
 struct Band {
-  float low = kNaN, high = kNaN;
+  float low = kNoValue, high = kNoValue;
 };
 
 std::vector<Band> bands_of(const HeightCells& surface, unsigned threads) {
@@ -222,7 +222,7 @@ void fuse(const RoadSums& road_sums, const RoadFrame& frame, const crg::Grid& ba
         const std::size_t k = i * columns + j;
         const auto set = [&](float z, double stddev, NodeSource source) {
           result.grid.z_m[k] = z, result.stddev.z_m[k] = static_cast<float>(stddev);
-          result.source.z_m[k] = source == NodeSource::hole ? kNaN : static_cast<float>(source);
+          result.source.z_m[k] = source == NodeSource::hole ? kNoValue : static_cast<float>(source);
         };
         const float z = base.z_m[k];
         if (!std::isfinite(z)) {

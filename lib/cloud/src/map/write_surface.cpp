@@ -57,8 +57,8 @@ Eigen::Vector3f normal_at(const RoadFrame& frame, std::size_t row, std::size_t c
 }
 
 /// The header, without the triangles' part of a .ply where there are none.
-std::string head_of(const NodeSurface& surface, bool pcd, bool doubles,
-                    const std::vector<std::string>& comments) {
+std::string head_of_surface(const NodeSurface& surface, bool pcd, bool doubles,
+                            const std::vector<std::string>& comments) {
   std::string notes;
   const char* const mark = pcd ? "# " : "comment ";
   if (!doubles && !surface.origin_m.isZero())
@@ -127,7 +127,7 @@ void write_surface(const NodeSurface& surface, const std::string& path, bool dou
   if (ending != ".ply" && ending != ".pcd")
     throw Error(fmt::format("{}: ending '{}' seen; .ply or .pcd wanted", path, ending));
   base::FileWriter file(path);
-  std::string bytes = head_of(surface, ending == ".pcd", doubles, comments);
+  std::string bytes = head_of_surface(surface, ending == ".pcd", doubles, comments);
   const auto flush = [&](std::size_t above) {
     if (bytes.size() <= above) return;
     file.append(bytes);

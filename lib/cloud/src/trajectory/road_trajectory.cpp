@@ -5,8 +5,6 @@
 #include <cmath>
 #include <optional>
 
-#include "causes.h"
-
 namespace cloud {
 
 RoadTrajectory place_on_road(Trajectory trajectory, const RoadFrame& frame) {

@@ -5,7 +5,7 @@
 namespace cloud {
 namespace {
 
-constexpr std::size_t kMost = 8;
+constexpr std::size_t kMostOpen = 8;
 
 }  // namespace
 
@@ -13,7 +13,7 @@ Visits::Seen Visits::operator()(std::size_t section) {
   const auto found = last_use_.find(section);
   Seen seen;
   if (found == last_use_.end()) {
-    if (last_use_.size() >= kMost) {
+    if (last_use_.size() >= kMostOpen) {
       const auto oldest =
           std::min_element(last_use_.begin(), last_use_.end(),
                            [](const auto& a, const auto& b) { return a.second < b.second; });
