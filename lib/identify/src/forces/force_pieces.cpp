@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "base/error.h"
 #include "base/parallel.h"
@@ -15,7 +14,6 @@ namespace {
 
 using Index = Eigen::Index;
 using vehicle::kWheels;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPiece_s = 8.0;   // rows that are smoothed at once
 constexpr double kLead_s = 1.0;    // before them, to settle
 constexpr double kTail_s = 0.3;    // behind them

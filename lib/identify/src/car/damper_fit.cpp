@@ -12,6 +12,8 @@
 #include "base/statistics.h"
 #include "identify/clustered_fit.h"
 #include "vehicle/laws/suspension.h"
+#include "wheel_names.h"
+#include "window_fit.h"
 
 namespace identify {
 namespace {
@@ -19,26 +21,24 @@ namespace {
 using vehicle::kWheels;
 using P = vehicle::Parameter;
 using vehicle::Term;
-using Column = const std::vector<double>*;
-constexpr std::array<const char*, 4> kWheelNames{"fl", "fr", "rl", "rr"};
 constexpr double kFromStop_m = 0.002, kStraight = 2.0, kBlock_m = 100.0, kBlock_s = 10.0;
 constexpr std::size_t kBump = 9, kRebound = 10, kColumns = 11;
 
-struct Columns {
+struct DamperChannels {
   Column time, x, y, vx, ax, ay, az;
   std::array<Column, kWheels> load, travel;
 };
 
-Columns columns_of(const vehicle::Table& table) {
-  Columns c{table.find("time_s"),
-            table.find("x_m"),
-            table.find("y_m"),
-            table.find("vx_mps"),
-            table.find("ax_mps2"),
-            table.find("ay_mps2"),
-            table.find("az_mps2"),
-            {},
-            {}};
+DamperChannels damper_channels(const vehicle::Table& table) {
+  DamperChannels c{table.find("time_s"),
+                   table.find("x_m"),
+                   table.find("y_m"),
+                   table.find("vx_mps"),
+                   table.find("ax_mps2"),
+                   table.find("ay_mps2"),
+                   table.find("az_mps2"),
+                   {},
+                   {}};
   for (std::size_t i = 0; i < kWheels; ++i) {
     c.load[i] = table.find(fmt::format("fz_{}_n", kWheelNames[i]));
     c.travel[i] = table.find(fmt::format("suspension_{}_m", kWheelNames[i]));
@@ -46,7 +46,7 @@ Columns columns_of(const vehicle::Table& table) {
   return c;
 }
 
-std::string why_not(const Columns& c) {
+std::string damper_channel_missing(const DamperChannels& c) {
   for (std::size_t i = 0; i < kWheels; ++i) {
     if (c.load[i] == nullptr) return "no loads of all wheels (fz_fl_n ...)";
     if (c.travel[i] == nullptr) return "no travels of all wheels (suspension_fl_m ...)";
@@ -117,10 +117,10 @@ struct Collected {
   std::vector<double> rate_mps;
 };
 
-class Collector {
+class DamperCollector {
  public:
-  Collector(const vehicle::Car<double>& car, const vehicle::Recording& recording, const Columns& c,
-            const DamperFitOptions& options)
+  DamperCollector(const vehicle::Car<double>& car, const vehicle::Recording& recording,
+                  const DamperChannels& c, const DamperFitOptions& options)
       : car_(car), recording_(recording), c_(c), options_(options) {
     for (Collected& axle : out_) axle.equation.columns.resize(kColumns);
     for (std::size_t i = 0; i < kWheels; ++i) noise_m_[i] = noise_of(*c.travel[i]);
@@ -199,7 +199,7 @@ class Collector {
 
   const vehicle::Car<double>& car_;
   const vehicle::Recording& recording_;
-  const Columns& c_;
+  const DamperChannels& c_;
   const DamperFitOptions& options_;
   std::map<std::pair<long, long>, std::size_t> blocks_;
   std::array<double, kWheels> noise_m_{};
@@ -207,7 +207,7 @@ class Collector {
 };
 
 /// Which share of the rates' variance is true, the rest being noise of the travels.
-double true_share(const Collected& axle, const Columns& c, std::size_t a, double step_s,
+double true_share(const Collected& axle, const DamperChannels& c, std::size_t a, double step_s,
                   double seconds) {
   const double n = std::max(4.0, std::round(seconds / step_s));
   const double spread = step_s * step_s * n * (n * n - 1.0) / 12.0;
@@ -218,8 +218,8 @@ double true_share(const Collected& axle, const Columns& c, std::size_t a, double
   return 1.0 - 0.5 * noise * noise / spread / square;
 }
 
-void find_axle(const vehicle::Car<double>& car, const Collected& axle, std::size_t a, double share,
-               const DamperFitOptions& options, DriveFit& out) {
+void find_dampers(const vehicle::Car<double>& car, const Collected& axle, std::size_t a,
+                  double share, const DamperFitOptions& options, DriveFit& out) {
   const bool by_map = !car.files->damper_n[a].empty();
   const std::string name = a == 0 ? "front" : "rear";
   const double spread = base::quantile(axle.rate_mps, 0.95) - base::quantile(axle.rate_mps, 0.05);
@@ -283,13 +283,13 @@ void find_axle(const vehicle::Car<double>& car, const Collected& axle, std::size
 DriveFit fit_dampers(const vehicle::Car<double>& car, const vehicle::Recording& recording,
                      const DamperFitOptions& options) {
   DriveFit out;
-  const Columns c = columns_of(recording.table);
-  std::string why = why_not(c);
+  const DamperChannels c = damper_channels(recording.table);
+  std::string why = damper_channel_missing(c);
   if (why.empty() && 4.0 * recording.step_s > 1.02 * options.seconds)
     why = fmt::format("a row every {:.0f} ms, wanted {:.0f} at most", 1e3 * recording.step_s,
                       250.0 * options.seconds);
   std::array<Collected, 2> axles;
-  if (why.empty()) axles = Collector(car, recording, c, options).collect();
+  if (why.empty()) axles = DamperCollector(car, recording, c, options).collect();
   for (std::size_t a = 0; a < 2; ++a) {
     if (why.empty() && axles[a].block.size() < 100)
       why = fmt::format("{} pieces of {:.2g} s clear of the stops, wanted 100",
@@ -302,8 +302,8 @@ DriveFit fit_dampers(const vehicle::Car<double>& car, const vehicle::Recording& 
                            car.parameters.axle(a, P::front_rebound_damping_nspm), why});
       continue;
     }
-    find_axle(car, axles[a], a, true_share(axles[a], c, a, recording.step_s, options.seconds),
-              options, out);
+    find_dampers(car, axles[a], a, true_share(axles[a], c, a, recording.step_s, options.seconds),
+                 options, out);
   }
   if (why.empty())
     out.remarks.push_back(fmt::format(

@@ -12,22 +12,21 @@
 #include "identify/least_squares.h"
 #include "vehicle/laws/brake_pads.h"
 #include "vehicle/laws/disc_heat.h"
+#include "wheel_names.h"
+#include "window_fit.h"
 
 namespace identify {
 namespace {
 
 using P = vehicle::Parameter;
 using vehicle::Term;
-using Column = const std::vector<double>*;
-constexpr std::array<const char*, 2> kAxles{"front", "rear"};
-constexpr std::array<const char*, 4> kWheelNames{"fl", "fr", "rl", "rr"};
 constexpr std::array<P, 4> kOf{P::front_disc_surface_capacity_jpk, P::front_disc_core_capacity_jpk,
                                P::front_disc_conductance_wpk, P::front_disc_area_m2};
 constexpr std::array<const char*, 4> kKeys{"disc_surface_capacity_jpk", "disc_core_capacity_jpk",
                                            "disc_conductance_wpk", "disc_area_m2"};
 constexpr std::array<const char*, 4> kUnits{"J/K", "J/K", "W/K", "m2"};
-constexpr double kStep_s = 0.02;   ///< surfaces settle within seconds
-constexpr double kBlock_s = 15.0;  ///< errors this near go together
+constexpr double kStep_s = 0.02;      ///< surfaces settle within seconds
+constexpr double kTogether_s = 15.0;  ///< errors this near go together
 
 /// Channels of one wheel.
 struct Wheel {
@@ -117,7 +116,7 @@ struct Model {
           next_s = rows[k].time_s + every_s;
           if (block != nullptr)
             block->push_back(
-                static_cast<std::size_t>((rows[k].time_s - rows.front().time_s) / kBlock_s));
+                static_cast<std::size_t>((rows[k].time_s - rows.front().time_s) / kTogether_s));
         }
         if (k + 1 == rows.size()) break;
         const Fed &a = rows[k], &b = rows[k + 1];
@@ -137,7 +136,7 @@ struct Model {
   }
 };
 
-std::string why_not(const vehicle::Recording& recording, std::size_t axle) {
+std::string disc_channel_missing(const vehicle::Recording& recording, std::size_t axle) {
   const vehicle::Table& table = recording.table;
   if (table.find("vx_mps") == nullptr) return "no vx_mps";
   const Wheel left = wheel_of(table, 2 * axle), right = wheel_of(table, 2 * axle + 1);
@@ -151,7 +150,7 @@ std::string why_not(const vehicle::Recording& recording, std::size_t axle) {
 void empty_axle(std::size_t axle, const vehicle::Car<double>& car, const std::string& why,
                 DriveFit& out) {
   for (std::size_t k = 0; k < kOf.size(); ++k)
-    out.found.push_back({fmt::format("{}_{}", kAxles[axle], kKeys[k]), kUnits[k], 0, 0, 0, 0,
+    out.found.push_back({fmt::format("{}_{}", kAxleNames[axle], kKeys[k]), kUnits[k], 0, 0, 0, 0,
                          car.parameters.axle(axle, kOf[k]), why});
 }
 
@@ -192,8 +191,8 @@ ClusteredFit around(const Model& model, const std::vector<Unknown>& unknowns) {
   return clustered_fit({e}, block);
 }
 
-void find_axle(const vehicle::Car<double>& car, double share_sd, const Model& model,
-               const DiscsFitOptions& options, DriveFit& out) {
+void find_discs(const vehicle::Car<double>& car, double share_sd, const Model& model,
+                const DiscsFitOptions& options, DriveFit& out) {
   std::vector<Unknown> unknowns = unknowns_of(model);
   const LeastSquares fitted = least_squares(
       unknowns,
@@ -209,7 +208,7 @@ void find_axle(const vehicle::Car<double>& car, double share_sd, const Model& mo
   const double t = t90(static_cast<double>(fit.blocks) - static_cast<double>(unknowns.size()));
   for (std::size_t k = 0; k < kOf.size(); ++k) {
     const double stated = car.parameters.axle(model.axle, kOf[k]);
-    Found f{fmt::format("{}_{}", kAxles[model.axle], kKeys[k]),
+    Found f{fmt::format("{}_{}", kAxleNames[model.axle], kKeys[k]),
             kUnits[k],
             unknowns[k].value * stated,
             0,
@@ -229,12 +228,12 @@ void find_axle(const vehicle::Car<double>& car, double share_sd, const Model& mo
   out.remarks.push_back(
       fmt::format("{} discs: simulated and recorded temperatures differ by {:.1f} K "
                   "(root mean square)",
-                  kAxles[model.axle], fitted.rms));
+                  kAxleNames[model.axle], fitted.rms));
   if (fitted.rms > 40.0)
     out.doubts.push_back(fmt::format(
         "the {} discs' temperatures are missed by {:.0f} K: another place on the disc, another "
         "unit, or a clock of their own?",
-        kAxles[model.axle], fitted.rms));
+        kAxleNames[model.axle], fitted.rms));
 }
 
 }  // namespace
@@ -245,7 +244,7 @@ DriveFit fit_discs(const vehicle::Car<double>& car,
   DriveFit out;
   const double share_sd = 0.5 * prior[static_cast<std::size_t>(P::brake_disc_share)];
   for (std::size_t a = 0; a < 2; ++a) {
-    if (const std::string why = why_not(recording, a); !why.empty()) {
+    if (const std::string why = disc_channel_missing(recording, a); !why.empty()) {
       empty_axle(a, car, why, out);
       continue;
     }
@@ -276,7 +275,7 @@ DriveFit fit_discs(const vehicle::Car<double>& car,
           out);
       continue;
     }
-    find_axle(car, share_sd, model, options, out);
+    find_discs(car, share_sd, model, options, out);
   }
   out.remarks.emplace_back(
       "the discs' heat is pressure times friction times speed, and brake.disc_share of it "

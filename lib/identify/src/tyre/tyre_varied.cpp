@@ -2,15 +2,12 @@
 
 #include <Eigen/Dense>
 #include <cmath>
-#include <numbers>
 
 #include "base/statistics.h"
 #include "identify/tyre_unknowns.h"
 
 namespace identify {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 double spread_of(const std::vector<double>& values) {
   return values.empty() ? 0.0 : base::quantile(values, 0.95) - base::quantile(values, 0.05);

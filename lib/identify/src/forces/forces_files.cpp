@@ -6,11 +6,10 @@
 #include <array>
 #include <cmath>
 
+#include "wheel_names.h"
+
 namespace identify {
 namespace {
-
-constexpr std::array<const char*, vehicle::kWheels> kWheelNames{"fl", "fr", "rl", "rr"};
-constexpr std::array<const char*, 2> kAxleNames{"front", "rear"};
 
 /// Adds columns, of the rows that have forces.
 class Columns {

@@ -11,6 +11,7 @@
 #include "engine_rows.h"
 #include "identify/clustered_fit.h"
 #include "map_fit.h"
+#include "window_fit.h"
 
 namespace identify {
 namespace {
@@ -20,10 +21,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using P = vehicle::Parameter;
 using vehicle::Term;
-using Prior = std::array<double, vehicle::kParameterCount>;
-// Standard deviations of what no file states: as in aero_fit.cpp; of the front side force, by
-// steering and lateral acceleration; of a gear against the others (its own losses).
-constexpr double kRollingShare = 0.15, kOffset_mps2 = 0.05, kSideShare = 0.1, kGearShare = 0.02;
+// Standard deviations of what no file states: of the front side force, by steering and lateral
+// acceleration; of a gear against the others (its own losses).
+constexpr double kSideShare = 0.1, kGearShare = 0.02;
 constexpr int kGears = 6;
 
 /// Places of the map: those of the vehicle file, and halves of the widest gaps where these are few.
@@ -38,7 +38,7 @@ std::vector<double> axis_of(std::vector<double> places, std::size_t least) {
   return places;
 }
 
-vehicle::Map2 stated_map(const vehicle::Car<double>& car) {
+vehicle::Map2 stated_torque_map(const vehicle::Car<double>& car) {
   const vehicle::Map2& from = car.files->engine_torque_nm;
   if (from.x.size() < 2 || from.y.size() < 2)
     throw base::Error("the vehicle file's engine map has one place along an axis; wanted two");
@@ -55,7 +55,7 @@ vehicle::Map2 stated_map(const vehicle::Car<double>& car) {
 }
 
 /// A fit with everything that its intervals hold.
-struct Solved {
+struct EngineSolved {
   MapFit fit;
   vehicle::Map2 torque_nm;  ///< that the deviations are from
   MatrixXd granted;         ///< covariance by what was taken for granted
@@ -71,7 +71,7 @@ struct Asked {
 };
 
 /// What each thing that was taken for granted would have changed, one standard deviation of it.
-MatrixXd granted_of(const Asked& a, const Solved& s, const MatrixXd& held) {
+MatrixXd granted_of(const Asked& a, const EngineSolved& s, const MatrixXd& held) {
   const EngineEquations is = engine_equations(a.car, a.windows, s.torque_nm, a.by_speed, a.is);
   const VectorXd value = map_fit_again(is.rows, is.wanted, held, s.fit);
   MatrixXd out = MatrixXd::Zero(value.size(), value.size());
@@ -105,7 +105,7 @@ std::array<std::size_t, 6> driven_in(const EngineWindows& windows) {
 
 /// Covariance of the stated map's errors and of the gears': the map is that of the mean of the
 /// gears that were driven.
-MatrixXd held_by(const vehicle::Map2& stated, const EngineWindows& windows) {
+MatrixXd engine_held_by(const vehicle::Map2& stated, const EngineWindows& windows) {
   const double most = *std::max_element(stated.z.begin(), stated.z.end());
   VectorXd size(static_cast<Index>(stated.z.size()));
   for (Index k = 0; k < size.size(); ++k)
@@ -126,11 +126,11 @@ MatrixXd held_by(const vehicle::Map2& stated, const EngineWindows& windows) {
 }
 
 /// Deviations of a map from the stated one are found twice: gears' factors act on what is found.
-Solved solve(const Asked& a, const vehicle::Map2& stated) {
+EngineSolved solve_engine(const Asked& a, const vehicle::Map2& stated) {
   std::vector<std::size_t> block;
   for (const EngineWindow& e : a.windows.windows) block.push_back(e.window->block);
-  const MatrixXd held = held_by(stated, a.windows);
-  Solved s{{}, stated, {}};
+  const MatrixXd held = engine_held_by(stated, a.windows);
+  EngineSolved s{{}, stated, {}};
   const Index places = static_cast<Index>(stated.z.size());
   for (int round = 0; round < 3; ++round) {
     EngineEquations e = engine_equations(a.car, a.windows, s.torque_nm, a.by_speed, a.is);
@@ -163,8 +163,8 @@ void count_time(const EngineWindows& windows, double step_s, EngineFit& out,
       }
 }
 
-void find_cells(const Solved& s, const vehicle::Map2& stated, const EngineWindows& windows,
-                double step_s, const EngineFitOptions& options, EngineFit& out) {
+void find_places(const EngineSolved& s, const vehicle::Map2& stated, const EngineWindows& windows,
+                 double step_s, const EngineFitOptions& options, EngineFit& out) {
   const double most = *std::max_element(stated.z.begin(), stated.z.end());
   for (std::size_t k = 0; k < stated.z.size(); ++k) {
     const auto i = static_cast<Index>(k);
@@ -195,7 +195,7 @@ void find_cells(const Solved& s, const vehicle::Map2& stated, const EngineWindow
 }
 
 /// The found over the stated map, and each gear over the map of all.
-void find_factors(const Solved& s, const EngineWindows& windows, EngineFit& out) {
+void find_factors(const EngineSolved& s, const EngineWindows& windows, EngineFit& out) {
   const auto places = static_cast<Index>(out.cells.size());
   VectorXd slope = VectorXd::Zero(places + kGears);
   double square = 0.0;
@@ -230,7 +230,7 @@ void find_factors(const Solved& s, const EngineWindows& windows, EngineFit& out)
   }
 }
 
-void say(const Asked& a, const EngineFitOptions& options, EngineFit& out) {
+void say_engine(const Asked& a, const EngineFitOptions& options, EngineFit& out) {
   auto& remarks = out.fit.remarks;
   remarks.push_back(fmt::format(
       "a mass of {:.1f} kg with fuel (standard deviation {:.2g}, by {}); torques are as wrong as "
@@ -285,7 +285,7 @@ EngineFit fit_engine(const vehicle::Car<double>& car, const Prior& prior, const 
   const EngineWindows windows = engine_windows(car, drive, recording, options);
   std::set<std::size_t> blocks;
   for (const EngineWindow& e : windows.windows) blocks.insert(e.window->block);
-  const vehicle::Map2 stated = stated_map(car);
+  const vehicle::Map2 stated = stated_torque_map(car);
   EngineFit out;
   out.engine_radps = stated.x;
   out.throttle = stated.y;
@@ -297,12 +297,12 @@ EngineFit fit_engine(const vehicle::Car<double>& car, const Prior& prior, const 
         windows.windows.size(), blocks.size(), windows.braked, windows.turning,
         windows.gear_unknown, windows.out_of_step, windows.limited));
   const Asked asked{car, prior, windows, by_speed, is, mass_sd_kg};
-  const Solved s = solve(asked, stated);
+  const EngineSolved s = solve_engine(asked, stated);
   out.fit.windows = windows.windows.size();
   out.fit.blocks = s.fit.blocks;
-  find_cells(s, stated, windows, recording.step_s, options, out);
+  find_places(s, stated, windows, recording.step_s, options, out);
   find_factors(s, windows, out);
-  say(asked, options, out);
+  say_engine(asked, options, out);
   const Found& factor = out.fit.at("torque");
   if (factor.unseen.empty() && !(factor.value > 0.1))
     out.fit.doubts.push_back(fmt::format(

@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "base/error.h"
 #include "feet.h"
 #include "pedal_stops.h"
 #include "vehicle/driver.h"
+#include "wheel_names.h"
 
 namespace identify {
 namespace {
@@ -18,8 +18,6 @@ namespace {
 using Index = Eigen::Index;
 using vehicle::kWheels;
 using P = vehicle::Parameter;
-constexpr std::array<const char*, kWheels> kWheelNames{"fl", "fr", "rl", "rr"};
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Reads channels one by one into sensors and the rows' measurements.
 class Reader {

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <array>
+#include <numbers>
 
 #include "identify/tyre_samples.h"
 #include "vehicle/magic_formula.h"
 
 namespace identify {
+
+inline constexpr double kDegree = std::numbers::pi / 180.0;
 
 struct Varied {
   /// By Needs: between the 5 % and the 95 % row 0.2 nominal loads, 1 degree of camber, 5 % of the

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,8 @@
 #include "vehicle/recording.h"
 
 namespace identify {
+
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 struct ForceChannels {
   std::vector<Sensor> sensors;

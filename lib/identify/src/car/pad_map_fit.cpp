@@ -11,6 +11,7 @@
 #include "identify/clustered_fit.h"
 #include "longitudinal.h"
 #include "map_fit.h"
+#include "window_fit.h"
 
 namespace identify {
 namespace {
@@ -21,11 +22,10 @@ using Eigen::VectorXd;
 using vehicle::kWheels;
 using P = vehicle::Parameter;
 using vehicle::Term;
-using Windows = std::vector<const DriveWindow*>;
 constexpr double kAxleShare = 0.05;  ///< standard deviation of one axle against the other
 
 /// The vehicle file's map, or its friction at even places.
-vehicle::Map2 stated_map(const vehicle::Car<double>& car) {
+vehicle::Map2 stated_pad_map(const vehicle::Car<double>& car) {
   const vehicle::Map2& map = car.files->pad_friction;
   if (map.x.size() > 1 && map.y.size() > 1 && car.terms[Term::brake_friction_temperature] > 0.0)
     return map;
@@ -76,7 +76,7 @@ Equations equations(const vehicle::Car<double>& car, const Windows& windows,
   return out;
 }
 
-MatrixXd held_by(const vehicle::Map2& stated) {
+MatrixXd pads_held_by(const vehicle::Map2& stated) {
   const Eigen::Map<const VectorXd> size(stated.z.data(), static_cast<Index>(stated.z.size()));
   MatrixXd out = MatrixXd::Zero(size.size() + 2, size.size() + 2);
   out.topLeftCorner(size.size(), size.size()) = map_covariance(stated.x, stated.y, size, {});
@@ -166,7 +166,7 @@ PadMapFit fit_pad_map(const vehicle::Car<double>& car,
   }
   const bool by_speed =
       !drive.accelerations || (options.body_axes && !drive.loads && !drive.travels);
-  const vehicle::Map2 stated = stated_map(car);
+  const vehicle::Map2 stated = stated_pad_map(car);
   if (stated.z.size() > kMostMapPlaces) {
     out.fit.remarks.push_back(fmt::format(
         "not observable: friction over pressure and temperature: the vehicle file's map has {} "
@@ -176,7 +176,7 @@ PadMapFit fit_pad_map(const vehicle::Car<double>& car,
   }
   out.pressure_pa = stated.x;
   out.surface_k = stated.y;
-  const MatrixXd held = held_by(stated);
+  const MatrixXd held = pads_held_by(stated);
   const BrakesGranted is{mass_kg, 1.0, 1.0, 1.0, 0.0};
   const Equations e = equations(car, windows, stated, by_speed, is);
   const MapFit fit = map_fit(e.rows, e.wanted, block, held);

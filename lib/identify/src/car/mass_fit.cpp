@@ -102,10 +102,10 @@ std::array<double, 6> drive_sd(const vehicle::Car<double>& car, const Loads& l) 
 }
 
 /// Parameters of the vehicle file that the results lean on.
-constexpr std::array<P, 8> kLeanedOn{P::aero_drag_area_m2,        P::aero_drag_height_m,
-                                     P::front_wheel_inertia_kgm2, P::rear_wheel_inertia_kgm2,
-                                     P::front_spring_npm,         P::rear_spring_npm,
-                                     P::front_ride_height_m,      P::rear_ride_height_m};
+constexpr std::array<P, 8> kMassLeansOn{P::aero_drag_area_m2,        P::aero_drag_height_m,
+                                        P::front_wheel_inertia_kgm2, P::rear_wheel_inertia_kgm2,
+                                        P::front_spring_npm,         P::rear_spring_npm,
+                                        P::front_ride_height_m,      P::rear_ride_height_m};
 
 double off_by(const vehicle::Car<double>& car, P parameter,
               const std::array<double, vehicle::kParameterCount>& prior) {
@@ -270,7 +270,7 @@ DriveFit fit_mass(const vehicle::Car<double>& car,
   const Loads l = solve_loads(car, drive, with_rate);
   const std::array<double, 6> value = values_of(l), sd_drive = drive_sd(car, l);
   std::array<double, 6> of_file{};  // variance that the vehicle file brings in
-  for (const P parameter : kLeanedOn) {
+  for (const P parameter : kMassLeansOn) {
     vehicle::Car<double> other = car;
     other.parameters[parameter] += off_by(car, parameter, prior);
     const std::array<double, 6> moved = values_of(solve_loads(other, drive, with_rate));

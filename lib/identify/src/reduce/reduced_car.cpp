@@ -59,7 +59,7 @@ Balance balance(const ReducedCar& car, const PlanarState& in, double front_y_n, 
   return out;
 }
 
-double follow(double& state, bool begun, double steady, double vx_mps, double sigma_m,
+double lagged(double& state, bool begun, double steady, double vx_mps, double sigma_m,
               double step_s) {
   state = begun ? state + (steady - state) *
                               (1.0 - std::exp(-std::abs(vx_mps) / std::max(0.02, sigma_m) * step_s))
@@ -269,7 +269,7 @@ ReducedForces single_track(const ReducedCar& car, const PlanarState& in, SlipLag
   out.axle_fz_n = axle_loads(car, in, in.vx_mps * in.yaw_rate_radps);
   if (lags != nullptr) {
     for (std::size_t a = 0; a < 2; ++a)
-      slip[a] = follow(lags->axle[a], lags->begun, slip[a], in.vx_mps,
+      slip[a] = lagged(lags->axle[a], lags->begun, slip[a], in.vx_mps,
                        relaxation_m(car.axle[a], car.sigma_m[a], out.axle_fz_n[a]), step_s);
     lags->begun = true;
   }
@@ -337,7 +337,7 @@ ReducedForces double_track(const ReducedCar& car, const PlanarState& in, SlipLag
       out.fz_n[i] = std::clamp(half - side * moved, 0.0, 2.0 * half);
       if (lags != nullptr) {
         lags->wheel[i] = before.wheel[i];
-        slip[i] = follow(lags->wheel[i], before.begun, steady[i], in.vx_mps,
+        slip[i] = lagged(lags->wheel[i], before.begun, steady[i], in.vx_mps,
                          relaxation_m(car.wheel[a], car.sigma_m[a], out.fz_n[i]), step_s);
       }
       const auto& g = car.camber[a];

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <mutex>
 #include <optional>
 
@@ -18,7 +17,6 @@ namespace {
 
 using Index = Eigen::Index;
 using vehicle::kWheels;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // A quarter of a second of which a quarter is further than four deviations from what was expected:
 // the simulated car bounces over a kerb otherwise than the true one.
 constexpr double kMostWild = 0.25;

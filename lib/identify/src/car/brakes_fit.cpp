@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <vector>
 
 #include "base/error.h"
 #include "brakes_rows.h"
 #include "identify/clustered_fit.h"
 #include "sheet_line.h"
+#include "window_fit.h"
 
 namespace identify {
 namespace {
@@ -18,15 +18,12 @@ namespace {
 using vehicle::kWheels;
 using P = vehicle::Parameter;
 using vehicle::Term;
-using Prior = std::array<double, vehicle::kParameterCount>;
-using Windows = std::vector<const DriveWindow*>;
-using Granted = BrakesGranted;
 constexpr std::array<double, 5> kBar{5.0, 20.0, 40.0, 60.0, 200.0};
 constexpr std::array<double, 4> kKelvin{250.0, 500.0, 700.0, 1500.0};
 
 /// One factor of each axle, or one of both.
-ClusteredFit solve(const vehicle::Car<double>& car, const Windows& windows, bool apart,
-                   bool by_speed, const Granted& granted) {
+ClusteredFit solve_brakes(const vehicle::Car<double>& car, const Windows& windows, bool apart,
+                          bool by_speed, const BrakesGranted& granted) {
   Equation e;
   e.columns.resize(apart ? 2 : 1);
   std::vector<std::size_t> block;
@@ -41,21 +38,15 @@ ClusteredFit solve(const vehicle::Car<double>& car, const Windows& windows, bool
   return clustered_fit({e}, block);
 }
 
-std::size_t blocks_of(const Windows& windows) {
-  std::set<std::size_t> out;
-  for (const DriveWindow* w : windows) out.insert(w->block);
-  return out.size();
-}
-
-struct Base {
+struct BrakesBase {
   const vehicle::Car<double>& car;
   bool by_speed;
-  Granted is;
-  std::vector<Granted> moved;
+  BrakesGranted is;
+  std::vector<BrakesGranted> moved;
 };
 
 /// The factor in place `k`, with everything that its interval holds; unseen when it is too wide.
-Found factor(const Base& base, const std::string& name, const Windows& windows, bool apart,
+Found factor(const BrakesBase& base, const std::string& name, const Windows& windows, bool apart,
              std::size_t k, double most_share) {
   Found f{name, "1", 0, 0, 0, 0, 1.0, {}};
   if (windows.size() < 6 || blocks_of(windows) < 5) {
@@ -64,12 +55,13 @@ Found factor(const Base& base, const std::string& name, const Windows& windows, 
     return f;
   }
   try {
-    const ClusteredFit fit = solve(base.car, windows, apart, base.by_speed, base.is);
+    const ClusteredFit fit = solve_brakes(base.car, windows, apart, base.by_speed, base.is);
     f.value = fit.value[k];
     f.sd_drive = fit.sd(k);
     double square = 0.0;
-    for (const Granted& g : base.moved)
-      square += std::pow(solve(base.car, windows, apart, base.by_speed, g).value[k] - f.value, 2.0);
+    for (const BrakesGranted& g : base.moved)
+      square += std::pow(
+          solve_brakes(base.car, windows, apart, base.by_speed, g).value[k] - f.value, 2.0);
     f.sd = std::hypot(f.sd_drive, std::sqrt(square));
     f.within = std::hypot(t90(static_cast<double>(fit.blocks - fit.value.size())) * f.sd_drive,
                           1.645 * std::sqrt(square));
@@ -82,7 +74,8 @@ Found factor(const Base& base, const std::string& name, const Windows& windows, 
   return f;
 }
 
-void find_cells(const Base& base, const Windows& windows, double most_share, DriveFit& out) {
+void find_torques(const BrakesBase& base, const Windows& windows, double most_share,
+                  DriveFit& out) {
   const bool warm = std::isfinite(windows.front()->disc_k[0]);
   for (std::size_t b = 0; b + 1 < kBar.size(); ++b)
     for (std::size_t k = 0; k + 1 < (warm ? kKelvin.size() : 2); ++k) {
@@ -100,8 +93,8 @@ void find_cells(const Base& base, const Windows& windows, double most_share, Dri
     }
 }
 
-void say(const vehicle::Car<double>& car, const BrakesFitOptions& options, const Base& base,
-         const Windows& windows, double mass_sd_kg, DriveFit& out) {
+void say_brakes(const vehicle::Car<double>& car, const BrakesFitOptions& options,
+                const BrakesBase& base, const Windows& windows, double mass_sd_kg, DriveFit& out) {
   out.remarks.push_back(fmt::format(
       "a mass of {:.1f} kg with fuel (standard deviation {:.2g}, by {}); torques are as wrong as "
       "it",
@@ -149,15 +142,15 @@ DriveFit fit_brakes(const vehicle::Car<double>& car, const Prior& prior, const D
       out.found.push_back({name, "1", 0, 0, 0, 0, 1.0, why});
     return out;
   }
-  const Base base{car,
-                  !drive.accelerations || (options.body_axes && !drive.loads && !drive.travels),
-                  Granted{mass_kg, 1.0, 1.0, 1.0, 0.0},
-                  brakes_granted(mass_kg, mass_sd_kg, sd_share(P::aero_drag_area_m2))};
+  const BrakesBase base{
+      car, !drive.accelerations || (options.body_axes && !drive.loads && !drive.travels),
+      BrakesGranted{mass_kg, 1.0, 1.0, 1.0, 0.0},
+      brakes_granted(mass_kg, mass_sd_kg, sd_share(P::aero_drag_area_m2))};
   out.found = {factor(base, "torque", windows, false, 0, options.most_share),
                factor(base, "front_torque", windows, true, 0, options.most_share),
                factor(base, "rear_torque", windows, true, 1, options.most_share)};
-  find_cells(base, windows, options.most_share, out);
-  say(car, options, base, windows, mass_sd_kg, out);
+  find_torques(base, windows, options.most_share, out);
+  say_brakes(car, options, base, windows, mass_sd_kg, out);
   const Found& both = out.found[0];
   if (both.unseen.empty() && !(both.value > 0.0))
     out.doubts.emplace_back(

@@ -11,7 +11,8 @@
 
 namespace identify {
 
-inline constexpr double kLossScale = 2.5;  ///< noise at which Cauchy's loss turns
+inline constexpr std::size_t kFewestRows = 30;  ///< of a stage
+inline constexpr double kLossScale = 2.5;       ///< noise at which Cauchy's loss turns
 
 struct Solved {
   std::vector<double> p;

@@ -7,13 +7,13 @@
 namespace identify {
 namespace {
 
-constexpr double kAround_s = 0.06;  // rows that tell how fast a foot moves
+constexpr double kMovedWithin_s = 0.06;  // rows that tell how fast a foot moves
 // Of the variance of a foot that is not recorded, what one at rest has.
 constexpr double kAtRest = 0.01;
 
 /// Variance of the steps of a channel from row to row, without that of its noise.
 std::vector<double> step_variance(const std::vector<double>& values, double noise, double step_s) {
-  const auto reach = static_cast<std::size_t>(std::max(2.0, std::round(kAround_s / step_s)));
+  const auto reach = static_cast<std::size_t>(std::max(2.0, std::round(kMovedWithin_s / step_s)));
   std::vector<double> out(values.size(), 0.0);
   for (std::size_t k = 0; k < values.size(); ++k) {
     const std::size_t from = k > reach ? k - reach : 0, to = std::min(values.size() - 1, k + reach);

@@ -6,6 +6,7 @@
 #include "longitudinal.h"
 #include "vehicle/laws/brake_pads.h"
 #include "vehicle/laws/engine.h"
+#include "window_fit.h"
 
 namespace identify {
 namespace {
@@ -13,8 +14,7 @@ namespace {
 using vehicle::kWheels;
 using P = vehicle::Parameter;
 using vehicle::Term;
-constexpr double kRollingShare = 0.15, kOffset_mps2 = 0.05;  // as in aero_fit.cpp
-constexpr double kEngineDragShare = 0.2;                     ///< standard deviation of it
+constexpr double kEngineDragShare = 0.2;  ///< standard deviation of it
 
 /// Braking and shifting down go together: where the gear changed, that of the middle counts.
 int gear_while_braking(const vehicle::Car<double>& car, const DriveWindow& w) {

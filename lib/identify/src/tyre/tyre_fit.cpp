@@ -18,8 +18,7 @@ namespace {
 
 using vehicle::TyreCoefficients;
 
-constexpr double kPure = 0.02;       // slip below which a row is of pure slip
-constexpr std::size_t kFewest = 30;  // rows of a stage
+constexpr double kPure = 0.02;  // slip below which a row is of pure slip
 constexpr std::size_t kStageRows = 400, kFirstRows = 1500;
 // Of a coefficient's spread, which is wide so that data can speak, where they cannot: a camber
 // stiffness of a tenth of the cornering stiffness, as cars' tyres have.
@@ -80,8 +79,8 @@ TyreSamples rows_of(const TyreSamples& all, SlipKind kind) {
 }
 
 std::string why_not(SlipKind kind, const TyreSamples& rows) {
-  if (rows.rows() < kFewest)
-    return fmt::format("{} rows of this kind, wanted at least {}", rows.rows(), kFewest);
+  if (rows.rows() < kFewestRows)
+    return fmt::format("{} rows of this kind, wanted at least {}", rows.rows(), kFewestRows);
   std::vector<double> slip;
   for (const auto& c : rows.conditions)
     slip.push_back(kind == SlipKind::kLongitudinal ? c.kappa : c.tan_alpha);
@@ -92,9 +91,9 @@ std::string why_not(SlipKind kind, const TyreSamples& rows) {
 }
 
 /// Robust sizes of what is left at `tyre`.
-std::pair<TyreResiduals, TyreResiduals> residuals(const TyreSamples& rows,
-                                                  const TyreCoefficients& tyre,
-                                                  const vehicle::TyreOptions& law) {
+std::pair<TyreResiduals, TyreResiduals> force_residuals(const TyreSamples& rows,
+                                                        const TyreCoefficients& tyre,
+                                                        const vehicle::TyreOptions& law) {
   std::vector<double> fx, fy, fx_left, fy_left;
   for (std::size_t i = 0; i < rows.rows(); ++i) {
     const auto force = vehicle::tyre_forces(tyre, rows.conditions[i], {}, law);
@@ -128,7 +127,7 @@ TyreStage fit_stage(const Work& work, SlipKind kind, const TyreSamples& rows,
     return stage;
   }
   const TyreCoefficients begun = unknowns.at(best.p.data());
-  const auto [fx, fy] = residuals(few, begun, work.law);
+  const auto [fx, fy] = force_residuals(few, begun, work.law);
   const Solved again = solve(work, unknowns, few, {fx.noise, fy.noise}, best.p, 40);
   tyre = std::isfinite(again.cost) ? unknowns.at(again.p.data()) : begun;
   return stage;
@@ -138,9 +137,9 @@ TyreStage fit_stage(const Work& work, SlipKind kind, const TyreSamples& rows,
 /// other, and the prior; and what all forces may be off together, which no row more mends. From
 /// `fitted` on, unknowns stay the reference's: their prior counts in what the others may be off by
 /// (considered, not estimated).
-Eigen::MatrixXd covariance_of(const Work& work, const Unknowns& unknowns, std::size_t fitted,
-                              const TyreSamples& rows, const TyreFit& fit,
-                              const std::vector<double>& p) {
+Eigen::MatrixXd force_covariance(const Work& work, const Unknowns& unknowns, std::size_t fitted,
+                                 const TyreSamples& rows, const TyreFit& fit,
+                                 const std::vector<double>& p) {
   const auto n = static_cast<Eigen::Index>(unknowns.size());
   Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(n, n);
   // How far the fit moves by larger forces of either direction.
@@ -230,7 +229,7 @@ TyreFit fit_tyre(const TyreSamples& samples, const TyreCoefficients& reference,
                  const TyreFitOptions& options) {
   expect_same_signs(samples, reference);
   expect_same_moments(samples, reference, options.alpha);
-  const TyreSamples rows = thinned(samples, std::max<std::size_t>(kFewest, options.most_rows));
+  const TyreSamples rows = thinned(samples, std::max<std::size_t>(kFewestRows, options.most_rows));
   TyreFit fit;
   fit.tyre = reference;
   fit.alpha = options.alpha;
@@ -272,20 +271,20 @@ TyreFit fit_tyre(const TyreSamples& samples, const TyreCoefficients& reference,
   // The second round with all rows and the noise that the first left.
   const TyreSamples some = thinned(rows, kFirstRows);
   for (const TyreSamples* seen : {&some, &rows}) {
-    std::tie(fit.fx, fit.fy) = residuals(rows, fit.tyre, law);
+    std::tie(fit.fx, fit.fy) = force_residuals(rows, fit.tyre, law);
     const Solved solved = solve(work, unknowns, *seen, {fit.fx.noise, fit.fy.noise}, p, 100);
     if (!std::isfinite(solved.cost))
       throw base::Error("the fit does not settle; look at the rows for values of other units");
     p = solved.p;
     fit.tyre = unknowns.at(p.data());
   }
-  std::tie(fit.fx, fit.fy) = residuals(rows, fit.tyre, law);
+  std::tie(fit.fx, fit.fy) = force_residuals(rows, fit.tyre, law);
   const std::size_t fitted = all.size();
   all.insert(all.end(), considered.begin(), considered.end());
   p.resize(all.size(), 0.0);
   Unknowns both = unknowns_of(all, reference, fit.tyre);
   for (std::size_t i = fitted; i < all.size(); ++i) both.spread[i] *= kConsidered;
-  append_coefficients(fit, both, p, covariance_of(work, both, fitted, rows, fit, p));
+  append_coefficients(fit, both, p, force_covariance(work, both, fitted, rows, fit, p));
   fit.camber_follows = !considered.empty();
   if (!rows.mz_nm.empty()) fit_aligning(rows, reference, options, fit);
   return fit;

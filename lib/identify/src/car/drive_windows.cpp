@@ -10,15 +10,15 @@
 #include "base/error.h"
 #include "longitudinal.h"
 #include "vehicle/road.h"
+#include "wheel_names.h"
+#include "window_fit.h"
 
 namespace identify {
 namespace {
 
 using vehicle::kWheels;
 using P = vehicle::Parameter;
-using Column = const std::vector<double>*;
 constexpr double kNaN = DriveWindow::kNaN;
-constexpr std::array<const char*, kWheels> kNames{"fl", "fr", "rl", "rr"};
 
 /// The columns that windows are made of; nullptr: not recorded.
 struct Columns {
@@ -31,7 +31,7 @@ std::array<Column, kWheels> four(const vehicle::Table& table, const char* before
                                  const char* after) {
   std::array<Column, kWheels> out{};
   for (std::size_t i = 0; i < kWheels; ++i)
-    out[i] = table.find(fmt::format("{}{}{}", before, kNames[i], after));
+    out[i] = table.find(fmt::format("{}{}{}", before, kWheelNames[i], after));
   if (std::count(out.begin(), out.end(), nullptr) > 0) out.fill(nullptr);
   return out;
 }

@@ -11,6 +11,8 @@
 #include "identify/clustered_fit.h"
 #include "sheet_line.h"
 #include "vehicle/laws/suspension.h"
+#include "wheel_names.h"
+#include "window_fit.h"
 
 namespace identify {
 namespace {
@@ -18,7 +20,6 @@ namespace {
 using vehicle::kWheels;
 using P = vehicle::Parameter;
 using vehicle::Term;
-constexpr std::array<const char*, 2> kAxles{"front", "rear"};
 
 /// How far a contact moves outward per travel: roll centre and change of camber.
 double outward_slope(const vehicle::Car<double>& car, std::size_t axle) {
@@ -54,7 +55,7 @@ bool clear_of_stops(const vehicle::Car<double>& car, const DriveWindow& w) {
 }
 
 /// What the fit takes for granted, moved to see what it does.
-struct Granted {
+struct SuspensionGranted {
   double mass_kg = 0.0;
   double roll_centre_m = 0.0;  ///< added to the vehicle file's
   double links = 1.0;          ///< factor on what the links carry of the side force
@@ -62,8 +63,8 @@ struct Granted {
 
 constexpr std::size_t kHeave = 5, kRoll = 2;  ///< columns of an axle's two equations
 
-ClusteredFit solve(const vehicle::Car<double>& car, const std::vector<const DriveWindow*>& windows,
-                   const Granted& granted) {
+ClusteredFit solve_springs(const vehicle::Car<double>& car, const Windows& windows,
+                           const SuspensionGranted& granted) {
   std::vector<Equation> all;
   std::vector<std::size_t> block;
   for (const DriveWindow* w : windows) block.push_back(w->block);
@@ -107,7 +108,7 @@ struct Spread {
   double heave_m = 0.0, roll_m = 0.0;
 };
 
-Spread spread_of(const std::vector<const DriveWindow*>& windows, std::size_t axle) {
+Spread spread_of(const Windows& windows, std::size_t axle) {
   std::vector<double> heave, roll;
   for (const DriveWindow* w : windows) {
     heave.push_back(0.5 * (w->travel_m[2 * axle] + w->travel_m[2 * axle + 1]));
@@ -124,11 +125,11 @@ void hide_wide(Found& f, double most_share, const std::string& because) {
     f.unseen = fmt::format("its 90 % interval would be {:.3g} either way; {}", f.within, because);
 }
 
-void find_axle(const vehicle::Car<double>& car, const std::vector<const DriveWindow*>& windows,
-               const ClusteredFit& fit, const std::vector<ClusteredFit>& moved, std::size_t axle,
-               const SuspensionFitOptions& options, DriveFit& out) {
+void find_springs(const vehicle::Car<double>& car, const Windows& windows, const ClusteredFit& fit,
+                  const std::vector<ClusteredFit>& moved, std::size_t axle,
+                  const SuspensionFitOptions& options, DriveFit& out) {
   const auto& p = car.parameters;
-  const std::string name = kAxles[axle];
+  const std::string name = kAxleNames[axle];
   const double t = t90(static_cast<double>(fit.blocks) - static_cast<double>(kHeave));
   const Spread spread = spread_of(windows, axle);
   const double k = fit.value[spring_at(axle)], in_roll = fit.value[roll_at(axle)];
@@ -193,25 +194,26 @@ DriveFit fit_suspension(const vehicle::Car<double>& car,
         "{} stretches of half a second remain with accelerations and with wheels clear of the "
         "stops: wanted 20",
         windows.size()));
-  const ClusteredFit fit = solve(car, windows, {mass_kg, 0.0, 1.0});
-  std::vector<ClusteredFit> moved{solve(car, windows, {mass_kg, options.roll_centre_sd_m, 1.0}),
-                                  solve(car, windows, {1.025 * mass_kg, 0.0, 1.0}),
-                                  solve(car, windows, {mass_kg, 0.0, 1.0 + options.links_share})};
+  const ClusteredFit fit = solve_springs(car, windows, {mass_kg, 0.0, 1.0});
+  std::vector<ClusteredFit> moved{
+      solve_springs(car, windows, {mass_kg, options.roll_centre_sd_m, 1.0}),
+      solve_springs(car, windows, {1.025 * mass_kg, 0.0, 1.0}),
+      solve_springs(car, windows, {mass_kg, 0.0, 1.0 + options.links_share})};
   for (const P gain : {P::front_camber_gain_radpm, P::rear_camber_gain_radpm}) {
     vehicle::Car<double> other = car;
     other.parameters[gain] *= 1.0 + 0.5 * prior[static_cast<std::size_t>(gain)];
-    moved.push_back(solve(other, windows, {mass_kg, 0.0, 1.0}));
+    moved.push_back(solve_springs(other, windows, {mass_kg, 0.0, 1.0}));
   }
   DriveFit out;
   out.windows = windows.size();
   out.blocks = fit.blocks;
   for (std::size_t a = 0; a < 2; ++a) {
-    find_axle(car, windows, fit, moved, a, options, out);
+    find_springs(car, windows, fit, moved, a, options, out);
     if (out.found[2 * a].unseen.empty() && !(out.found[2 * a].value > 0.0))
       out.doubts.push_back(fmt::format(
           "the {} springs push less the more they are pressed: sign of the travels (compressed is "
           "positive), or wheels exchanged?",
-          kAxles[a]));
+          kAxleNames[a]));
   }
   out.remarks.push_back(fmt::format("{} of {} windows, clear of the bump and droop stops",
                                     windows.size(), drive.windows.size()));
@@ -240,7 +242,7 @@ std::string suspension_sheet(const DriveFit& fit) {
     out += sheet_line(f, key, value);
   };
   for (std::size_t a = 0; a < 2; ++a) {
-    const std::string axle = kAxles[a];
+    const std::string axle = kAxleNames[a];
     const Found &spring = fit.at(axle + "_spring_npm"), &bar = fit.at(axle + "_anti_roll_npm");
     line(spring, axle + ".spring_npm", spring.value);
     line(bar, axle + ".anti_roll_npm", std::max(0.0, bar.value));

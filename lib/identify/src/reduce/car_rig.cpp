@@ -58,7 +58,8 @@ void hold(const Car<double>& car, const RigRun& run, const Pose& pose, State<dou
       pose.front_rad + std::atan((s[vehicle::kVy] + a * pose.yaw_rate_radps) / run.speed_mps);
 }
 
-void follow(const Car<double>& car, const RigRun& run, double share, double moment_nm, Pose& pose) {
+void follow_path(const Car<double>& car, const RigRun& run, double share, double moment_nm,
+                 Pose& pose) {
   const double a = car.parameters[P::chassis_cog_behind_front_m];
   const double b = car.parameters[P::chassis_wheelbase_m] - a;
   const double gain = kTrim_1ps * run.step_s;
@@ -167,7 +168,7 @@ std::vector<CarMoment> run_rig(const Car<double>& car_as_is, const RigRun& run) 
     const double time_s = static_cast<double>(k) * run.step_s;
     const Progress at = progress_of(run, k);
     const double share = at.share;
-    if (time_s >= run.settle_s) follow(car, run, share, moment_nm, pose);
+    if (time_s >= run.settle_s) follow_path(car, run, share, moment_nm, pose);
     hold(car, run, pose, s, in);
     const double ready = std::min(1.0, time_s / (0.5 * run.settle_s));
     in.throttle = run.throttle_end < 0.0 ? run.throttle * ready

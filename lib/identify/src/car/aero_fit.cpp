@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <set>
 
 #include "base/error.h"
 #include "base/statistics.h"
@@ -13,17 +12,14 @@
 #include "longitudinal.h"
 #include "sheet_line.h"
 #include "vehicle/laws/engine.h"
+#include "window_fit.h"
 
 namespace identify {
 namespace {
 
 using P = vehicle::Parameter;
-using Prior = std::array<double, vehicle::kParameterCount>;
 
-// Standard deviations of what no file states: rolling resistance as a share, an accelerometer's
-// offset (5 thousandths of gravity), a grade, slip of the driven wheels whose speed was not
-// recorded.
-constexpr double kRollingShare = 0.15, kOffset_mps2 = 0.05, kGrade = 0.002;
+constexpr double kGrade = 0.002;  // a standard deviation as those of window_fit.h
 
 bool unbraked(const DriveWindow& w, const AeroFitOptions& options) {
   for (const double pressure : w.brake_pa)
@@ -69,19 +65,19 @@ std::vector<const DriveWindow*> pulling(const vehicle::Car<double>& car, const D
 }
 
 /// What the fit takes for granted beside the car, moved to see what it does to the result.
-struct Granted {
+struct AeroGranted {
   double mass_kg = 0.0;
   double more_rolling = 0.0;  ///< share
   double offset_mps2 = 0.0;   ///< of the acceleration
 };
 
-struct Solved {
+struct DragSolved {
   ClusteredFit fit;
   std::size_t drag = 0;  ///< its place among the columns
 };
 
-Solved solve(const vehicle::Car<double>& car, const std::vector<const DriveWindow*>& windows,
-             bool coasts, bool by_speed, const Granted& granted) {
+DragSolved solve_drag(const vehicle::Car<double>& car, const Windows& windows, bool coasts,
+                      bool by_speed, const AeroGranted& granted) {
   Equation e;
   std::vector<std::size_t> block;
   e.columns.resize(2);
@@ -106,20 +102,14 @@ Solved solve(const vehicle::Car<double>& car, const std::vector<const DriveWindo
   return {clustered_fit({e}, block), coasts ? 0u : 1u};
 }
 
-std::size_t blocks_of(const std::vector<const DriveWindow*>& windows) {
-  std::set<std::size_t> out;
-  for (const DriveWindow* w : windows) out.insert(w->block);
-  return out.size();
-}
-
-double speed_spread(const std::vector<const DriveWindow*>& windows) {
+double speed_spread(const Windows& windows) {
   std::vector<double> v;
   for (const DriveWindow* w : windows) v.push_back(w->vx_mps);
   return windows.empty() ? 0.0 : base::quantile(v, 0.95) - base::quantile(v, 0.05);
 }
 
 /// Why these windows cannot tell; empty: they can.
-std::string too_little(const std::vector<const DriveWindow*>& windows) {
+std::string too_little(const Windows& windows) {
   if (windows.size() < 10) return fmt::format("{} windows of 0.5 s, wanted 10", windows.size());
   if (blocks_of(windows) < 6)
     return fmt::format("at {} places of the road, wanted 6", blocks_of(windows));
@@ -129,23 +119,22 @@ std::string too_little(const std::vector<const DriveWindow*>& windows) {
 }
 
 /// Parameters of the vehicle file that the drag area leans on.
-constexpr std::array<P, 5> kLeanedOn{P::front_wheel_inertia_kgm2, P::rear_wheel_inertia_kgm2,
-                                     P::front_ride_height_m, P::rear_ride_height_m,
-                                     P::engine_inertia_kgm2};
+constexpr std::array<P, 5> kDragLeansOn{P::front_wheel_inertia_kgm2, P::rear_wheel_inertia_kgm2,
+                                        P::front_ride_height_m, P::rear_ride_height_m,
+                                        P::engine_inertia_kgm2};
 
 /// Variance of the drag area (and, coasting, of the rest) that the vehicle file, the mass, rolling
 /// resistance and the accelerometer bring in.
 std::array<double, 2> file_variance(const vehicle::Car<double>& car, const Prior& prior,
-                                    const std::vector<const DriveWindow*>& windows, bool coasts,
-                                    bool by_speed, double mass_kg, double mass_sd_kg,
-                                    const Solved& is) {
+                                    const Windows& windows, bool coasts, bool by_speed,
+                                    double mass_kg, double mass_sd_kg, const DragSolved& is) {
   std::array<double, 2> out{};
-  const auto add = [&](const vehicle::Car<double>& other, const Granted& granted) {
-    const Solved moved = solve(other, windows, coasts, by_speed, granted);
+  const auto add = [&](const vehicle::Car<double>& other, const AeroGranted& granted) {
+    const DragSolved moved = solve_drag(other, windows, coasts, by_speed, granted);
     for (std::size_t k = 0; is.drag + k < 2; ++k)
       out[k] += std::pow(moved.fit.value[is.drag + k] - is.fit.value[is.drag + k], 2.0);
   };
-  for (const P parameter : kLeanedOn) {
+  for (const P parameter : kDragLeansOn) {
     vehicle::Car<double> other = car;
     other.parameters[parameter] *= 1.0 + 0.5 * prior[static_cast<std::size_t>(parameter)];
     add(other, {mass_kg, 0.0, 0.0});
@@ -168,8 +157,9 @@ std::string how_said(bool coasts, std::size_t windows) {
                       windows);
 }
 
-void say(const vehicle::Car<double>& car, const DriveWindows& drive, const AeroFitOptions& options,
-         bool by_speed, double mass_kg, double mass_sd_kg, DriveFit& out) {
+void say_aero(const vehicle::Car<double>& car, const DriveWindows& drive,
+              const AeroFitOptions& options, bool by_speed, double mass_kg, double mass_sd_kg,
+              DriveFit& out) {
   out.remarks.push_back(fmt::format(
       "a mass of {:.1f} kg with fuel (standard deviation {:.2g}, by {}); the drag area "
       "is as wrong as it",
@@ -226,7 +216,7 @@ DriveFit fit_aero(const vehicle::Car<double>& car, const Prior& prior, const Dri
     return out;
   }
   const auto& windows = coasts ? free : pulled;
-  const Solved s = solve(car, windows, coasts, by_speed, {mass_kg, 0.0, 0.0});
+  const DragSolved s = solve_drag(car, windows, coasts, by_speed, {mass_kg, 0.0, 0.0});
   const auto more = file_variance(car, prior, windows, coasts, by_speed, mass_kg, mass_sd_kg, s);
   out.windows = windows.size();
   out.blocks = s.fit.blocks;
@@ -244,7 +234,7 @@ DriveFit fit_aero(const vehicle::Car<double>& car, const Prior& prior, const Dri
   if (!coasts) rest.unseen = "at open throttle it looks like the engine's torque";
   out.found = {drag, rest};
   out.remarks.push_back(how_said(coasts, windows.size()));
-  say(car, drive, options, by_speed, mass_kg, mass_sd_kg, out);
+  say_aero(car, drive, options, by_speed, mass_kg, mass_sd_kg, out);
   if (drag.unseen.empty() && !(drag.value > 0.0))
     out.doubts.emplace_back("the drag area is below 0: sign of ax_mps2, wind, or a grade?");
   return out;

@@ -14,7 +14,7 @@ namespace {
 
 using vehicle::TyreCoefficients;
 
-constexpr std::size_t kFewest = 30, kFewRows = 400;
+constexpr std::size_t kFewRows = 400;
 constexpr double kCombined = 0.02;    // slip of both directions above which the force's arm shows
 constexpr double kLeastNoise = 1e-4;  // of the nominal load times the radius
 
@@ -38,14 +38,14 @@ std::vector<const TyreUnknown*> unknowns_for(const TyreSamples& rows,
       rows.conditions.begin(), rows.conditions.end(), [](const vehicle::TyreInput<double>& c) {
         return std::abs(c.kappa) > kCombined && std::abs(c.tan_alpha) > kCombined;
       });
-  if (static_cast<std::size_t>(combined) < kFewest) return out;
+  if (static_cast<std::size_t>(combined) < kFewestRows) return out;
   const auto arm = list_of(SlipKind::kAligningArm, varies.by_need, reference.version);
   out.insert(out.end(), arm.begin(), arm.end());
   return out;
 }
 
-TyreResiduals residuals(const TyreSamples& rows, const TyreCoefficients& tyre,
-                        const vehicle::TyreOptions& law) {
+TyreResiduals moment_residuals(const TyreSamples& rows, const TyreCoefficients& tyre,
+                               const vehicle::TyreOptions& law) {
   std::vector<double> left;
   for (std::size_t i = 0; i < rows.rows(); ++i)
     left.push_back(rows.mz_nm[i] - vehicle::tyre_forces(tyre, rows.conditions[i], {}, law).mz_nm);
@@ -54,9 +54,9 @@ TyreResiduals residuals(const TyreSamples& rows, const TyreCoefficients& tyre,
 
 /// In spreads: what the loss leaves of every row, fewer where rows repeat each other, and the
 /// prior.
-Eigen::MatrixXd covariance_of(const Unknowns& unknowns, const TyreSamples& rows,
-                              const TyreResiduals& mz, const vehicle::TyreOptions& law,
-                              const std::vector<double>& p) {
+Eigen::MatrixXd moment_covariance(const Unknowns& unknowns, const TyreSamples& rows,
+                                  const TyreResiduals& mz, const vehicle::TyreOptions& law,
+                                  const std::vector<double>& p) {
   const auto n = static_cast<Eigen::Index>(unknowns.size());
   Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(n, n);
   Eigen::VectorXd slopes(n);
@@ -96,8 +96,9 @@ void fit_aligning(const TyreSamples& all, const TyreCoefficients& reference,
   const TyreSamples rows = with_moment(all);
   TyreStage& stage =
       fit.stages.emplace_back(TyreStage{SlipKind::kAligning, rows.rows(), options.starts, 0, {}});
-  if (rows.rows() < kFewest) {
-    stage.why_not = fmt::format("{} rows with a moment, wanted at least {}", rows.rows(), kFewest);
+  if (rows.rows() < kFewestRows) {
+    stage.why_not =
+        fmt::format("{} rows with a moment, wanted at least {}", rows.rows(), kFewestRows);
     return;
   }
   const vehicle::TyreOptions law{.alpha = options.alpha};
@@ -121,7 +122,7 @@ void fit_aligning(const TyreSamples& all, const TyreCoefficients& reference,
   // The second round by the noise that the first left.
   for (const TyreSamples* seen : {&few, &rows}) {
     if (!std::isfinite(solved.cost)) break;
-    const double noise_nm = residuals(rows, unknowns.at(solved.p.data()), law).noise;
+    const double noise_nm = moment_residuals(rows, unknowns.at(solved.p.data()), law).noise;
     solved = solve_with(*seen, noise_nm, solved.p);
   }
   if (!std::isfinite(solved.cost)) {
@@ -129,9 +130,9 @@ void fit_aligning(const TyreSamples& all, const TyreCoefficients& reference,
     return;
   }
   fit.tyre = unknowns.at(solved.p.data());
-  fit.mz = residuals(rows, fit.tyre, law);
+  fit.mz = moment_residuals(rows, fit.tyre, law);
   append_coefficients(fit, unknowns, solved.p,
-                      covariance_of(unknowns, rows, fit.mz, law, solved.p));
+                      moment_covariance(unknowns, rows, fit.mz, law, solved.p));
 }
 
 }  // namespace identify

@@ -8,9 +8,10 @@ namespace identify {
 namespace {
 
 using Index = Eigen::Index;
-constexpr double kAround_s = 0.25, kEnough = 50.0;  // measurements that tell whether noises hold
-constexpr double kHeld = 0.03;  // of their uncertainty, what the filter lets stated numbers have
-constexpr double kWild = 4.0;   // standard deviations from which a measurement counts less
+constexpr double kJudgedWithin_s = 0.25,
+                 kEnough = 50.0;  // measurements that tell whether noises hold
+constexpr double kHeld = 0.03;    // of their uncertainty, what the filter lets stated numbers have
+constexpr double kWild = 4.0;     // standard deviations from which a measurement counts less
 
 /// One number that was measured, as the filter took it.
 struct Update {
@@ -166,11 +167,11 @@ std::vector<double> doubts(const std::vector<SmootherRow>& rows,
   std::size_t from = 0, to = 0;
   double squares = 0.0, count = 0.0;
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    for (; to < rows.size() && rows[to].time_s <= rows[k].time_s + kAround_s; ++to) {
+    for (; to < rows.size() && rows[to].time_s <= rows[k].time_s + kJudgedWithin_s; ++to) {
       squares += passed[to].squares;
       count += static_cast<double>(passed[to].updates.size());
     }
-    for (; rows[from].time_s < rows[k].time_s - kAround_s; ++from) {
+    for (; rows[from].time_s < rows[k].time_s - kJudgedWithin_s; ++from) {
       squares -= passed[from].squares;
       count -= static_cast<double>(passed[from].updates.size());
     }
@@ -274,7 +275,8 @@ class Watch {
   bool lost(const std::vector<SmootherRow>& rows, const std::vector<Passed>& passed,
             std::size_t k) {
     count(passed[k], 1.0);
-    for (; rows[from_].time_s < rows[k].time_s - kAround_s; ++from_) count(passed[from_], -1.0);
+    for (; rows[from_].time_s < rows[k].time_s - kJudgedWithin_s; ++from_)
+      count(passed[from_], -1.0);
     return all_ >= kEnough && wild_ > most_wild_ * all_;
   }
 

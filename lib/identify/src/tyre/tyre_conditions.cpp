@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "base/statistics.h"
+#include "tyre_varied.h"
 
 namespace identify {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kPurity = 0.1;
 constexpr std::size_t kFewestOfCell = 10;
 

@@ -9,12 +9,12 @@
 #include "vehicle/laws/boost.h"
 #include "vehicle/laws/engine.h"
 #include "vehicle/laws/steering.h"
+#include "window_fit.h"
 
 namespace identify {
 namespace {
 
 using P = vehicle::Parameter;
-using Column = const std::vector<double>*;
 using vehicle::Term;
 constexpr double kBeside_s = 0.1;       ///< a gear must have been in for so long before and after
 constexpr double kInStep = 0.04;        ///< engine and driven wheels may differ by this share
@@ -38,10 +38,10 @@ double slope_of(const std::vector<double>& time_s, const std::vector<double>& va
   return spread > 0.0 ? (n * tv - t * v) / spread : DriveWindow::kNaN;
 }
 
-class Collector {
+class EngineCollector {
  public:
-  Collector(const vehicle::Car<double>& car, const vehicle::Recording& recording,
-            const EngineFitOptions& options)
+  EngineCollector(const vehicle::Car<double>& car, const vehicle::Recording& recording,
+                  const EngineFitOptions& options)
       : car_(car), recording_(recording), options_(options) {
     const vehicle::Table& table = recording.table;
     time_ = table.find("time_s");
@@ -192,7 +192,7 @@ double side_n(const vehicle::Car<double>& car, const EngineWindow& e, double mas
 
 EngineWindows engine_windows(const vehicle::Car<double>& car, const DriveWindows& drive,
                              const vehicle::Recording& recording, const EngineFitOptions& options) {
-  return Collector(car, recording, options).collect(drive);
+  return EngineCollector(car, recording, options).collect(drive);
 }
 
 EngineEquations engine_equations(const vehicle::Car<double>& car, const EngineWindows& windows,

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <array>
+
+#include "vehicle/car.h"
+
+namespace identify {
+
+/// As channels and columns are named after them.
+inline constexpr std::array<const char*, vehicle::kWheels> kWheelNames{"fl", "fr", "rl", "rr"};
+inline constexpr std::array<const char*, 2> kAxleNames{"front", "rear"};
+
+}  // namespace identify
