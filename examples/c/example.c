@@ -12,7 +12,8 @@ int main(int argc, char** argv) {
     crg_sample s;
     crg_xy_of_uv(road, u_m, 0.5, &x_m, &y_m);
     crg_at_xy(road, x_m, y_m, &wheel, &s);
-    printf("z %.3f slope %.3f %.3f heading %.3f friction %.2f\n", s.z_m, s.dzdx, s.dzdy, s.heading_rad, s.friction);
+    printf("z %.3f slope %.3f %.3f heading %.3f friction %.2f\n", s.z_m, s.dzdx, s.dzdy,
+           s.heading_rad, s.friction);
   }
   crg_close(road);
   return 0;

@@ -61,7 +61,7 @@ GYM_API void gym_free(gym* g) {
   free(g);
 }
 
-#define FIND(member, name) (*(void**)&g->member = dlsym(g->library, name)) == NULL
+#define FIND(member, name) (*(void**)&(g->member) = dlsym(g->library, name)) == NULL
 
 // The binary of an unpacked unit with its token and the address of its resources; `starts` are set
 // before each of `cars` cars is initialised. NULL where something is missing or refuses.
@@ -101,8 +101,8 @@ GYM_API gym* gym_make(const char* binary, const char* token, const char* resourc
 
 // `steps` steps of every car: its gear and its actions are set, then it goes on, then it is
 // observed. Actions and observations car after car. The number of cars that refused.
-GYM_API int gym_step(gym* g, int steps, const unsigned* action, const double* actions, int n_actions,
-                     unsigned gear, const int* gears, const unsigned* observation,
+GYM_API int gym_step(gym* g, int steps, const unsigned* action, const double* actions,
+                     int n_actions, unsigned gear, const int* gears, const unsigned* observation,
                      double* observations, int n_observations) {
   int refused = 0;
   for (int i = 0; i < g->cars; ++i) {
@@ -143,8 +143,8 @@ GYM_API int gym_save(gym* g, int i, char* bytes, size_t size) {
 // Any car may take any car's bytes, of this process or another.
 GYM_API int gym_load(gym* g, int i, const char* bytes, size_t size) {
   void* state = NULL;
-  if (size < sizeof(double) || g->read_state(g->car[i].unit, bytes + sizeof(double),
-                                             size - sizeof(double), &state) > 1)
+  if (size < sizeof(double) ||
+      g->read_state(g->car[i].unit, bytes + sizeof(double), size - sizeof(double), &state) > 1)
     return 1;
   const int bad = g->set_state(g->car[i].unit, state) > 1;
   g->free_state(g->car[i].unit, &state);

@@ -84,7 +84,7 @@ TEST(BadInput, WrongUnitSaysWhichFlagToGive) {
     stadium.scale = scale;
     const Folder folder;
     write(folder / "s.obj", stadium.obj());
-    if (std::string(unit) == "ft") {  // 1,600 ft long and 33 ft wide could be metres, but hardly are
+    if (std::string(unit) == "ft") {  // 1,600 by 33 ft could be metres, but hardly are
       const Ran wide = build(folder, folder / "s.obj");
       EXPECT_EQ(wide.code, 3) << wide.out;
       EXPECT_THAT(wide.out + wide.err, HasSubstr("with --unit ft there is a closed road of"));

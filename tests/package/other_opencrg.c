@@ -1,4 +1,4 @@
-/* Another build of the interface, as far as examples/opencrg/drive.c needs it: a flat road at 42 m. */
+/* Another build of the interface, as far as examples/opencrg/drive.c needs it: flat, at 42 m. */
 #include <crgBaseLib.h>
 
 void crgMsgSetLevel(int level) { (void)level; }

@@ -66,8 +66,7 @@ TEST(PlotPage, DrawsDotsAndBandsAroundLines) {
   const std::string html = report::plot_section({"p", "x", "y", {dots, line}});
   // Heights from -1 to 3, which the band reaches, with a 25th of that for room, over 210 pixels.
   EXPECT_THAT(html, HasSubstr("<path class='dots s1' d='M64 163.6h0M506 115h0M948 66.4h0'/>"));
-  EXPECT_THAT(html,
-              HasSubstr("<path class='around s2' d='M64 115L948 17.8L948 115L64 212.2Z'/>"));
+  EXPECT_THAT(html, HasSubstr("<path class='around s2' d='M64 115L948 17.8L948 115L64 212.2Z'/>"));
   EXPECT_THAT(html, HasSubstr("<path class='line s2'"));
 }
 

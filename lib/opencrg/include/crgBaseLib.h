@@ -2,13 +2,15 @@
  * Behind it stands lib/crg; docs/c-api.md says how to use it and where it differs.
  *
  * Units: metres, radians; u along the reference line, v to its left; headings counter-clockwise
- * from +x. Data set ids are greater than 0, contact point ids 0 or greater. Unless noted, a function
- * that returns int gives 1 for success and 0 for failure (unknown id, NULL, wrong kind of option);
- * results are then not to be used. No argument makes a function crash except pointers to nowhere.
+ * from +x. Data set ids are greater than 0, contact point ids 0 or greater. Unless noted, a
+ * function that returns int gives 1 for success and 0 for failure (unknown id, NULL, wrong kind of
+ * option); results are then not to be used. No argument makes a function crash except pointers to
+ * nowhere.
  *
- * Threads: any number of threads may evaluate at once, each with contact points of its own. Loading,
- * releasing, modifiers and creating or deleting contact points may run beside evaluations of other
- * data sets. Changing a data set while its own contact points evaluate is an error of the caller. */
+ * Threads: any number of threads may evaluate at once, each with contact points of its own.
+ * Loading, releasing, modifiers and creating or deleting contact points may run beside evaluations
+ * of other data sets. Changing a data set while its own contact points evaluate is an error of the
+ * caller. */
 #ifndef KERBSTONE_CRG_BASE_LIB_H
 #define KERBSTONE_CRG_BASE_LIB_H
 
@@ -24,14 +26,14 @@
 #define dCrgMsgLevelDebug 5
 
 /* Options of a contact point: [i] whole number, [d] double. */
-#define dCrgCpOptionBorderModeU 1         /* [i] dCrgBorderMode..., before the begin, behind the end */
-#define dCrgCpOptionBorderModeV 2         /* [i] dCrgBorderMode..., beside the road */
-#define dCrgCpOptionCurvMode 3            /* [i] dCrgCurv... */
-#define dCrgCpOptionBorderOffsetU 5       /* [d] m, added beyond the ends */
-#define dCrgCpOptionBorderOffsetV 6       /* [d] m, added beyond the sides */
-#define dCrgCpOptionSmoothUBegin 7        /* [d] m, > 0, zone in which heights fade in */
-#define dCrgCpOptionSmoothUEnd 8          /* [d] m, > 0, zone in which heights fade out */
-#define dCrgCpOptionRefLineSearchU 9      /* [d] m, where the next search begins */
+#define dCrgCpOptionBorderModeU 1    /* [i] dCrgBorderMode..., before the begin, behind the end */
+#define dCrgCpOptionBorderModeV 2    /* [i] dCrgBorderMode..., beside the road */
+#define dCrgCpOptionCurvMode 3       /* [i] dCrgCurv... */
+#define dCrgCpOptionBorderOffsetU 5  /* [d] m, added beyond the ends */
+#define dCrgCpOptionBorderOffsetV 6  /* [d] m, added beyond the sides */
+#define dCrgCpOptionSmoothUBegin 7   /* [d] m, > 0, zone in which heights fade in */
+#define dCrgCpOptionSmoothUEnd 8     /* [d] m, > 0, zone in which heights fade out */
+#define dCrgCpOptionRefLineSearchU 9 /* [d] m, where the next search begins */
 #define dCrgCpOptionRefLineSearchUFrac 10 /* [d] the same as a share of the length */
 #define dCrgCpOptionRefLineClose 11       /* [d] m, kept; no influence on answers */
 #define dCrgCpOptionRefLineFar 12         /* [d] m, kept; no influence on answers */
