@@ -209,8 +209,9 @@ TEST(Docs, EveryCommandOfTheLidarHowToRuns) {
 
 TEST(Scripts, AreSoundShell) {
   std::string scripts;
-  for (const char* name : {"scripts/setup", "scripts/demo", "scripts/test", "scripts/package",
-                           "scripts/fresh", "scripts/campaign", ".ci/run", ".ci/fresh_packages"}) {
+  for (const char* name :
+       {"scripts/setup", "scripts/demo", "scripts/test", "scripts/package", "scripts/fresh",
+        "scripts/campaign", "scripts/check", ".ci/run", ".ci/fresh_packages"}) {
     EXPECT_EQ(shell(fmt::format("bash -n '{}/{}'", places::source(), name)), 0) << name;
     scripts += fmt::format(" '{}/{}'", places::source(), name);
   }
