@@ -38,7 +38,8 @@ Ran build(const Folder& folder, const std::string& mesh, std::vector<std::string
 
 /// Writes `bytes` as `name`, builds, expects a refusal.
 void expect_mesh_refused(const std::string& name, const std::string& bytes,
-                         std::vector<std::string> wanted, std::vector<std::string> flags = {}) {
+                         const std::vector<std::string>& wanted,
+                         std::vector<std::string> flags = {}) {
   SCOPED_TRACE(name);
   const Folder folder;
   write(folder / name, bytes);
@@ -53,7 +54,7 @@ TEST(BadInput, MissingEmptyTruncatedNoMesh) {
   for (const char* name : {"a.obj", "a.stl", "a.ply", "a.glb", "a.fbx", "a.ac", "a.3ds", "a.dae"}) {
     expect_mesh_refused(name, "", {name, "empty"});
     expect_mesh_refused(name, "this is no mesh at all\n", {name});
-    expect_mesh_refused(name, std::string("\0\1\2\3\xff\xfe garbage", 20), {name});
+    expect_mesh_refused(name, std::string("\0\1\2\3\xff\xfe garbage", 14), {name});
   }
   expect_mesh_refused("a.xyz", "1 2 3\n", {"a.xyz"});
   const std::string mesh = Stadium{}.obj();

@@ -92,6 +92,7 @@
 #define dCrgOrientFwd 0
 #define dCrgOrientRev 1
 
+/* Names as the interface has them. NOLINTBEGIN(readability-identifier-naming) */
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -174,5 +175,6 @@ void crgFreeSetCallback(void (*func)(void* ptr));
 #ifdef __cplusplus
 }
 #endif
+/* NOLINTEND(readability-identifier-naming) */
 
 #endif
