@@ -19,6 +19,9 @@ file(REMOVE_RECURSE ${WORK})
 file(MAKE_DIRECTORY ${WORK})
 run(cpack --config ${BUILD}/CPackConfig.cmake -B ${WORK})
 
+# What the packed files hold: seen in the build folder, where they are not stripped.
+include(${CMAKE_CURRENT_LIST_DIR}/check_holdings.cmake)
+
 function(expect package)
   file(GLOB deb ${WORK}/${package}_*.deb)
   run(dpkg-deb --info ${deb})
