@@ -35,7 +35,7 @@ class BadInput : public ::testing::Test {
                         .c_str()),
         0);
     road_ = new crg::Surface(crg::read(folder_->path("none/track.crg")));
-    log_ = new vehicle::Table(vehicle::read_table(folder_->path("none/run.csv")));
+    log_ = new recording::Table(recording::read_table(folder_->path("none/run.csv")));
   }
   static void TearDownTestSuite() {
     delete log_;
@@ -43,21 +43,21 @@ class BadInput : public ::testing::Test {
     delete folder_;
   }
 
-  static std::vector<double>& column(vehicle::Table& t, const std::string& name) {
+  static std::vector<double>& column(recording::Table& t, const std::string& name) {
     for (std::size_t k = 0; k < t.names.size(); ++k)
       if (t.names[k] == name) return t.columns[k];
     throw std::runtime_error(name);
   }
   template <class Change>
-  static vehicle::Table changed(const std::string& name, Change change) {
-    vehicle::Table t = *log_;
+  static recording::Table changed(const std::string& name, Change change) {
+    recording::Table t = *log_;
     for (double& v : column(t, name)) v = change(v);
     return t;
   }
-  static Signals signals(const vehicle::Table& t) {
+  static Signals signals(const recording::Table& t) {
     return make_signals(t, identity_mapping(t), *road_, "log.csv");
   }
-  static std::string said(const vehicle::Table& t) {
+  static std::string said(const recording::Table& t) {
     try {
       std::string out;
       for (const std::string& remark : signals(t).remarks) out += remark + "\n";
@@ -66,8 +66,8 @@ class BadInput : public ::testing::Test {
       return error.what();
     }
   }
-  static vehicle::Table rows(std::size_t begin, std::size_t end, std::size_t every = 1) {
-    vehicle::Table t = *log_;
+  static recording::Table rows(std::size_t begin, std::size_t end, std::size_t every = 1) {
+    recording::Table t = *log_;
     for (std::size_t k = 0; k < t.columns.size(); ++k) {
       t.columns[k].clear();
       for (std::size_t i = begin; i < std::min(end, log_->rows()); i += every)
@@ -78,11 +78,11 @@ class BadInput : public ::testing::Test {
 
   static support::TemporaryFolder* folder_;
   static crg::Surface* road_;
-  static vehicle::Table* log_;
+  static recording::Table* log_;
 };
 support::TemporaryFolder* BadInput::folder_ = nullptr;
 crg::Surface* BadInput::road_ = nullptr;
-vehicle::Table* BadInput::log_ = nullptr;
+recording::Table* BadInput::log_ = nullptr;
 
 TEST_F(BadInput, AGoodLogHasNoRemarks) { EXPECT_EQ(said(*log_), ""); }
 
@@ -96,7 +96,7 @@ TEST_F(BadInput, WrongUnitsAreNamed) {
                 HasSubstr(fmt::format("'{}' looks like multiples of g", name)));
   EXPECT_THAT(said(changed("throttle", [](double v) { return 100 * v; })), HasSubstr("per cent"));
   EXPECT_THAT(said(changed("vx_mps", [](double v) { return 3.6 * v; })), HasSubstr("another unit"));
-  vehicle::Table bar = *log_, wheels = *log_;
+  recording::Table bar = *log_, wheels = *log_;
   for (const char* wheel : {"fl", "fr", "rl", "rr"}) {
     for (double& v : column(bar, fmt::format("brake_{}_pa", wheel))) v *= 1e-5;
     for (double& v : column(wheels, fmt::format("wheel_{}_radps", wheel)))
@@ -108,7 +108,7 @@ TEST_F(BadInput, WrongUnitsAreNamed) {
 
 TEST_F(BadInput, WrongSignsAreNamedAndForcesLeftAlone) {
   for (const char* name : {"yaw_rate_radps", "steer_rad", "vy_mps"}) {
-    const vehicle::Table t = changed(name, [](double v) { return -v; });
+    const recording::Table t = changed(name, [](double v) { return -v; });
     EXPECT_THAT(said(t), HasSubstr(fmt::format("'{}' has the other sign", name)));
     EXPECT_THAT(said(t), HasSubstr("forces are not compared"));
     EXPECT_FALSE(signals(t).present[kSteer]);
@@ -118,7 +118,7 @@ TEST_F(BadInput, WrongSignsAreNamedAndForcesLeftAlone) {
 }
 
 TEST_F(BadInput, SwappedChannelsAreNamed) {
-  vehicle::Table t = *log_;
+  recording::Table t = *log_;
   std::swap(column(t, "ax_mps2"), column(t, "ay_mps2"));
   EXPECT_THAT(said(t), HasSubstr("they are swapped"));
   EXPECT_FALSE(signals(t).present[kAx]);
@@ -131,7 +131,7 @@ TEST_F(BadInput, SwappedChannelsAreNamed) {
 }
 
 TEST_F(BadInput, ClocksAreNamed) {
-  vehicle::Table t = *log_;
+  recording::Table t = *log_;
   std::vector<double>& rate = column(t, "yaw_rate_radps");
   rate.insert(rate.begin(), 50, 0.0);  // one second late
   rate.resize(log_->rows());
@@ -144,14 +144,14 @@ TEST_F(BadInput, ClocksAreNamed) {
 }
 
 TEST_F(BadInput, GapsConstantsAndRepeatsAreNamed) {
-  vehicle::Table gap = rows(0, 3000);
-  const vehicle::Table later = rows(3400, log_->rows());
+  recording::Table gap = rows(0, 3000);
+  const recording::Table later = rows(3400, log_->rows());
   for (std::size_t k = 0; k < gap.columns.size(); ++k)
     gap.columns[k].insert(gap.columns[k].end(), later.columns[k].begin(), later.columns[k].end());
   EXPECT_THAT(said(gap), HasSubstr("a gap of 8"));
   EXPECT_THAT(said(changed("ay_mps2", [](double) { return 1.0; })),
               HasSubstr("'ay_mps2' is constant: not used"));
-  vehicle::Table held = *log_;
+  recording::Table held = *log_;
   for (std::size_t i = 0; i < held.rows(); ++i)
     column(held, "ax_mps2")[i] = column(*log_, "ax_mps2")[i / 2 * 2];
   const Mapping mapping = identity_mapping(held);
@@ -164,10 +164,10 @@ TEST_F(BadInput, GapsConstantsAndRepeatsAreNamed) {
 }
 
 TEST_F(BadInput, RatesFrom10To1000AreTaken) {
-  const vehicle::Table slow = rows(0, log_->rows(), 5);
+  const recording::Table slow = rows(0, log_->rows(), 5);
   EXPECT_NEAR(signals(slow).sample_hz, 10, 0.1);
   EXPECT_EQ(said(slow), "");
-  vehicle::Table fast = *log_;
+  recording::Table fast = *log_;
   std::mt19937 random(1);
   for (std::size_t k = 0; k < fast.columns.size(); ++k) {
     fast.columns[k].clear();
@@ -187,7 +187,7 @@ TEST_F(BadInput, LapsCountWhereverTheyBegin) {
 }
 
 TEST_F(BadInput, PositionsThatJitterTakeNoOtherColumnWithThem) {
-  vehicle::Table t = *log_;
+  recording::Table t = *log_;
   std::mt19937 random(5);
   std::normal_distribution<double> jitter(0.0, 0.15);
   for (const char* position : {"x_m", "y_m"})
@@ -197,7 +197,7 @@ TEST_F(BadInput, PositionsThatJitterTakeNoOtherColumnWithThem) {
 
 TEST_F(BadInput, ALateralSpeedFarAheadOfTheMiddleIsNoWrongSign) {
   for (const double ahead_m : {-3.0, 3.0}) {
-    vehicle::Table t = *log_;
+    recording::Table t = *log_;
     const std::vector<double> turning = column(t, "yaw_rate_radps");
     for (std::size_t i = 0; i < t.rows(); ++i) column(t, "vy_mps")[i] += ahead_m * turning[i];
     EXPECT_THAT(said(t), Not(HasSubstr("vy_mps"))) << ahead_m;
@@ -208,7 +208,7 @@ TEST_F(BadInput, ALateralSpeedFarAheadOfTheMiddleIsNoWrongSign) {
 TEST_F(BadInput, TooShortAndOneLapOnly) {
   EXPECT_THAT(said(rows(0, 450)), HasSubstr("at least 10 s are wanted"));
   const vehicle::Vehicle car = vehicle::read_vehicle(folder_->path("none/vehicle.yaml"));
-  const vehicle::Table lap = rows(0, 2600);  // a lap takes 44 s
+  const recording::Table lap = rows(0, 2600);  // a lap takes 44 s
   EXPECT_THAT(said(lap), HasSubstr("laps: what comes back every lap"));
   ExplainOptions options;
   options.nulls = 200;
@@ -222,7 +222,7 @@ TEST_F(BadInput, TooShortAndOneLapOnly) {
 }
 
 TEST_F(BadInput, AnotherTrackAndAnotherFrame) {
-  vehicle::Table t = *log_;
+  recording::Table t = *log_;
   for (std::size_t i = 0; i < t.rows(); ++i) {
     const double x = column(*log_, "x_m")[i], y = column(*log_, "y_m")[i];
     column(t, "x_m")[i] = 0.6 * x - 0.8 * y + 4000;

@@ -6,18 +6,18 @@
 #include <cmath>
 #include <filesystem>
 
+#include "recording/log_table.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
 #include "vehicle/error.h"
-#include "vehicle/log_table.h"
 
 namespace explain {
 namespace {
 
 /// A car that goes round a circle of 100 m to the left with changing speed, written in the manner
 /// of another logger: km/h, degrees, heading from +y clockwise, right turns positive.
-vehicle::Table foreign() {
-  vehicle::Table t;
+recording::Table foreign() {
+  recording::Table t;
   for (const char* name : {"Time [ms]", "posx(m)", "posy(m)", "heading(deg)", "speed(km/h)",
                            "yawrate(deg/s)", "tyre noise"})
     t.add(name, {});
@@ -54,7 +54,7 @@ TEST(Mapping, FindsUnitsSignsAndTheZeroOfHeadings) {
 }
 
 TEST(Mapping, CountsRepeatsAsMissing) {
-  vehicle::Table t = foreign();
+  recording::Table t = foreign();
   for (std::size_t i = 1; i < t.rows(); ++i)
     if (i % 4 != 0) t.columns[5][i] = t.columns[5][i - 1];
   EXPECT_TRUE(of(propose_mapping(t, "log"), "yaw_rate_radps").held);
@@ -62,21 +62,21 @@ TEST(Mapping, CountsRepeatsAsMissing) {
 }
 
 TEST(Mapping, KeepsTheBytesOfNamesInAnyEncoding) {
-  vehicle::Table log = foreign();
+  recording::Table log = foreign();
   log.names[3] = "heading(\xb0)";  // Latin-1
   log.names[5] = "yawrate \"raw\\\t(deg/s)";
   log.names[4] = "speed(km/h) \xc3\xbc" + std::string(3000, 'x');  // YAML's short keys end at 1024
   const Mapping m = propose_mapping(log, "log");
   const support::TemporaryFolder folder;
-  const vehicle::Mapping again =
-      vehicle::read_mapping(folder.file("mapping.yaml", format_mapping(m)));
+  const recording::Mapping again =
+      recording::read_mapping(folder.file("mapping.yaml", format_mapping(m)));
   ASSERT_EQ(again.columns.size(), m.columns.size());
   for (std::size_t k = 0; k < m.columns.size(); ++k)
     EXPECT_EQ(again.columns[k].column, m.columns[k].column);
 }
 
 TEST(Mapping, ProposesForAClockThatRunsBackwardsToo) {
-  vehicle::Table log = foreign();
+  recording::Table log = foreign();
   for (std::size_t i = 1500; i < log.rows(); ++i)
     log.columns[0][i] -= 29990.0;  // the mean step is 3 us
   EXPECT_EQ(propose_mapping(log, "log").columns.size(), 6u);
@@ -92,8 +92,8 @@ TEST(Mapping, ReadsBackWhatItWrites) {
   m.columns[4].low_pass_s = 0.3;
   m.imu_yaw_rad = 0.01;
   const support::TemporaryFolder folder;
-  const vehicle::Mapping back =
-      vehicle::read_mapping(folder.file("mapping.yaml", format_mapping(m)));
+  const recording::Mapping back =
+      recording::read_mapping(folder.file("mapping.yaml", format_mapping(m)));
   ASSERT_EQ(back.columns.size(), m.columns.size());
   for (std::size_t k = 0; k < m.columns.size(); ++k) {
     EXPECT_EQ(back.columns[k].column, m.columns[k].column);
@@ -120,7 +120,7 @@ TEST(Mapping, KnowsChannelsOfTopicsByTheirLastParts) {
       {"/imu/data.header.stamp [s]", ""},
       {"/motion.roll_rate_radps", "roll_rate_radps"},
       {"/car.rpm", "engine_radps"}};
-  vehicle::Table log;
+  recording::Table log;
   for (std::size_t c = 0; c < expected.size(); ++c) {
     std::vector<double> values;
     for (int i = 0; i < 100; ++i) values.push_back(0.01 * i * (1 + static_cast<double>(c)));
@@ -161,7 +161,7 @@ TEST(Mapping, KnowsWhatIsMeasuredAtWheelsInSeveralLanguages) {
       {"Bremsdruck VA [bar]", "brake_fl_pa"},
       {"Pression frein AR [bar]", "brake_rl_pa"},
       {"Brake Bias Setting [%]", ""}};
-  vehicle::Table log = foreign();
+  recording::Table log = foreign();
   for (const auto& [name, channel] : expected) {
     std::vector<double> values(log.rows());
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::sin(0.01 * i) + 20.0;
@@ -184,8 +184,8 @@ TEST(Mapping, KnowsWhatIsMeasuredAtWheelsInSeveralLanguages) {
   // The sensor of an axle gives both of its wheels, and is read back so.
   EXPECT_EQ(column_of(m, "brake_fr_pa"), "Bremsdruck VA [bar]");
   const support::TemporaryFolder folder;
-  const vehicle::Mapping again =
-      vehicle::read_mapping(folder.file("mapping.yaml", format_mapping(m)));
+  const recording::Mapping again =
+      recording::read_mapping(folder.file("mapping.yaml", format_mapping(m)));
   ASSERT_EQ(again.columns.size(), m.columns.size());
   for (std::size_t k = 0; k < m.columns.size(); ++k) {
     EXPECT_EQ(again.columns[k].channel, m.columns[k].channel);
@@ -195,7 +195,7 @@ TEST(Mapping, KnowsWhatIsMeasuredAtWheelsInSeveralLanguages) {
 }
 
 TEST(Mapping, OnePressureAloneStandsForAllWheels) {
-  vehicle::Table log = foreign();
+  recording::Table log = foreign();
   log.add("Brake_Pressure_Front [bar]", std::vector<double>(log.rows(), 3.0));
   const Mapping m = propose_mapping(log, "log");
   EXPECT_EQ(column_of(m, "brake_pa"), "Brake_Pressure_Front [bar]");
@@ -209,7 +209,7 @@ TEST(Mapping, OnePressureAloneStandsForAllWheels) {
 }
 
 TEST(Mapping, TravelsBumpInFrontWhereTheCarBrakes) {
-  vehicle::Table log = foreign();
+  recording::Table log = foreign();
   std::vector<double> front, rear, still;
   for (std::size_t i = 0; i < log.rows(); ++i) {
     const double s = 0.02 * static_cast<double>(i), v = 20 + 5 * std::sin(s), a = 5 * std::cos(s);
@@ -233,7 +233,7 @@ TEST(Mapping, ProposesForRealLogsWhatTheyHold) {
   if (!std::filesystem::exists(folder + "road_america_run1.vbo"))
     GTEST_SKIP() << "no real logs beside the checkout";
   const auto proposed = [&](const char* file) {
-    return propose_mapping(vehicle::read_log(folder + file), file);
+    return propose_mapping(recording::read_log_table(folder + file), file);
   };
   const Mapping vbo = proposed("road_america_run1.vbo");
   EXPECT_NEAR(of(vbo, "vx_mps").scale, 1 / 3.6, 1e-12);

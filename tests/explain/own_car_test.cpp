@@ -9,10 +9,10 @@
 
 #include "base/random.h"
 #include "crg/file.h"
+#include "recording/table.h"
 #include "support/places.h"
 #include "support/run_tool.h"
 #include "support/temporary_folder.h"
-#include "vehicle/table.h"
 #include "vehicle/test_roads.h"
 
 namespace {
@@ -42,9 +42,9 @@ std::string logged(const std::string& telemetry, bool commands, std::uint64_t se
                                             {"wheel_rr_radps", 0.25},
                                             {"engine_radps", 2},
                                             {"gear", 0}};
-  const vehicle::Table all = vehicle::read_table(telemetry);
+  const recording::Table all = recording::read_table(telemetry);
   base::Random dice{seed};
-  vehicle::Table out;
+  recording::Table out;
   for (const auto& [channel, its_noise] : noise) {
     std::string name = channel;
     double sd = its_noise;

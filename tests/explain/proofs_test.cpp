@@ -13,8 +13,8 @@
 #include "crg/surface.h"
 #include "explain/write_back.h"
 #include "proof.h"
+#include "recording/table.h"
 #include "support/places.h"
-#include "vehicle/table.h"
 #include "vehicle/vehicle_file.h"
 
 namespace {
@@ -105,7 +105,7 @@ TEST(Proofs, StrongerEngineHidesTurboLag) {
   EXPECT_THAT(proof.folder.read("again.log"), ::testing::Not(HasSubstr("vehicle.turbo_lag")));
   // Located where boost has to build up: the throttle was closed within the last 1.5 s and is open
   // now.
-  const vehicle::Table log = vehicle::read_table(proof.path("run.csv"));
+  const recording::Table log = recording::read_table(proof.path("run.csv"));
   const auto &throttle = *log.find("throttle"), &x = *log.find("x_m"), &y = *log.find("y_m");
   const crg::Surface road(crg::read(proof.path("track.crg")));
   std::vector<double> tip_in;
@@ -322,7 +322,7 @@ TEST(Proofs, WhatNoMechanismExplainsIsUnknown) {
   EXPECT_EQ(rest.at("channel"), "yaw_moment");  // the brakes turn the car
   ASSERT_TRUE(rest.at("where").is_array());
   // There the brakes are used.
-  const vehicle::Table log = vehicle::read_table(proof.path("run.csv"));
+  const recording::Table log = recording::read_table(proof.path("run.csv"));
   const auto &brake = *log.find("brake_fl_pa"), &x = *log.find("x_m"), &y = *log.find("y_m");
   const crg::Surface road(crg::read(proof.path("track.crg")));
   crg::Cursor cursor;

@@ -194,7 +194,7 @@ TEST(TwoRecordings, HaveOneMapping) {
   const std::string notes = all.at("remarks").dump();
   EXPECT_THAT(notes, HasSubstr("held.csv: 'ax_mps2': 50 % of the samples repeat"));
   const explain::Mapping mapping =
-      explain::Mapping{vehicle::read_mapping(proof.folder.path("out/mapping.yaml")), {}};
+      explain::Mapping{recording::read_mapping(proof.folder.path("out/mapping.yaml")), {}};
   for (const auto& m : mapping.columns) EXPECT_EQ(m.held, m.channel == "ax_mps2") << m.channel;
 }
 

@@ -53,8 +53,8 @@ Body body(double s_m, double radius_m) {
 }
 
 /// Two laps, 50 Hz, without noise. The yaw rate is how fast the body's nose goes to its left.
-vehicle::Table circling(double radius_m, bool heading) {
-  vehicle::Table t;
+recording::Table circling(double radius_m, bool heading) {
+  recording::Table t;
   for (const char* name : {"time_s", "x_m", "y_m", "yaw_rad", "vx_mps", "yaw_rate_radps", "vy_mps"})
     t.add(name, {});
   const double seconds = 4 * std::numbers::pi * radius_m / kSpeed_mps;
@@ -82,7 +82,7 @@ vehicle::Table circling(double radius_m, bool heading) {
     s_m += 0.02 * kSpeed_mps * 2 * small_m / way;
   }
   if (heading) return t;
-  vehicle::Table without;
+  recording::Table without;
   for (std::size_t k = 0; k < t.columns.size(); ++k)
     if (t.names[k] != "yaw_rad") without.add(t.names[k], t.columns[k]);
   return without;
@@ -97,7 +97,7 @@ TEST(Relations, AGyroOnARoadThatLeansAndDipsIsRight) {
   Setting stated;
   stated.p = car.parameters;
   for (const bool heading : {true, false}) {
-    const vehicle::Table log = circling(radius_m, heading);
+    const recording::Table log = circling(radius_m, heading);
     const Signals s = make_signals(log, identity_mapping(log), crg::Surface(road), "circle.csv");
     const Residuals off = residuals(s, car, stated, {.none = true});
     double square = 0, count = 0, most = 0, least = 1e9;

@@ -68,20 +68,20 @@ void filter(std::vector<double>& x, double time_s) {
 }
 
 /// Three laps of the simulated car as a logger of 50 Hz has them; four with KERBSTONE_HEAVY=1.
-vehicle::Table recorded(const Truth& truth, const Logger& logger) {
+recording::Table recorded(const Truth& truth, const Logger& logger) {
   const vehicle::Vehicle v = explain_test::racer();
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
   const crg::Surface surface(oval(truth));
   vehicle::LapOptions options;
   options.laps = std::getenv("KERBSTONE_HEAVY") != nullptr ? 4 : 3;
   options.record_every = 20;
-  const vehicle::Table t = drive_laps(car, vehicle::Road(surface), options).telemetry;
+  const recording::Table t = drive_laps(car, vehicle::Road(surface), options).telemetry;
   const std::vector<std::pair<const char*, double>> noise{
       {"time_s", 0.0},     {"x_m", 0.02},        {"y_m", 0.02},    {"yaw_rad", 1e-3},
       {"vx_mps", 0.03},    {"vy_mps", 0.03},     {"ax_mps2", 0.1}, {"ay_mps2", 0.1},
       {"steer_rad", 5e-4}, {"throttle", 3e-3},   {"gear", 0.0},    {"yaw_rate_radps", 2e-3},
       {"fuel_kg", 0.0},    {"engine_radps", 0.5}};
-  vehicle::Table out;
+  recording::Table out;
   base::Random random(7);
   for (const auto& [name, sd] : noise) {
     std::vector<double> x = *t.find(name);
@@ -99,7 +99,7 @@ vehicle::Table recorded(const Truth& truth, const Logger& logger) {
   return out;
 }
 
-Findings explained(const vehicle::Table& log, const Truth& stated,
+Findings explained(const recording::Table& log, const Truth& stated,
                    const std::set<int>& hold_out = {}) {
   const crg::Surface road(oval(stated));
   ExplainOptions options;
@@ -168,8 +168,8 @@ TEST(RoadProfiles, AGradeIsFoundByForceWhereAxIsTheDerivativeOfTheSpeed) {
 TEST(RoadProfiles, WithoutALateralAccelerationNoBankingIsInvented) {
   // A cosine alone does not say to which side.
   const Truth truth{.bank = 0.2, .grade = 0.0};
-  const vehicle::Table all_columns = recorded(truth, {});
-  vehicle::Table log;
+  const recording::Table all_columns = recorded(truth, {});
+  recording::Table log;
   for (std::size_t k = 0; k < all_columns.names.size(); ++k)
     if (all_columns.names[k] != "ay_mps2") log.add(all_columns.names[k], all_columns.columns[k]);
   const Findings all = explained(log, {});

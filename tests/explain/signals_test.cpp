@@ -18,8 +18,8 @@ namespace {
 using ::testing::HasSubstr;
 
 /// Two laps of a road beside its reference line at a speed that swings.
-vehicle::Table laps(const crg::Surface& road, double turn = 0, double dx = 0, double v_m = 1) {
-  vehicle::Table t;
+recording::Table laps(const crg::Surface& road, double turn = 0, double dx = 0, double v_m = 1) {
+  recording::Table t;
   for (const char* name : {"time_s", "x_m", "y_m", "vx_mps"}) t.add(name, {});
   const auto& line = road.reference_line();
   const double length = line.u_step_m * static_cast<double>(line.size() - 1);
@@ -36,7 +36,7 @@ vehicle::Table laps(const crg::Surface& road, double turn = 0, double dx = 0, do
   return t;
 }
 
-std::string refusal(const vehicle::Table& t, const crg::Surface& road) {
+std::string refusal(const recording::Table& t, const crg::Surface& road) {
   try {
     make_signals(t, identity_mapping(t), road, "log.csv");
   } catch (const vehicle::Error& error) {
@@ -47,7 +47,7 @@ std::string refusal(const vehicle::Table& t, const crg::Surface& road) {
 
 TEST(Signals, PlacesLapsOnTheRoad) {
   const crg::Surface road(stadium());
-  const vehicle::Table t = laps(road);
+  const recording::Table t = laps(road);
   const Signals s = make_signals(t, identity_mapping(t), road, "log.csv");
   EXPECT_EQ(s.lap.back(), 2);
   EXPECT_TRUE(s.whole[0]);
@@ -64,7 +64,7 @@ TEST(Signals, PlacesLapsOnTheRoad) {
 // Beside the middle of its leg a car is nearer to the middle of the other one, 6 m above or below.
 TEST(Signals, StayOnTheirLegWhereTheRoadCrossesItself) {
   const crg::Surface road(figure_of_eight());
-  const vehicle::Table t = laps(road, 0, 0, 3.0);
+  const recording::Table t = laps(road, 0, 0, 3.0);
   const Signals s = make_signals(t, identity_mapping(t), road, "log.csv");
   const double steepest = 3.0 * 2 * M_PI / s.length_m;
   for (std::size_t i = 20; i + 20 < s.n; ++i) {
@@ -76,7 +76,7 @@ TEST(Signals, StayOnTheirLegWhereTheRoadCrossesItself) {
 
 TEST(Signals, TakesDelaysOutAndRepeatsForMissing) {
   const crg::Surface road(stadium());
-  vehicle::Table t = laps(road);
+  recording::Table t = laps(road);
   Mapping m = identity_mapping(t);
   const Signals plain = make_signals(t, m, road, "log.csv");
   std::vector<double> late(t.rows());
@@ -123,17 +123,17 @@ TEST(Signals, SmoothingShiftsNothingWhereverSamplesLie) {
 
 TEST(Signals, RefusesWhatItCannotUse) {
   const crg::Surface road(stadium());
-  vehicle::Table t = laps(road);
-  vehicle::Table back = t;
+  recording::Table t = laps(road);
+  recording::Table back = t;
   back.columns[0][500] = 3.0;
   EXPECT_THAT(refusal(back, road), HasSubstr("row 501: the clock goes back"));
-  vehicle::Table fast = t;
+  recording::Table fast = t;
   for (double& v : fast.columns[3]) v *= 3.6;
   EXPECT_THAT(refusal(fast, road), HasSubstr("another unit"));
-  vehicle::Table brief = t;
+  recording::Table brief = t;
   for (auto& c : brief.columns) c.resize(300);
   EXPECT_THAT(refusal(brief, road), HasSubstr("at least 10 s"));
-  vehicle::Table blind = t;
+  recording::Table blind = t;
   blind.names[1] = "somewhere";
   EXPECT_THAT(refusal(blind, road), HasSubstr("no x_m"));
 }
@@ -147,7 +147,7 @@ TEST(Signals, OffersTheTransformOfAnotherFrame) {
 
 TEST(Signals, SaysThatTheCarDrivesBackwards) {
   const crg::Surface road(stadium());
-  vehicle::Table t = laps(road);
+  recording::Table t = laps(road);
   std::reverse(t.columns[1].begin(), t.columns[1].end());
   std::reverse(t.columns[2].begin(), t.columns[2].end());
   EXPECT_THAT(refusal(t, road), HasSubstr("against u"));

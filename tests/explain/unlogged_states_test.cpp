@@ -13,8 +13,8 @@ using explain_test::Drive;
 using vehicle::Parameter;
 using vehicle::Term;
 
-vehicle::Recording recording_of(const Drive& d) {
-  vehicle::Recording out;
+recording::Recording recording_of(const Drive& d) {
+  recording::Recording out;
   out.table.add("time_s", d.time_s);
   out.table.add("vx_mps", d.vx_mps);
   out.table.add("yaw_rate_radps", d.yaw_rate_radps);
@@ -44,7 +44,7 @@ TEST(UnloggedStates, AreThoseOfTheSimulatedCar) {
     vehicle::Vehicle car = forgetful();
     car.terms[Term::brake_fade] = amount;
     const Drive d = explain_test::stop_and_go(car, 60);
-    vehicle::Recording log = recording_of(d);
+    recording::Recording log = recording_of(d);
     explain::add_unlogged_states(log, car);
     const auto *boost = log.table.find("boost"), *heat = log.table.find("pad_heat_j"),
                *warmth = log.table.find("tyre_warmth");
@@ -52,7 +52,7 @@ TEST(UnloggedStates, AreThoseOfTheSimulatedCar) {
     EXPECT_GT(most(d.pad_heat_j), 2e5);
     EXPECT_LT(explain_test::apart(*heat, d.pad_heat_j), 0.05 * most(d.pad_heat_j)) << amount;
     if (amount < 1) {  // a whole term would lose more bite and take up less heat
-      vehicle::Recording other = recording_of(d);
+      recording::Recording other = recording_of(d);
       explain::add_unlogged_states(other, forgetful());
       EXPECT_GT(explain_test::apart(*other.table.find("pad_heat_j"), d.pad_heat_j),
                 3 * explain_test::apart(*heat, d.pad_heat_j));
@@ -69,7 +69,7 @@ TEST(UnloggedStates, AreThoseOfTheSimulatedCar) {
 TEST(UnloggedStates, AreLeftOutWhereTheCarHasNone) {
   vehicle::Vehicle car = forgetful();
   car.terms[Term::turbo_lag] = car.terms[Term::brake_fade] = car.terms[Term::tyre_warm_up] = 0.0;
-  vehicle::Recording log = recording_of(explain_test::stop_and_go(car, 2));
+  recording::Recording log = recording_of(explain_test::stop_and_go(car, 2));
   explain::add_unlogged_states(log, car);
   for (const char* name : {"boost", "pad_heat_j", "tyre_warmth"})
     EXPECT_EQ(log.table.find(name), nullptr) << name;

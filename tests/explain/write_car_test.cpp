@@ -9,9 +9,9 @@
 #include "explain/fuel.h"
 #include "explain/write_back.h"
 #include "proof.h"
+#include "recording/table.h"
 #include "support/places.h"
 #include "vehicle/step.h"
-#include "vehicle/table.h"
 
 namespace {
 
@@ -224,7 +224,7 @@ TEST(WriteCar, FuelThatNobodyLoggedBurnsAsTheVehicleFileSays) {
   car.terms[Term::fuel_burn] = 1;
   car.parameters[P::fuel_idle_kgps] = 0.5;
   explain::Signals log = some_log();  // 10 s, throttle unknown: nothing burns but at idle
-  vehicle::Table table;
+  recording::Table table;
   table.add("t_ms", {1000, 3000, 5000, 9000});
   explain::Mapping mapping;
   mapping.columns = {{"t_ms", "time_s", 0.001}};
@@ -295,7 +295,7 @@ TEST_P(WriteCarAgain, NothingIsMissingAnyMore) {
     EXPECT_NEAR(car.parameters[P::steering_backlash_rad], 0.008, 0.15 * 0.008);
   } else if (std::string(GetParam().scenario) == "burn") {
     // What burns over the log was taken from the mass.
-    const vehicle::Table log = vehicle::read_table(proof.path("run.csv"));
+    const recording::Table log = recording::read_table(proof.path("run.csv"));
     const double log_s = log.find("time_s")->back() - log.find("time_s")->front();
     const vehicle::Vehicle stated = vehicle::read_vehicle(proof.path("vehicle.yaml"));
     EXPECT_NEAR(stated.parameters[P::chassis_mass_kg] - car.parameters[P::chassis_mass_kg],

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "crg/surface.h"
+#include "recording/channels.h"
 #include "unit_under_test.h"
 #include "vehicle/step.h"
 #include "vehicle/telemetry.h"
@@ -50,7 +51,7 @@ class DrivenCar {
     begin.z_near_m = at.z_m;
     begin.speed_mps = 10.0;
     sim_ = vehicle::start(car_, road_, begin);
-    row_.resize(vehicle::telemetry_channels().size());
+    row_.resize(recording::telemetry_channels().size());
     show({});
   }
 

@@ -7,9 +7,9 @@
 #include <regex>
 #include <set>
 
+#include "recording/channels.h"
 #include "vehicle/parameters.h"
 #include "vehicle/state.h"
-#include "vehicle/telemetry.h"
 
 namespace {
 
@@ -25,7 +25,7 @@ TEST(Variables, HoldEveryChannelStateParameterAndTermOnce) {
     values[v.source] += v.size;
   }
   EXPECT_EQ(reference, fmu::count_values(fmu::variables()));
-  EXPECT_EQ(values[Source::kTelemetry], vehicle::telemetry_channels().size());
+  EXPECT_EQ(values[Source::kTelemetry], recording::telemetry_channels().size());
   EXPECT_EQ(values[Source::kState], vehicle::kStateSize);
   EXPECT_EQ(values[Source::kRate], vehicle::kStateSize);
   EXPECT_EQ(values[Source::kParameter], vehicle::kParameterCount);

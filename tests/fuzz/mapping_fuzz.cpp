@@ -2,13 +2,13 @@
 #include "base/error.h"
 #include "explain/mapping.h"
 #include "fuzz/target.h"
-#include "vehicle/log_table.h"
+#include "recording/log_table.h"
 
 namespace {
 
 void read_back(const explain::Mapping& mapping) {
   const std::string path = fuzz::folder().put("again.yaml", explain::format_mapping(mapping));
-  const vehicle::Mapping again = vehicle::read_mapping(path);
+  const recording::Mapping again = recording::read_mapping(path);
   fuzz::require(again.columns.size() == mapping.columns.size(), "as many columns as were written");
   for (std::size_t k = 0; k < again.columns.size(); ++k)
     fuzz::require(again.columns[k].column == mapping.columns[k].column &&
@@ -21,12 +21,12 @@ void read_back(const explain::Mapping& mapping) {
 void fuzz::run(std::string_view bytes) {
   const std::string path = folder().put("mapping.yaml", bytes);
   try {
-    read_back({vehicle::read_mapping(path), {}});
+    read_back({recording::read_mapping(path), {}});
   } catch (const base::Error& error) {
     require_refusal(error, path);
   }
   try {
-    const vehicle::Table log = vehicle::parse_log(std::string(bytes), path);
+    const recording::Table log = recording::parse_log_table(std::string(bytes), path);
     read_back(explain::propose_mapping(log, path));
   } catch (const base::Error& error) {
     require_refusal(error, path);

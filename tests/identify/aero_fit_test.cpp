@@ -13,6 +13,7 @@
 #include "base/read_file.h"
 #include "identify/proving_road.h"
 #include "recorded_drive.h"
+#include "recording/channels.h"
 #include "support/places.h"
 #include "support/recorded_car.h"
 #include "vehicle/vehicle_file.h"
@@ -32,8 +33,8 @@ test_drive::Drive coast_down(const vehicle::Car<double>& car, double until_mps) 
   Simulation<double> sim = start(car, road, begin);
   Detail<double> detail{};
   test_drive::Drive out;
-  for (const std::string& name : telemetry_channels()) out.telemetry.add(name, {});
-  std::vector<double> row(telemetry_channels().size());
+  for (const std::string& name : recording::telemetry_channels()) out.telemetry.add(name, {});
+  std::vector<double> row(recording::telemetry_channels().size());
   for (std::size_t k = 0; sim.state[kVx] > until_mps && k < 200000; ++k) {
     Controls<double> controls{};
     controls.gear_command = 0;
@@ -54,11 +55,11 @@ struct Stated {
   vehicle::Car<double> car =
       make_car(vehicle.files, vehicle.parameters, vehicle.terms, vehicle.contact);
 
-  DriveFit fit(const vehicle::Table& log, const crg::Surface* road,
+  DriveFit fit(const recording::Table& log, const crg::Surface* road,
                const AeroFitOptions& options = {}) const {
     return identify::fit_aero(
-        car, vehicle.prior, identify::drive_windows(car, road, vehicle::make_recording(log, "log")),
-        options);
+        car, vehicle.prior,
+        identify::drive_windows(car, road, recording::make_recording(log, "log")), options);
   }
 };
 
@@ -75,8 +76,8 @@ vehicle::Parameters<double> unlike(const vehicle::Vehicle& v, std::uint64_t seed
 }
 
 /// A log without the channels that begin so.
-vehicle::Table without(const vehicle::Table& log, const std::vector<std::string>& beginnings) {
-  vehicle::Table out;
+recording::Table without(const recording::Table& log, const std::vector<std::string>& beginnings) {
+  recording::Table out;
   for (std::size_t c = 0; c < log.names.size(); ++c)
     if (std::none_of(beginnings.begin(), beginnings.end(),
                      [&](const std::string& b) { return log.names[c].starts_with(b); }))

@@ -10,8 +10,8 @@
 #include "base/error.h"
 #include "base/random.h"
 #include "identify/tyre_fit.h"
+#include "recording/table.h"
 #include "support/places.h"
-#include "vehicle/table.h"
 #include "vehicle/tyre_file.h"
 
 namespace {
@@ -165,7 +165,7 @@ TEST(AligningFit, OtherAxesAreRefused) {
 }
 
 TEST(AligningFit, RowsWithAndWithoutMomentsGoTogether) {
-  vehicle::Table with, without;
+  recording::Table with, without;
   for (const std::string name : {"fz_n", "kappa", "alpha_rad", "gamma_rad", "vx_mps", "fy_n"}) {
     const double load_n = name == "fz_n" ? 3000.0 : 0.0;
     with.add(name, {load_n, 0.0});

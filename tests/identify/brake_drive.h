@@ -8,6 +8,7 @@
 
 #include "base/random.h"
 #include "recorded_drive.h"
+#include "recording/channels.h"
 
 namespace test_drive {
 
@@ -18,8 +19,8 @@ inline Drive brake_tests(const vehicle::Car<double>& car, std::uint64_t seed, bo
   const Road road;
   base::Random dice = base::random_of(seed, "pressures");
   Drive out;
-  for (const std::string& name : telemetry_channels()) out.telemetry.add(name, {});
-  std::vector<double> row(telemetry_channels().size());
+  for (const std::string& name : recording::telemetry_channels()) out.telemetry.add(name, {});
+  std::vector<double> row(recording::telemetry_channels().size());
   for (int run = 0; run < 8; ++run) {
     StartOptions begin;
     begin.speed_mps = 72.0;
@@ -47,10 +48,10 @@ inline Drive brake_tests(const vehicle::Car<double>& car, std::uint64_t seed, bo
 }
 
 /// What a race logger writes of them, with the discs' true temperatures.
-inline vehicle::Table logged_brake_tests(const vehicle::Car<double>& car, std::uint64_t seed,
-                                         bool apart) {
+inline recording::Table logged_brake_tests(const vehicle::Car<double>& car, std::uint64_t seed,
+                                           bool apart) {
   const Drive drive = brake_tests(car, seed, apart);
-  vehicle::Table out = logged(drive, true, seed, true);
+  recording::Table out = logged(drive, true, seed, true);
   for (const char* const channel :
        {"brake_disc_fl_k", "brake_disc_fr_k", "brake_disc_rl_k", "brake_disc_rr_k"})
     out.add(channel, *drive.telemetry.find(channel));

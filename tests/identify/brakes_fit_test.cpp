@@ -29,12 +29,13 @@ struct Driven {
   vehicle::Parameters<double> truth = stated.parameters;
   double factor = 1.0;
   vehicle::Car<double> car;
-  vehicle::Table log;
+  recording::Table log;
 
-  DriveFit fit(const vehicle::Table& seen, const BrakesFitOptions& options = {}) const {
+  DriveFit fit(const recording::Table& seen, const BrakesFitOptions& options = {}) const {
     return identify::fit_brakes(
         as_stated, stated.prior,
-        identify::drive_windows(as_stated, nullptr, vehicle::make_recording(seen, "log")), options);
+        identify::drive_windows(as_stated, nullptr, recording::make_recording(seen, "log")),
+        options);
   }
 };
 
@@ -145,7 +146,7 @@ TEST(BrakesFit, AnotherSimulatorsCar) {
 
 TEST(BrakesFit, WithoutPressuresNothingIsSaid) {
   const Driven d = driven(1, false);
-  vehicle::Table bare;
+  recording::Table bare;
   for (std::size_t c = 0; c < d.log.names.size(); ++c)
     if (!d.log.names[c].ends_with("_pa")) bare.add(d.log.names[c], d.log.columns[c]);
   const DriveFit fit = d.fit(bare);

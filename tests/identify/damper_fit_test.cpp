@@ -49,7 +49,7 @@ TEST(DamperFit, TheTruthLiesInItsIntervals) {
     const auto car = make_car(stated.files, truth, stated.terms, stated.contact);
     const auto drive = test_drive::drive_car(car, vehicle::Road(surface), 10, 1, 100.0);
     const auto recording =
-        vehicle::make_recording(test_drive::logged(drive, true, seed, true), "log");
+        recording::make_recording(test_drive::logged(drive, true, seed, true), "log");
     const DriveFit fit = identify::fit_dampers(as_stated, recording);
     EXPECT_TRUE(fit.doubts.empty());
     for (std::size_t k = 0; k < kLooked.size(); ++k) {

@@ -9,6 +9,7 @@
 
 #include "base/random.h"
 #include "recorded_drive.h"
+#include "recording/channels.h"
 #include "support/places.h"
 #include "vehicle/vehicle_file.h"
 
@@ -23,8 +24,8 @@ test_drive::Drive stop_and_go(const vehicle::Car<double>& car, std::uint64_t see
   const Road road;
   base::Random dice = base::random_of(seed, "pressures");
   test_drive::Drive out;
-  for (const std::string& name : telemetry_channels()) out.telemetry.add(name, {});
-  std::vector<double> row(telemetry_channels().size());
+  for (const std::string& name : recording::telemetry_channels()) out.telemetry.add(name, {});
+  std::vector<double> row(recording::telemetry_channels().size());
   StartOptions begin;
   begin.speed_mps = 40.0;
   begin.gear = 4;
@@ -66,7 +67,7 @@ struct Driven {
   vehicle::Car<double> as_stated =
       make_car(stated.files, stated.parameters, stated.terms, stated.contact);
   vehicle::Parameters<double> truth = stated.parameters;
-  vehicle::Table log;
+  recording::Table log;
 };
 
 /// Discs up to a quarter off; the share of the heat by its prior; temperatures within 4 K.
@@ -101,7 +102,7 @@ TEST(DiscsFit, TheTruthLiesInItsIntervals) {
   for (std::uint64_t seed = 1; seed <= (heavy ? 20u : 2u); ++seed) {
     const Driven d = driven(seed);
     const DriveFit fit =
-        identify::fit_discs(d.as_stated, d.stated.prior, vehicle::make_recording(d.log, "log"));
+        identify::fit_discs(d.as_stated, d.stated.prior, recording::make_recording(d.log, "log"));
     EXPECT_TRUE(fit.doubts.empty());
     for (std::size_t k = 0; k < kLooked.size(); ++k) {
       const Found& f = fit.found[k];
@@ -136,11 +137,11 @@ TEST(DiscsFit, TheTruthLiesInItsIntervals) {
 
 TEST(DiscsFit, WhatIsMissingIsSaid) {
   const Driven d = driven(1);
-  vehicle::Table bare, cold = d.log;
+  recording::Table bare, cold = d.log;
   for (std::size_t c = 0; c < d.log.names.size(); ++c)
     if (!d.log.names[c].starts_with("brake_disc_")) bare.add(d.log.names[c], d.log.columns[c]);
-  const auto look = [&](const vehicle::Table& log) {
-    return identify::fit_discs(d.as_stated, d.stated.prior, vehicle::make_recording(log, "log"));
+  const auto look = [&](const recording::Table& log) {
+    return identify::fit_discs(d.as_stated, d.stated.prior, recording::make_recording(log, "log"));
   };
   EXPECT_THAT(look(bare).at("front_disc_conductance_wpk").unseen,
               testing::HasSubstr("no temperatures"));

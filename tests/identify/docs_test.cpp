@@ -8,10 +8,10 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "recording/table.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "vehicle/magic_formula.h"
-#include "vehicle/table.h"
 #include "vehicle/tyre_file.h"
 
 namespace {
@@ -57,7 +57,7 @@ TEST(IdentifyDocs, EveryCommandRuns) {
   EXPECT_THAT(cli::read(folder / "fitted.html"), ::testing::HasSubstr("with its 90 % band"));
 
   // The forces carry the car: what holds it up is its weight and what the air presses it down with.
-  const vehicle::Table forces = vehicle::read_table(folder / "forces/begin_forces.csv");
+  const recording::Table forces = recording::read_table(folder / "forces/begin_forces.csv");
   EXPECT_GT(forces.rows(), 300u);
   for (std::size_t k = 0; k < forces.rows(); k += 50) {
     const double load_n = (*forces.find("fz_front_n"))[k] + (*forces.find("fz_rear_n"))[k];
@@ -70,8 +70,8 @@ TEST(IdentifyDocs, EveryCommandRuns) {
 
   // The car whose mass was found first has the forces of the car of the file, though its own file
   // states 4 % more; and the log's own word of the mass leaves less open than the file's prior.
-  const vehicle::Table found =
-      vehicle::read_table(folder / "forces_by_found_mass/begin_forces.csv");
+  const recording::Table found =
+      recording::read_table(folder / "forces_by_found_mass/begin_forces.csv");
   ASSERT_EQ(found.rows(), forces.rows());
   double sd = 0.0, sd_found = 0.0;
   for (std::size_t k = 0; k < forces.rows(); k += 10) {

@@ -37,8 +37,8 @@ vehicle::TyreCoefficients tyre_of(const char* name) {
 constexpr double kShare = 0.03;  // by which all forces of a table may be off together
 
 /// A table as forces_table makes it, of one axle on these tyres; a hundredth of the rows on a kerb.
-vehicle::Table made_up(const vehicle::TyreCoefficients& tyre) {
-  vehicle::Table out;
+recording::Table made_up(const vehicle::TyreCoefficients& tyre) {
+  recording::Table out;
   base::Random dice = base::random_of(1, "rows");
   std::map<std::string, std::vector<double>> c;
   for (int k = 0; k < 1000; ++k) {
@@ -113,7 +113,7 @@ TEST(DriveTyres, BothWheelsTellOfOneTyre) {
 
 TEST(DriveTyres, OtherTablesAreRefused) {
   DriveTyres rows;
-  vehicle::Table log;
+  recording::Table log;
   log.add("time_s", {0.0, 1.0});
   log.add("vx_mps", {1.0, 1.0});
   try {
@@ -172,8 +172,8 @@ std::string recordings(std::string& why) {
 
 /// Forces on the begin of a recording, by this car, whose wheels act on the body by their forces
 /// only.
-vehicle::Table forces_on(support::RecordedCar c, const std::string& path, double longest_s,
-                         identify::ForcesOptions options) {
+recording::Table forces_on(support::RecordedCar c, const std::string& path, double longest_s,
+                           identify::ForcesOptions options) {
   c.terms[vehicle::Term::gyroscopic] = c.terms[vehicle::Term::wheel_reaction] = 0.0;
   options.fuel_kg = 0.0;
   const auto log = support::begin_of(support::recorded_log(path), longest_s);

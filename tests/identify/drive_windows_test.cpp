@@ -35,8 +35,8 @@ class DriveWindowsTest : public testing::Test {
     delete car_;
     delete vehicle_;
   }
-  static vehicle::Table without(const std::vector<std::string>& beginnings) {
-    vehicle::Table out;
+  static recording::Table without(const std::vector<std::string>& beginnings) {
+    recording::Table out;
     for (std::size_t c = 0; c < drive_->telemetry.names.size(); ++c) {
       const std::string& name = drive_->telemetry.names[c];
       if (std::none_of(beginnings.begin(), beginnings.end(),
@@ -45,10 +45,10 @@ class DriveWindowsTest : public testing::Test {
     }
     return out;
   }
-  static DriveWindows cut(const vehicle::Table& log, bool with_road,
+  static DriveWindows cut(const recording::Table& log, bool with_road,
                           const identify::DriveWindowsOptions& options = {}) {
     return identify::drive_windows(*car_, with_road ? surface_ : nullptr,
-                                   vehicle::make_recording(log, "log"), options);
+                                   recording::make_recording(log, "log"), options);
   }
   static inline vehicle::Vehicle* vehicle_ = nullptr;
   static inline vehicle::Car<double>* car_ = nullptr;
@@ -114,7 +114,7 @@ TEST_F(DriveWindowsTest, TheBodySinksAsItDoesWhateverWasRecorded) {
 }
 
 TEST_F(DriveWindowsTest, NothingReachesOverAGap) {
-  vehicle::Table log = drive_->telemetry;
+  recording::Table log = drive_->telemetry;
   for (auto& column : log.columns) column.erase(column.begin() + 510, column.begin() + 560);
   const DriveWindows w = cut(log, true);
   const double begin = (*log.find("time_s"))[509], end = (*log.find("time_s"))[510];
@@ -124,7 +124,7 @@ TEST_F(DriveWindowsTest, NothingReachesOverAGap) {
 
 TEST_F(DriveWindowsTest, ASecondLapIsTheSamePlaces) {
   const DriveWindows once = cut(drive_->telemetry, true);
-  vehicle::Table twice = drive_->telemetry;
+  recording::Table twice = drive_->telemetry;
   const double lasts = twice.find("time_s")->back() + 5.0;
   for (std::size_t c = 0; c < twice.columns.size(); ++c) {
     std::vector<double> again = twice.columns[c];
@@ -139,7 +139,7 @@ TEST_F(DriveWindowsTest, ASecondLapIsTheSamePlaces) {
 }
 
 TEST_F(DriveWindowsTest, RowsThatDoNotCountAreCounted) {
-  vehicle::Table log = drive_->telemetry;
+  recording::Table log = drive_->telemetry;
   const auto column = [&](const char* name) -> std::vector<double>& {
     return log.columns[static_cast<std::size_t>(
         std::find(log.names.begin(), log.names.end(), name) - log.names.begin())];

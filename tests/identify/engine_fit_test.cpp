@@ -12,6 +12,7 @@
 #include "base/read_file.h"
 #include "identify/proving_road.h"
 #include "recorded_drive.h"
+#include "recording/channels.h"
 #include "support/places.h"
 #include "support/recorded_car.h"
 #include "vehicle/vehicle_file.h"
@@ -30,7 +31,7 @@ struct Driven {
       make_car(stated.files, stated.parameters, stated.terms, stated.contact);
   vehicle::CarFiles files = stated.files;
   vehicle::Parameters<double> truth = stated.parameters;
-  vehicle::Recording recording;
+  recording::Recording recording;
 };
 
 /// Ten runs on a plane, each in one gear, with another throttle every second and a half.
@@ -39,8 +40,8 @@ test_drive::Drive engine_tests(const vehicle::Car<double>& car, std::uint64_t se
   const Road road;
   base::Random dice = base::random_of(seed, "throttle");
   test_drive::Drive out;
-  for (const std::string& name : telemetry_channels()) out.telemetry.add(name, {});
-  std::vector<double> row(telemetry_channels().size());
+  for (const std::string& name : recording::telemetry_channels()) out.telemetry.add(name, {});
+  std::vector<double> row(recording::telemetry_channels().size());
   for (int run = 0; run < 10; ++run) {
     StartOptions begin;
     begin.gear = 2 + run % 5;
@@ -88,7 +89,7 @@ Driven driven(std::uint64_t seed, const crg::Surface* surface) {
   const test_drive::Drive drive =
       surface == nullptr ? engine_tests(car, seed)
                          : test_drive::drive_car(car, vehicle::Road(*surface), 20, 1, 100.0);
-  out.recording = vehicle::make_recording(test_drive::logged(drive, true, seed, true), "log");
+  out.recording = recording::make_recording(test_drive::logged(drive, true, seed, true), "log");
   return out;
 }
 
@@ -186,7 +187,7 @@ TEST(EngineFit, AWrongRatioIsLeftOut) {
 
 TEST(EngineFit, UnvisitedPlacesAreEmpty) {
   Driven d = driven(1, nullptr);
-  vehicle::Table lazy;
+  recording::Table lazy;
   const auto& open = *d.recording.table.find("throttle");
   for (std::size_t c = 0; c < d.recording.table.names.size(); ++c) {
     std::vector<double> kept;
@@ -194,7 +195,7 @@ TEST(EngineFit, UnvisitedPlacesAreEmpty) {
       if (open[k] < 0.6) kept.push_back(d.recording.table.columns[c][k]);
     lazy.add(d.recording.table.names[c], std::move(kept));
   }
-  const auto recording = vehicle::make_recording(lazy, "log");
+  const auto recording = recording::make_recording(lazy, "log");
   const EngineFit fit =
       identify::fit_engine(d.as_stated, d.stated.prior,
                            identify::drive_windows(d.as_stated, nullptr, recording), recording);
@@ -260,11 +261,11 @@ TEST(EngineFit, AnotherSimulatorsCar) {
 
 TEST(EngineFit, WhatIsMissingIsSaid) {
   const Driven d = driven(1, nullptr);
-  vehicle::Table bare;
+  recording::Table bare;
   for (std::size_t c = 0; c < d.recording.table.names.size(); ++c)
     if (d.recording.table.names[c] != "throttle")
       bare.add(d.recording.table.names[c], d.recording.table.columns[c]);
-  const auto recording = vehicle::make_recording(bare, "log");
+  const auto recording = recording::make_recording(bare, "log");
   const auto windows = identify::drive_windows(d.as_stated, nullptr, recording);
   EXPECT_THROW(identify::fit_engine(d.as_stated, d.stated.prior, windows, recording), base::Error);
 }

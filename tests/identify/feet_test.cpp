@@ -14,7 +14,7 @@ using identify::kPlaceBrake, identify::kPlaceThrottle;
 // 2 s at 50 Hz: a throttle that rests for a second, then opens by a half; a pressure without noise
 // that falls, recorded in every other row; the other pressures are not recorded.
 TEST(Feet, MoveBetweenRowsAsTheirChannelsDo) {
-  vehicle::Table log;
+  recording::Table log;
   for (const char* name : {"time_s", "x_m", "y_m", "yaw_rad", "vx_mps"}) log.add(name, {});
   identify::ForceChannels channels;
   channels.sensors = {{"throttle", false, kPlaceThrottle}, {"brake_fl_pa", false, kPlaceBrake}};
@@ -31,7 +31,7 @@ TEST(Feet, MoveBetweenRowsAsTheirChannelsDo) {
     if (k % 2 == 0) row.measured.push_back({1, 1e6 - 4e5 * time});
     channels.rows.push_back(row);
   }
-  identify::move_feet(vehicle::make_recording(log, "log"), channels);
+  identify::move_feet(recording::make_recording(log, "log"), channels);
   const auto foot = [&](std::size_t row, std::size_t place) {
     return channels.rows[row].driven.feet_per_s[place - kPlaceThrottle];
   };

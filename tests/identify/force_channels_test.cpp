@@ -21,8 +21,8 @@ struct Racer {
 };
 
 /// 2 s straight on in third gear, then fourth, at 100 Hz; extra channels as given.
-Table straight(const Racer& racer, const std::vector<std::string>& extra) {
-  Table t;
+recording::Table straight(const Racer& racer, const std::vector<std::string>& extra) {
+  recording::Table t;
   for (const char* name : {"time_s", "x_m", "y_m", "yaw_rad", "vx_mps"}) t.add(name, {});
   for (const std::string& name : extra) t.add(name, {});
   base::Random random(1);
@@ -47,7 +47,8 @@ Table straight(const Racer& racer, const std::vector<std::string>& extra) {
 }
 
 identify::ForceChannels read(const Racer& racer, const std::vector<std::string>& extra) {
-  return identify::read_force_channels(make_recording(straight(racer, extra), "log"), racer.car);
+  return identify::read_force_channels(recording::make_recording(straight(racer, extra), "log"),
+                                       racer.car);
 }
 
 TEST(ForceChannels, NoiseIsThatOfWhiteNoiseOnASmoothCurve) {
@@ -83,11 +84,12 @@ TEST(ForceChannels, CommandsStandForWhatWasNotMeasured) {
 
 TEST(ForceChannels, SaysHowManyRowsOfAReleasedPedalWereNoise) {
   const Racer racer;
-  Table t = straight(racer, {"steer_rad", "throttle", "brake_pa", "gear"});  // brake_pa: column 7
+  recording::Table t =
+      straight(racer, {"steer_rad", "throttle", "brake_pa", "gear"});  // brake_pa: column 7
   base::Random random(3);
   for (double& pressure : t.columns[7]) pressure = std::max(0.0, 2e4 * random.normal());
   const auto read = [&] {
-    return identify::read_force_channels(make_recording(t, "log"), racer.car);
+    return identify::read_force_channels(recording::make_recording(t, "log"), racer.car);
   };
   EXPECT_THAT(read().said, ::testing::Contains(::testing::ContainsRegex(
                                "brake_pa: [0-9]+ rows are taken as 0: noise whose other half")));

@@ -33,7 +33,7 @@ Forces two_rows() {
 }
 
 TEST(ForcesFiles, EveryNumberHasItsDeviationAndLeftOutRowsAreNotThere) {
-  const vehicle::Table t = identify::forces_table(two_rows());
+  const recording::Table t = identify::forces_table(two_rows());
   EXPECT_EQ(t.rows(), 1u);
   for (const char* name : {"fx_fl_n", "fy_rr_n", "fz_rl_n", "fy_front_n", "fx_rear_n"}) {
     ASSERT_NE(t.find(name), nullptr) << name;

@@ -21,7 +21,7 @@ namespace {
 using nlohmann::json;
 
 /// Without the channels that the estimate is compared with.
-vehicle::Recording without_truth(const vehicle::Recording& log, double longest_s) {
+recording::Recording without_truth(const recording::Recording& log, double longest_s) {
   return support::begin_of(log, longest_s, [](const std::string& name) {
     return name == "vy_mps" || name.starts_with("fz_");
   });
@@ -69,7 +69,7 @@ void judge(const std::string& name, const identify::Estimated& e,
   EXPECT_LT(rmse, std::max(most, most_share * peak)) << name;
 }
 
-identify::Forces estimate(support::RecordedCar c, const vehicle::Recording& log, bool true_car) {
+identify::Forces estimate(support::RecordedCar c, const recording::Recording& log, bool true_car) {
   // The other simulator's wheels act on the body by their forces only.
   c.terms[vehicle::Term::gyroscopic] = c.terms[vehicle::Term::wheel_reaction] = 0.0;
   const vehicle::Car<double> car = vehicle::make_car(c.files, c.parameters, c.terms);
@@ -93,7 +93,7 @@ TEST(ForcesOfOthers, AreThoseOfTheTrueCar) {
     const std::string id = trial.at("id");
     if (id != "t01" && id != "t02" && id != "t03" && id != "t06" && id != "t09") continue;
     SCOPED_TRACE(id);
-    const vehicle::Recording log = support::recorded_log(folder + "/" + id + ".csv.xz");
+    const recording::Recording log = support::recorded_log(folder + "/" + id + ".csv.xz");
     const json& factors = trial.at("parameter_factors");
     const identify::Forces reference = estimate(support::recorded_car(folder, factors),
                                                 support::begin_of(log, 40.0), true),
@@ -127,8 +127,8 @@ TEST(ForcesOfOthers, LoadsAndLateralSpeedAreThoseThatWereKeptBack) {
     const std::string id = trial.at("id");
     if (trial.at("class") != "none" || (!heavy && id != "t01")) continue;
     SCOPED_TRACE(id);
-    const vehicle::Recording log = support::recorded_log(folder + "/" + id + ".csv.xz");
-    const vehicle::Recording seen = without_truth(log, heavy ? 90.0 : 20.0);
+    const recording::Recording log = support::recorded_log(folder + "/" + id + ".csv.xz");
+    const recording::Recording seen = without_truth(log, heavy ? 90.0 : 20.0);
     const json& factors = trial.at("parameter_factors");
     for (const bool true_car : {true, false}) {
       support::RecordedCar stated =

@@ -43,7 +43,7 @@ Errors errors_of(const identify::Forces& f, const identify::Estimated& e, const 
 }
 
 /// By the stated car.
-identify::Forces forces_of(const Trial& trial, const vehicle::Recording& log, int noise_rounds) {
+identify::Forces forces_of(const Trial& trial, const recording::Recording& log, int noise_rounds) {
   const vehicle::Vehicle stated = vehicle::read_vehicle(trial.folder.path("vehicle.yaml"));
   const vehicle::Car<double> car =
       make_car(stated.files, stated.parameters, stated.terms, stated.contact);
@@ -114,7 +114,8 @@ TEST(ForcesOfTrials, AreThoseOfTheirTyres) {
       if (!heavy && !optical) continue;
       fmt::print("{} car, {} optical sensor\n", third ? "third" : "second",
                  optical ? "100 Hz, with" : "50 Hz, without");
-      const vehicle::Recording log = trial.log(optical ? 100.0 : 50.0, optical, heavy ? 1e4 : 16.0);
+      const recording::Recording log =
+          trial.log(optical ? 100.0 : 50.0, optical, heavy ? 1e4 : 16.0);
       const identify::Forces f =
           forces_of(trial, log, heavy ? identify::ForcesOptions{}.noise_rounds : 3);
       for (const identify::PartUse& part : f.parts)

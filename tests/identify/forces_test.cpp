@@ -106,7 +106,7 @@ double judge(const Forces& f, const Drive& drive, const Bounds& bounds) {
 TEST(Forces, AreThoseOfTheDrivenCar) {
   const Racer racer;
   const Drive drive = test_drive::drive_car(racer.car, racer.road, 100, 1, 9.0, kTrueStep_s);
-  const auto recording = vehicle::make_recording(test_drive::logged(drive, true, 3), "log");
+  const auto recording = recording::make_recording(test_drive::logged(drive, true, 3), "log");
   ForcesOptions options;
   options.noise_rounds = 3;
   const Forces f = identify::estimate_forces(racer.car, racer.road, recording, options);
@@ -136,7 +136,7 @@ TEST(Forces, AreThoseOfTheDrivenCar) {
 TEST(Forces, AreTheSameWithAnyNumberOfThreads) {
   const Racer racer;
   const Drive drive = test_drive::drive_car(racer.car, racer.road, 40, 1, 18.0);
-  const auto recording = vehicle::make_recording(test_drive::logged(drive, true, 3), "log");
+  const auto recording = recording::make_recording(test_drive::logged(drive, true, 3), "log");
   ForcesOptions options;
   options.noise_rounds = 0;
   options.step_s = 0.004;
@@ -155,7 +155,7 @@ TEST(Forces, AreTheSameWithAnyNumberOfThreads) {
 TEST(Forces, OfAnAxleDoNotHangOnTheReferenceTyre) {
   Racer racer;
   const Drive drive = test_drive::drive_car(racer.car, racer.road, 20, 1, 8.0);
-  const auto recording = vehicle::make_recording(test_drive::logged(drive, true, 4), "log");
+  const auto recording = recording::make_recording(test_drive::logged(drive, true, 4), "log");
   for (const P p : {P::front_tyre_grip, P::rear_tyre_grip}) racer.vehicle.parameters[p] *= 1.08;
   for (const P p : {P::front_tyre_cornering_stiffness, P::rear_tyre_cornering_stiffness})
     racer.vehicle.parameters[p] *= 0.9;
@@ -175,25 +175,25 @@ TEST(Forces, OfAnAxleDoNotHangOnTheReferenceTyre) {
 TEST(Forces, RefusesWhatItCannotUse) {
   const Racer racer;
   const Drive drive = test_drive::drive_car(racer.car, racer.road, 20, 1, 2.0);
-  const vehicle::Table log = test_drive::logged(drive, true, 5);
-  const auto message = [&](const vehicle::Table& table) -> std::string {
+  const recording::Table log = test_drive::logged(drive, true, 5);
+  const auto message = [&](const recording::Table& table) -> std::string {
     try {
-      identify::estimate_forces(racer.car, racer.road, vehicle::make_recording(table, "log"));
+      identify::estimate_forces(racer.car, racer.road, recording::make_recording(table, "log"));
     } catch (const base::Error& e) {
       return e.what();
     }
     return "no error";
   };
-  vehicle::Table without;
+  recording::Table without;
   for (std::size_t i = 0; i < log.names.size(); ++i)
     if (log.names[i] != "throttle") without.add(log.names[i], log.columns[i]);
   EXPECT_THAT(message(without), ::testing::HasSubstr("has no channel throttle; forces need it"));
-  vehicle::Table elsewhere = log;
+  recording::Table elsewhere = log;
   for (std::size_t i = 0; i < log.names.size(); ++i)
     if (log.names[i] == "y_m")
       for (double& y : elsewhere.columns[i]) y += 500.0;
   EXPECT_THAT(message(elsewhere), ::testing::HasSubstr("lie beside the road"));
-  vehicle::Table slow = log;
+  recording::Table slow = log;
   for (std::size_t i = 0; i < log.names.size(); ++i)
     if (log.names[i] == "vx_mps")
       for (double& v : slow.columns[i]) v = 2.0 + 1e-3 * v;
@@ -203,12 +203,12 @@ TEST(Forces, RefusesWhatItCannotUse) {
 TEST(Forces, OfWheelsThatRollOtherwiseAreNotToBeUsed) {
   const Racer racer;
   const Drive drive = test_drive::drive_car(racer.car, racer.road, 20, 1, 4.0);
-  vehicle::Table log = test_drive::logged(drive, true, 5);
+  recording::Table log = test_drive::logged(drive, true, 5);
   for (std::size_t i = 0; i < log.names.size(); ++i)
     if (log.names[i].starts_with("wheel_") && log.names[i].ends_with("_radps"))
       for (double& speed : log.columns[i]) speed *= 1.15;
   const identify::Forces f =
-      identify::estimate_forces(racer.car, racer.road, vehicle::make_recording(log, "log"));
+      identify::estimate_forces(racer.car, racer.road, recording::make_recording(log, "log"));
   EXPECT_FALSE(f.doubts.empty());
 }
 
@@ -226,7 +226,7 @@ TEST(Forces, OfSixLapsHoldTheirIntervals) {
   for (const bool optical : {true, false}) {
     const Drive drive =
         test_drive::drive_car(racer.car, road, optical ? 50 : 100, 6, 1000.0, kTrueStep_s);
-    const auto recording = vehicle::make_recording(test_drive::logged(drive, optical, 6), "log");
+    const auto recording = recording::make_recording(test_drive::logged(drive, optical, 6), "log");
     const std::clock_t begin = std::clock();
     const Forces f = identify::estimate_forces(racer.car, road, recording);
     const double took_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
@@ -291,7 +291,7 @@ TEST(Forces, HoldTheirIntervalsOnKerbs) {
   const vehicle::Road road(surface);
   const Drive drive = test_drive::drive_car(racer.car, road, 40, 1, 25.0, 0.00025);
   const std::vector<bool> kerb = on_kerbs(drive, 100);
-  const auto recording = vehicle::make_recording(test_drive::logged(drive, true, 6), "log");
+  const auto recording = recording::make_recording(test_drive::logged(drive, true, 6), "log");
   ForcesOptions options;
   options.threads = 1;
   options.noise_rounds = 4;
@@ -337,7 +337,7 @@ TEST(Forces, OfCarsThatAreOffHoldTheirIntervals) {
         test_drive::drive_car(drawn_car(racer, seed), racer.road, 20, 1, 12.0, 0.001);
     const bool loads = seed % 2 == 0;
     const auto recording =
-        vehicle::make_recording(test_drive::logged(drive, true, seed, loads), "log");
+        recording::make_recording(test_drive::logged(drive, true, seed, loads), "log");
     ForcesOptions options;
     options.noise_rounds = 3;
     options.prior = racer.vehicle.prior;

@@ -22,7 +22,7 @@
 namespace {
 
 using identify::DriveFit, identify::DriveWindows, identify::Found;
-using vehicle::Recording;
+using recording::Recording;
 using P = vehicle::Parameter;
 
 vehicle::Vehicle racer() {
@@ -54,11 +54,11 @@ Driven driven(std::uint64_t seed, const crg::Surface& surface) {
   out.car = make_car(out.stated.files, out.truth, out.stated.terms, out.stated.contact);
   const test_drive::Drive drive =
       test_drive::drive_car(out.car, vehicle::Road(surface), 20, 1, 100.0);
-  vehicle::Table log = test_drive::logged(drive, true, seed, true);
+  recording::Table log = test_drive::logged(drive, true, seed, true);
   log.add("fuel_kg", *drive.telemetry.find("fuel_kg"));
   for (auto& column : log.columns)  // the simulated car settles on its springs at first
     column.erase(column.begin(), column.begin() + 75);
-  out.recording = vehicle::make_recording(log, "log");
+  out.recording = recording::make_recording(log, "log");
   return out;
 }
 
@@ -210,8 +210,8 @@ class MassFitOneDrive : public testing::Test {
     delete surface_;
   }
   vehicle::Car<double> car_ = stated_car(driven_->stated);
-  DriveWindows windows(const vehicle::Table& log) const {
-    return identify::drive_windows(car_, nullptr, vehicle::make_recording(log, "log"));
+  DriveWindows windows(const recording::Table& log) const {
+    return identify::drive_windows(car_, nullptr, recording::make_recording(log, "log"));
   }
   DriveFit fit(const DriveWindows& w) const {
     return identify::fit_mass(car_, driven_->stated.prior, w);
@@ -244,7 +244,7 @@ TEST_F(MassFitOneDrive, WithoutBrakingThereIsNoHeight) {
 }
 
 TEST_F(MassFitOneDrive, ATiltedAccelerometerIsNamed) {
-  vehicle::Table log = driven_->recording.table;
+  recording::Table log = driven_->recording.table;
   const double tilt = 3.0 / 57.29577951308232;
   const auto column = [&](const char* name) -> std::vector<double>& {
     return log.columns[static_cast<std::size_t>(
@@ -263,7 +263,7 @@ TEST_F(MassFitOneDrive, ATiltedAccelerometerIsNamed) {
 }
 
 TEST_F(MassFitOneDrive, LoadsThatDoNotBelongToTheAccelerationAreNotUsed) {
-  vehicle::Table turned = driven_->recording.table, late = turned;
+  recording::Table turned = driven_->recording.table, late = turned;
   for (std::size_t c = 0; c < turned.names.size(); ++c) {
     if (turned.names[c] == "ax_mps2")
       for (double& v : turned.columns[c]) v = -v;
@@ -276,7 +276,7 @@ TEST_F(MassFitOneDrive, LoadsThatDoNotBelongToTheAccelerationAreNotUsed) {
 }
 
 TEST_F(MassFitOneDrive, WithoutLoadsNothingIsSaid) {
-  vehicle::Table log;
+  recording::Table log;
   for (std::size_t c = 0; c < driven_->recording.table.names.size(); ++c)
     if (!driven_->recording.table.names[c].starts_with("fz_"))
       log.add(driven_->recording.table.names[c], driven_->recording.table.columns[c]);

@@ -25,12 +25,13 @@ struct Driven {
       make_car(stated.files, stated.parameters, stated.terms, stated.contact);
   vehicle::CarFiles files = stated.files;
   vehicle::Parameters<double> truth = stated.parameters;
-  vehicle::Table log;
+  recording::Table log;
 
   PadMapFit fit(const BrakesFitOptions& options = {}) const {
     return identify::fit_pad_map(
         as_stated, stated.prior,
-        identify::drive_windows(as_stated, nullptr, vehicle::make_recording(log, "log")), options);
+        identify::drive_windows(as_stated, nullptr, recording::make_recording(log, "log")),
+        options);
   }
 };
 
@@ -109,7 +110,7 @@ TEST(PadMapFit, AMapOfFarTooManyPlacesIsSaid) {
 
 TEST(PadMapFit, WithoutTemperaturesNoPlaceIsSeen) {
   Driven d = driven(1);
-  vehicle::Table bare;
+  recording::Table bare;
   for (std::size_t c = 0; c < d.log.names.size(); ++c)
     if (!d.log.names[c].starts_with("brake_disc_")) bare.add(d.log.names[c], d.log.columns[c]);
   d.log = bare;

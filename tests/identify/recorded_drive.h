@@ -12,8 +12,9 @@
 
 #include "base/random.h"
 #include "identify/forces.h"
+#include "recording/channels.h"
+#include "recording/recording.h"
 #include "vehicle/driver.h"
-#include "vehicle/recording.h"
 #include "vehicle/telemetry.h"
 
 namespace test_drive {
@@ -22,7 +23,7 @@ namespace test_drive {
 using TrueWheel = std::array<double, 7>;
 
 struct Drive {
-  vehicle::Table telemetry;  ///< ideal
+  recording::Table telemetry;  ///< ideal
   std::vector<std::array<TrueWheel, vehicle::kWheels>> wheel;
 };
 
@@ -51,8 +52,8 @@ inline Drive drive_car(const vehicle::Car<double>& car, const vehicle::Road& roa
   driver.s_m = line.s_m[first];
   Detail<double> detail{};
   Drive out;
-  for (const std::string& name : telemetry_channels()) out.telemetry.add(name, {});
-  std::vector<double> row(telemetry_channels().size());
+  for (const std::string& name : recording::telemetry_channels()) out.telemetry.add(name, {});
+  std::vector<double> row(recording::telemetry_channels().size());
   double last_m = driver.s_m;
   for (std::size_t k = 0; sim.time_s < longest_s && laps > 0; ++k) {
     const Controls<double> controls = drive(driver, line, car, sim.state, detail);
@@ -84,8 +85,8 @@ inline Drive drive_car(const vehicle::Car<double>& car, const vehicle::Road& roa
 
 /// What a race logger writes: white noise on every channel, no temperatures, no height; loads where
 /// its wheels have cells.
-inline vehicle::Table logged(const Drive& drive, bool lateral_speed, std::uint64_t seed,
-                             bool load_cells = false) {
+inline recording::Table logged(const Drive& drive, bool lateral_speed, std::uint64_t seed,
+                               bool load_cells = false) {
   std::map<std::string, double> noise{
       {"x_m", 0.02},       {"y_m", 0.02},         {"yaw_rad", 0.002},
       {"vx_mps", 0.05},    {"vy_mps", 0.05},      {"roll_rate_radps", 0.005},
@@ -99,7 +100,7 @@ inline vehicle::Table logged(const Drive& drive, bool lateral_speed, std::uint64
     if (load_cells) noise["fz_" + wheel + "_n"] = 80.0;
   }
   if (!lateral_speed) noise.erase("vy_mps");
-  vehicle::Table log;
+  recording::Table log;
   log.add("time_s", *drive.telemetry.find("time_s"));
   log.add("gear", *drive.telemetry.find("gear"));
   for (const auto& [channel, sd] : noise) {

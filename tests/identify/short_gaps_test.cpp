@@ -11,7 +11,7 @@ namespace {
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 TEST(ShortGaps, AreFilledAndLongOnesAreNot) {
-  vehicle::Table log;
+  recording::Table log;
   std::vector<double> time, speed, gear;
   for (int k = 0; k < 200; ++k) {
     time.push_back(0.01 * k);
@@ -23,7 +23,7 @@ TEST(ShortGaps, AreFilledAndLongOnesAreNot) {
   log.add("time_s", time);
   log.add("vx_mps", speed);
   log.add("gear", gear);
-  const auto filled = identify::without_short_gaps(vehicle::make_recording(log, "log"));
+  const auto filled = identify::without_short_gaps(recording::make_recording(log, "log"));
   const auto& v = *filled.table.find("vx_mps");
   const auto& g = *filled.table.find("gear");
   for (int k = 0; k <= 190; ++k) {
@@ -39,7 +39,7 @@ TEST(ShortGaps, AreFilledAndLongOnesAreNot) {
 }
 
 TEST(ShortGaps, NoLineOverAGapOfTheRows) {
-  vehicle::Table log;
+  recording::Table log;
   std::vector<double> time, speed;
   for (int k = 0; k < 40; ++k) {
     time.push_back(0.01 * k + (k < 20 ? 0.0 : 0.1));
@@ -47,7 +47,7 @@ TEST(ShortGaps, NoLineOverAGapOfTheRows) {
   }
   log.add("time_s", time);
   log.add("vx_mps", speed);
-  const auto filled = identify::without_short_gaps(vehicle::make_recording(log, "log"));
+  const auto filled = identify::without_short_gaps(recording::make_recording(log, "log"));
   ASSERT_EQ(filled.stretches.size(), 2u);
   EXPECT_TRUE(std::isnan((*filled.table.find("vx_mps"))[19]));
   EXPECT_TRUE(std::isnan((*filled.table.find("vx_mps"))[20]));

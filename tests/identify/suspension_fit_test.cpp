@@ -27,7 +27,7 @@ struct Driven {
       vehicle::read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
   vehicle::Parameters<double> truth = stated.parameters;
   vehicle::Car<double> car, as_stated;
-  vehicle::Recording recording;
+  recording::Recording recording;
 };
 
 Driven driven(std::uint64_t seed, const crg::Surface& surface) {
@@ -45,9 +45,9 @@ Driven driven(std::uint64_t seed, const crg::Surface& surface) {
       make_car(out.stated.files, out.stated.parameters, out.stated.terms, out.stated.contact);
   const test_drive::Drive drive =
       test_drive::drive_car(out.car, vehicle::Road(surface), 20, 1, 100.0);
-  vehicle::Table log = test_drive::logged(drive, true, seed, true);
+  recording::Table log = test_drive::logged(drive, true, seed, true);
   for (auto& column : log.columns) column.erase(column.begin(), column.begin() + 75);
-  out.recording = vehicle::make_recording(log, "log");
+  out.recording = recording::make_recording(log, "log");
   return out;
 }
 

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "recording/log_table.h"
 #include "support/temporary_folder.h"
 #include "trials/blind_car.h"
 #include "trials/drive.h"
 #include "trials/truth_car_electric.h"
-#include "vehicle/log_table.h"
 
 namespace test_drive {
 
@@ -42,15 +42,15 @@ struct Trial {
   }
 
   /// `sensors`: what they do beyond noise.
-  vehicle::Recording log(double hz, bool optical, double longest_s,
-                         const std::vector<trials::Effect>& sensors = {}) {
+  recording::Recording log(double hz, bool optical, double longest_s,
+                           const std::vector<trials::Effect>& sensors = {}) {
     const std::vector<trials::Column> columns =
         trials::columns({.vy = optical, .reached = truth.car.electric.has_value()});
     trials::Random dice{17};
     std::vector<trials::Row> rows = drive.row;
     rows.resize(std::min(rows.size(), static_cast<std::size_t>(longest_s / trials::kRow_s)));
     const std::string text = trials::csv(rows, columns, hz, sensors, dice);
-    return vehicle::make_recording(vehicle::parse_log(text, "run.csv"), "run.csv");
+    return recording::make_recording(recording::parse_log_table(text, "run.csv"), "run.csv");
   }
 
   /// Of tyre `wheel`: fx with rolling resistance, fy, fz, kappa, tan alpha.

@@ -11,8 +11,8 @@
 
 #include "base/error.h"
 #include "base/random.h"
+#include "recording/table.h"
 #include "support/places.h"
-#include "vehicle/table.h"
 #include "vehicle/tyre_file.h"
 
 namespace {
@@ -112,9 +112,9 @@ TEST(TyreFit, APublishedTyreIsFoundFromAnotherOneThroughNoise) {
 // take the slip angle differently. 2026-11-23: 0.004 % of the largest force.
 TEST(TyreFit, ForcesOfOtherProgramsAreFound) {
   if (!std::filesystem::exists(data("mf61_reference.csv"))) GTEST_SKIP() << "no reference forces";
-  const vehicle::Table table = vehicle::read_table(data("mf61_reference.csv"));
+  const recording::Table table = recording::read_table(data("mf61_reference.csv"));
   for (const bool angle : {true, false}) {
-    vehicle::Table bench = table;
+    recording::Table bench = table;
     bench.add("fy_n", *table.find(angle ? "fy_a_n" : "fy_b_n"));
     TyreSamples all, used, left_out;
     identify::add_tyre_samples(all, bench, "reference");

@@ -13,7 +13,7 @@ using ::testing::HasSubstr;
 
 identify::TyreSamples read(const std::string& text) {
   identify::TyreSamples out;
-  identify::add_tyre_samples(out, vehicle::parse_table(text, "bench.csv"), "bench.csv");
+  identify::add_tyre_samples(out, recording::parse_table(text, "bench.csv"), "bench.csv");
   return out;
 }
 

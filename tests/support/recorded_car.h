@@ -15,26 +15,26 @@
 #include <string>
 #include <vector>
 
+#include "recording/recording.h"
 #include "vehicle/car.h"
-#include "vehicle/recording.h"
 #include "vehicle/tyre_file.h"
 #include "vehicle/vehicle_file.h"
 
 namespace support {
 
 /// A log (.csv.xz) as canonical channels; travel is negative when compressed there.
-inline vehicle::Recording recorded_log(const std::string& packed) {
+inline recording::Recording recorded_log(const std::string& packed) {
   const std::string csv =
       (std::filesystem::temp_directory_path() / fmt::format("recorded_log_{}.csv", ::getpid()))
           .string();
   if (std::system(fmt::format("xz -dc '{}' > '{}'", packed, csv).c_str()) != 0)
     throw std::runtime_error(packed + ": xz failed");
-  vehicle::Table table = vehicle::read_table(csv);
+  recording::Table table = recording::read_table(csv);
   std::filesystem::remove(csv);
   for (std::size_t c = 0; c < table.names.size(); ++c)
     if (table.names[c].starts_with("suspension_"))
       for (double& value : table.columns[c]) value = -value;
-  return vehicle::make_recording(table, packed);
+  return recording::make_recording(table, packed);
 }
 
 /// The stated car of nominal/vehicle.yaml with the factors by which the recorded one differs.
@@ -160,21 +160,21 @@ inline std::array<double, vehicle::kParameterCount> few_per_cent() {
 
 /// The first `longest_s` of a log; without the channels that `kept_back` names.
 template <class KeptBack>
-vehicle::Recording begin_of(const vehicle::Recording& log, double longest_s,
-                            const KeptBack& kept_back) {
+recording::Recording begin_of(const recording::Recording& log, double longest_s,
+                              const KeptBack& kept_back) {
   const std::vector<double>& time = *log.table.find("time_s");
   const auto rows =
       std::upper_bound(time.begin(), time.end(), time.front() + longest_s) - time.begin();
-  vehicle::Table out;
+  recording::Table out;
   for (std::size_t c = 0; c < log.table.names.size(); ++c) {
     const std::string& name = log.table.names[c];
     if (kept_back(name)) continue;
     const std::vector<double>& column = log.table.columns[c];
     out.add(name, {column.begin(), column.begin() + rows});
   }
-  return vehicle::make_recording(out, "begin");
+  return recording::make_recording(out, "begin");
 }
-inline vehicle::Recording begin_of(const vehicle::Recording& log, double longest_s) {
+inline recording::Recording begin_of(const recording::Recording& log, double longest_s) {
   return begin_of(log, longest_s, [](const std::string&) { return false; });
 }
 

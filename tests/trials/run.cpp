@@ -34,7 +34,7 @@ explain::Findings explained(const fs::path& trial, const fs::path& recording, bo
   const std::string here = trial.string();
   const vehicle::Vehicle car = vehicle::read_vehicle(here + "/vehicle.yaml");
   const crg::Surface surface(crg::read(here + "/track.crg"));
-  const vehicle::Table table = vehicle::read_table(recording.string());
+  const recording::Table table = recording::read_table(recording.string());
   std::vector<explain::Signals> logs;
   logs.push_back(
       explain::make_signals(table, explain::identity_mapping(table), surface, recording.string()));

@@ -249,14 +249,14 @@ TEST(Lap, RunsFromTheCommandLine) {
       << text("err.txt");
   EXPECT_THAT(text("out.txt"), ::testing::HasSubstr("lap 1:"));
   EXPECT_THAT(text("lap.csv"), ::testing::HasSubstr("sha256"));
-  EXPECT_GT(read_table(path("lap.csv")).rows(), 1000u);
+  EXPECT_GT(recording::read_table(path("lap.csv")).rows(), 1000u);
   ASSERT_EQ(run("replay" + car + "--track " + path("s.crg") + " --recording " + path("lap.csv") +
                 " -o " + path("replayed")),
             0)
       << text("err.txt");
   EXPECT_THAT(text("out.txt"), ::testing::HasSubstr("lateral_m"));
   EXPECT_THAT(text("replayed/errors.csv"), ::testing::HasSubstr("\nvx_mps,"));
-  EXPECT_GT(read_table(path("replayed/replay.csv")).rows(), 1000u);
+  EXPECT_GT(recording::read_table(path("replayed/replay.csv")).rows(), 1000u);
   ASSERT_EQ(run("report " + path("lap.csv") + " " + path("replayed/replay.csv") + " --track " +
                 path("s.crg") + " -o " + path("page.html")),
             0)

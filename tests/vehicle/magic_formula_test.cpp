@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <functional>
 
+#include "recording/table.h"
 #include "support/places.h"
 #include "tyre_files.h"
-#include "vehicle/table.h"
 
 namespace {
 
@@ -46,7 +46,7 @@ TEST(MagicFormula, AgreesWithTwoIndependentPrograms) {
   const std::string folder = places::data() + "/tyre/";
   if (!std::filesystem::exists(folder + "mf61_reference.csv"))
     GTEST_SKIP() << "no mf61_reference.csv in " << folder;
-  const vehicle::Table table = vehicle::read_table(folder + "mf61_reference.csv");
+  const recording::Table table = recording::read_table(folder + "mf61_reference.csv");
   const auto at = [&](const char* name, std::size_t row) { return (*table.find(name))[row]; };
   ASSERT_EQ(table.rows(), 729u);
   for (const char* file : {"sample_mf61.tir", "sample_mf62.tir"}) {

@@ -16,8 +16,8 @@ namespace {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
-Table log_of(std::vector<double> t, std::vector<double> x, std::vector<double> y) {
-  Table out;
+recording::Table log_of(std::vector<double> t, std::vector<double> x, std::vector<double> y) {
+  recording::Table out;
   out.add("time_s", std::move(t));
   out.add("x_m", std::move(x));
   out.add("y_m", std::move(y));
@@ -68,7 +68,7 @@ TEST(Opponent, RefusesLogsThatAreNone) {
         make_opponent(log_of({0, 1, 1}, {0, 0, 0}, {0, 0, 0}), 0, "a.csv");
       },
       message("row 3"));
-  Table no_y;
+  recording::Table no_y;
   no_y.add("time_s", {0, 1});
   no_y.add("x_m", {0, 1});
   EXPECT_THAT([&] { make_opponent(no_y, 0, "a.csv"); }, message("no column y_m"));
@@ -124,7 +124,8 @@ TEST(Opponent, SecondCarGainsInTheWakeOfTheFirstAndRepeatsToTheByte) {
   const LapResult again = drive_laps(car, Road(surface), options);
   ASSERT_TRUE(second.complete) << second.problem;
   EXPECT_GT(second.top_mps, first.top_mps);
-  EXPECT_EQ(format_table(second.telemetry, 17), format_table(again.telemetry, 17));
+  EXPECT_EQ(recording::format_table(second.telemetry, 17),
+            recording::format_table(again.telemetry, 17));
   ASSERT_NE(second.telemetry.find("wake_x_m"), nullptr);
   EXPECT_EQ(first.telemetry.find("wake_x_m"), nullptr);
   const double ahead_m = (*second.telemetry.find("wake_x_m"))[5];
@@ -133,11 +134,11 @@ TEST(Opponent, SecondCarGainsInTheWakeOfTheFirstAndRepeatsToTheByte) {
 
 /// All columns but those of the wake.
 std::string drive_of(const LapResult& result) {
-  Table out;
+  recording::Table out;
   for (std::size_t i = 0; i < result.telemetry.names.size(); ++i)
     if (!result.telemetry.names[i].starts_with("wake_"))
       out.add(result.telemetry.names[i], result.telemetry.columns[i]);
-  return format_table(out, 17);
+  return recording::format_table(out, 17);
 }
 
 // Two simulated cars in one run. Without slipstream each drives its single lap to the byte, also
@@ -171,11 +172,12 @@ TEST(Opponent, TwoCarsInOneRun) {
   EXPECT_LT(towed[0].nearest_m, apart[0].nearest_m);
   EXPECT_EQ(towed[0].nearest_m, towed[1].nearest_m);
   for (const std::size_t i : {0u, 1u})
-    EXPECT_EQ(format_table(towed[i].telemetry, 17), format_table(again[i].telemetry, 17));
+    EXPECT_EQ(recording::format_table(towed[i].telemetry, 17),
+              recording::format_table(again[i].telemetry, 17));
   // In which order they are named changes nothing.
   const std::vector<Entrant> turned{{&car, ahead}, {&car, behind}};
-  EXPECT_EQ(format_table(drive_together(turned, road)[1].telemetry, 17),
-            format_table(towed[0].telemetry, 17));
+  EXPECT_EQ(recording::format_table(drive_together(turned, road)[1].telemetry, 17),
+            recording::format_table(towed[0].telemetry, 17));
   RecordProperty("gain_s", std::to_string(single.lap_s[1] - towed[0].lap_s[1]));
   RecordProperty("gain_mps", std::to_string(towed[0].top_mps - single.top_mps));
 }

@@ -5,10 +5,10 @@
 #include <set>
 #include <string>
 
+#include "recording/channels.h"
+#include "recording/table.h"
+#include "recording/telemetry_mcap.h"
 #include "support/places.h"
-#include "vehicle/table.h"
-#include "vehicle/telemetry.h"
-#include "vehicle/telemetry_mcap.h"
 
 namespace {
 
@@ -31,16 +31,16 @@ std::set<std::string> curves_of(const std::string& file) {
 
 /// Topic and field as PlotJuggler joins them, from the descriptions in the file of a drive.
 std::set<std::string> fields_of_drive() {
-  vehicle::Table table;
-  for (const std::string& name : vehicle::telemetry_channels()) table.add(name, {0.0, 1.0});
-  const std::string bytes = vehicle::format_mcap(table, "");
+  recording::Table table;
+  for (const std::string& name : recording::telemetry_channels()) table.add(name, {0.0, 1.0});
+  const std::string bytes = recording::format_mcap(table, "");
   std::set<std::string> fields;
   for (const char* topic : {"/place", "/motion", "/controls", "/engine", "/wheels"}) {
     const std::size_t schema = bytes.rfind(std::string("kerbstone") + topic);
     EXPECT_NE(schema, std::string::npos) << topic;
     const std::size_t end = bytes.find("kerbstone/", schema + 1);
     const std::string text = bytes.substr(schema, end - schema);
-    for (const std::string& name : vehicle::telemetry_channels())
+    for (const std::string& name : recording::telemetry_channels())
       if (text.find('"' + name + '"') != std::string::npos)
         fields.insert(std::string(topic) + "/" + name);
   }
@@ -49,13 +49,13 @@ std::set<std::string> fields_of_drive() {
 
 TEST(PlotJugglerLayout, NamesWhatADriveHolds) {
   const std::set<std::string> drive = fields_of_drive(), mcap = curves_of("drive_mcap.xml");
-  EXPECT_EQ(drive.size(), vehicle::telemetry_channels().size());
+  EXPECT_EQ(drive.size(), recording::telemetry_channels().size());
   EXPECT_GT(mcap.size(), 40U);
   for (const std::string& name : mcap) EXPECT_EQ(drive.count(name), 1U) << name;
 
   const std::set<std::string> csv = curves_of("drive_csv.xml");
   EXPECT_EQ(csv.size(), mcap.size());
-  const auto channels = vehicle::telemetry_channels();
+  const auto channels = recording::telemetry_channels();
   const std::set<std::string> columns(channels.begin(), channels.end());
   for (const std::string& name : csv) EXPECT_EQ(columns.count(name), 1U) << name;
 }

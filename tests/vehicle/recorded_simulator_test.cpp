@@ -31,7 +31,7 @@ std::string group(const std::string& channel) {
 /// A logger cuts the noise of a pedal at its stop off, which leaves 12 kPa of pressure and takes
 /// 0.0017 of the throttle in the mean: 37 N of braking, 13 N less of engine. As driven: at the
 /// stop.
-void put_pedals_at_their_stops(Recording& recording) {
+void put_pedals_at_their_stops(recording::Recording& recording) {
   for (std::size_t c = 0; c < recording.table.names.size(); ++c) {
     const std::string& name = recording.table.names[c];
     for (double& value : recording.table.columns[c]) {
@@ -44,8 +44,9 @@ void put_pedals_at_their_stops(Recording& recording) {
 
 /// The recording with the noise of its logger added once more: what noise in commands and starting
 /// states does to a replay is the difference of the two.
-Recording noisier(const Recording& recording, const nlohmann::json& noise, std::uint64_t seed) {
-  Recording out = recording;
+recording::Recording noisier(const recording::Recording& recording, const nlohmann::json& noise,
+                             std::uint64_t seed) {
+  recording::Recording out = recording;
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   for (std::size_t c = 0; c < out.table.names.size(); ++c) {
@@ -68,8 +69,8 @@ struct Sum {
 using Sums = std::map<std::string, Sum>;
 
 /// Errors of the car on one recording, added to `sums`.
-void add_replay(const Car<double>& car, const Recording& recording, const Recording& noisy,
-                double window_s, Sums& sums) {
+void add_replay(const Car<double>& car, const recording::Recording& recording,
+                const recording::Recording& noisy, double window_s, Sums& sums) {
   ReplayOptions options;
   options.window_s = window_s;
   options.fuel_kg = 0.0;
@@ -104,9 +105,9 @@ TEST(RecordedSimulator, IsFollowedWithinTheNoiseOfTheLogs) {
   for (const nlohmann::json& trial : truth.at("trials")) {
     const std::string id = trial.at("id");
     if (trial.at("class") != "none" || (!heavy && id != "t01")) continue;
-    Recording recording = support::recorded_log(folder + "/" + id + ".csv.xz");
+    recording::Recording recording = support::recorded_log(folder + "/" + id + ".csv.xz");
     put_pedals_at_their_stops(recording);
-    Recording noisy = noisier(recording, noise, 1);
+    recording::Recording noisy = noisier(recording, noise, 1);
     put_pedals_at_their_stops(noisy);
     support::RecordedCar stated = support::recorded_car(folder, trial.at("parameter_factors"));
     for (const bool whole : {true, false}) {

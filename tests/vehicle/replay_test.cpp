@@ -25,7 +25,7 @@ class Replay : public ::testing::Test {
     vehicle_ = new Vehicle(read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml"));
     surface_ = new crg::Surface(stadium());
     car_ = new Car<double>(make_car(vehicle_->files, vehicle_->parameters, vehicle_->terms));
-    lap_ = new Table(drive_laps(*car_, Road(*surface_)).telemetry);
+    lap_ = new recording::Table(drive_laps(*car_, Road(*surface_)).telemetry);
   }
   static void TearDownTestSuite() {
     delete lap_;
@@ -39,8 +39,8 @@ class Replay : public ::testing::Test {
     ADD_FAILURE() << "no " << channel;
     return {};
   }
-  static Table without(const std::vector<std::string>& names) {
-    Table out;
+  static recording::Table without(const std::vector<std::string>& names) {
+    recording::Table out;
     for (std::size_t c = 0; c < lap_->names.size(); ++c)
       if (std::find(names.begin(), names.end(), lap_->names[c]) == names.end())
         out.add(lap_->names[c], lap_->columns[c]);
@@ -49,17 +49,17 @@ class Replay : public ::testing::Test {
   static Vehicle* vehicle_;
   static crg::Surface* surface_;
   static Car<double>* car_;
-  static Table* lap_;
+  static recording::Table* lap_;
 };
 Vehicle* Replay::vehicle_ = nullptr;
 crg::Surface* Replay::surface_ = nullptr;
 Car<double>* Replay::car_ = nullptr;
-Table* Replay::lap_ = nullptr;
+recording::Table* Replay::lap_ = nullptr;
 
 // The same car on its own recording: what remains comes from commands between the recorded rows
 // and from states that telemetry does not have (measured: 8 mm, 6 mm, 0.016 m/s).
 TEST_F(Replay, RepeatsItsOwnRecording) {
-  const ReplayResult r = replay(*car_, Road(*surface_), make_recording(*lap_, "lap"));
+  const ReplayResult r = replay(*car_, Road(*surface_), recording::make_recording(*lap_, "lap"));
   EXPECT_THAT(r.problems, ::testing::IsEmpty());
   EXPECT_GE(r.windows, 10u);
   RecordProperty("along_m", std::to_string(error_of(r, "along_m").rmse));
@@ -72,7 +72,8 @@ TEST_F(Replay, RepeatsItsOwnRecording) {
   EXPECT_GT(error_of(r, "along_m").hold_rmse, 100 * error_of(r, "along_m").rmse);
   EXPECT_GT(error_of(r, "vx_mps").trend_rmse, 10 * error_of(r, "vx_mps").rmse);
   EXPECT_EQ(r.telemetry.find("window")->back(), static_cast<double>(r.windows));
-  const ReplayResult again = replay(*car_, Road(*surface_), make_recording(*lap_, "lap"));
+  const ReplayResult again =
+      replay(*car_, Road(*surface_), recording::make_recording(*lap_, "lap"));
   EXPECT_EQ(r.telemetry.columns, again.telemetry.columns);
 }
 
@@ -80,14 +81,14 @@ TEST_F(Replay, ShowsWhatTheCarLacks) {
   Vehicle heavy = *vehicle_;
   heavy.parameters[Parameter::chassis_mass_kg] *= 1.2;
   const Car<double> car = make_car(heavy.files, heavy.parameters, heavy.terms);
-  const Recording recording = make_recording(*lap_, "lap");
+  const recording::Recording recording = recording::make_recording(*lap_, "lap");
   EXPECT_GT(error_of(replay(car, Road(*surface_), recording), "vx_mps").rmse,
             5 * error_of(replay(*car_, Road(*surface_), recording), "vx_mps").rmse);
 }
 
 // Errors by hand: speed held at the window's begin against a speed that grows by 2 m/s per second.
 TEST_F(Replay, TrivialPredictorsAreWhatTheySay) {
-  Table log;
+  recording::Table log;
   std::vector<double> t, x, zero, v, yaw;
   for (int i = 0; i <= 250; ++i) {
     const double time = 0.01 * i;
@@ -103,7 +104,7 @@ TEST_F(Replay, TrivialPredictorsAreWhatTheySay) {
   log.add("vx_mps", v);
   log.add("throttle", zero);
   log.add("steer_rad", zero);
-  const ReplayResult r = replay(*car_, Road(), make_recording(log, "log"));
+  const ReplayResult r = replay(*car_, Road(), recording::make_recording(log, "log"));
   EXPECT_EQ(r.windows, 1u);
   const ChannelError e = error_of(r, "vx_mps");
   EXPECT_EQ(e.samples, 200u);
@@ -116,7 +117,7 @@ TEST_F(Replay, TrivialPredictorsAreWhatTheySay) {
 }
 
 TEST_F(Replay, DrivesWithFewerChannelsAndClosesThePath) {
-  const Recording few = make_recording(
+  const recording::Recording few = recording::make_recording(
       without({"steer_command_rad", "throttle_command", "gear", "z_m", "roll_rad", "pitch_rad",
                "engine_radps", "wheel_fl_radps", "wheel_fr_radps", "wheel_rl_radps",
                "wheel_rr_radps", "brake_fl_command_pa", "brake_fr_command_pa",
@@ -139,9 +140,9 @@ TEST_F(Replay, DrivesWithFewerChannelsAndClosesThePath) {
   const ReplayResult closed = replay(other, Road(*surface_), few, options);
   EXPECT_THAT(closed.problems, ::testing::IsEmpty());
   EXPECT_LT(error_of(closed, "lateral_m").rmse, 0.5 * open_m);
-  const ReplayResult alone =
-      replay(*car_, Road(*surface_),
-             make_recording(without({"steer_command_rad", "steer_rad"}), "lap"), options);
+  const ReplayResult alone = replay(
+      *car_, Road(*surface_),
+      recording::make_recording(without({"steer_command_rad", "steer_rad"}), "lap"), options);
   EXPECT_THAT(alone.problems, ::testing::IsEmpty());
   EXPECT_LT(error_of(alone, "lateral_m").max, 3.0);
 }
@@ -153,7 +154,7 @@ TEST_F(Replay, HoldsTheSpeedOfAWholeLapAndTellsWhatThatTakes) {
   const double more_m2 = 0.2 * draggy.parameters[Parameter::aero_drag_area_m2];
   draggy.parameters[Parameter::aero_drag_area_m2] += more_m2;
   const Car<double> other = make_car(draggy.files, draggy.parameters, draggy.terms);
-  const Recording recording = make_recording(*lap_, "lap");
+  const recording::Recording recording = recording::make_recording(*lap_, "lap");
   ReplayOptions options;
   options.window_s = 0.0;
   options.closed_path = true;
@@ -188,7 +189,7 @@ TEST_F(Replay, HoldsTheSpeedOfAWholeLapAndTellsWhatThatTakes) {
 
 // No recorded command at all: the driver takes the car along the recorded path for a whole lap.
 TEST_F(Replay, LetsTheDriverFollowTheRecordedLine) {
-  const Recording path = make_recording(
+  const recording::Recording path = recording::make_recording(
       without({"steer_command_rad", "steer_rad", "throttle_command", "throttle", "gear",
                "brake_fl_command_pa", "brake_fr_command_pa", "brake_rl_command_pa",
                "brake_rr_command_pa", "brake_fl_pa", "brake_fr_pa", "brake_rl_pa", "brake_rr_pa"}),
@@ -207,13 +208,13 @@ TEST_F(Replay, LetsTheDriverFollowTheRecordedLine) {
 }
 
 TEST_F(Replay, DoesNotDriveOverGapsAndSaysWhatIsMissing) {
-  Table torn = *lap_;
+  recording::Table torn = *lap_;
   for (std::size_t r = 1000; r < torn.rows(); ++r) torn.columns[0][r] += 5;
-  const ReplayResult r = replay(*car_, Road(*surface_), make_recording(torn, "lap"));
+  const ReplayResult r = replay(*car_, Road(*surface_), recording::make_recording(torn, "lap"));
   EXPECT_LT(error_of(r, "along_m").max, 1.0);
   const auto refusal = [&](const std::vector<std::string>& names) -> std::string {
     try {
-      replay(*car_, Road(*surface_), make_recording(without(names), "lap"));
+      replay(*car_, Road(*surface_), recording::make_recording(without(names), "lap"));
     } catch (const Error& error) {
       return error.what();
     }
@@ -224,7 +225,8 @@ TEST_F(Replay, DoesNotDriveOverGapsAndSaysWhatIsMissing) {
   EXPECT_THAT(refusal({"throttle", "throttle_command"}), ::testing::HasSubstr("neither"));
   ReplayOptions options;
   options.settle_s = 1e4;
-  EXPECT_THROW(replay(*car_, Road(*surface_), make_recording(*lap_, "lap"), options), Error);
+  EXPECT_THROW(replay(*car_, Road(*surface_), recording::make_recording(*lap_, "lap"), options),
+               Error);
 }
 
 // A real drive (25 Hz, two laps) on the flat road between the surveyed edges, by a car of which
@@ -243,9 +245,9 @@ TEST_F(Replay, PutnamParkIsDrivenCloserThanTheTrivialPredictors) {
   const fs::path car_folder = fs::path(places::source()) / "vehicles/av21";
   const Vehicle v = read_vehicle((car_folder / "vehicle.yaml").string());
   const Car<double> car = make_car(v.files, v.parameters, v.terms);
-  const Recording recording =
-      read_recording((data / "putnam_run4_2.csv").string(),
-                     read_mapping((car_folder / "putnam_mapping.yaml").string()));
+  const recording::Recording recording = recording::read_recording(
+      (data / "putnam_run4_2.csv").string(),
+      recording::read_mapping((car_folder / "putnam_mapping.yaml").string()));
   const ReplayResult r = replay(car, Road(surface), recording);
   EXPECT_THAT(r.problems, ::testing::IsEmpty());
   EXPECT_GT(r.windows, 200u);
@@ -262,18 +264,19 @@ TEST_F(Replay, PutnamParkIsDrivenCloserThanTheTrivialPredictors) {
 // One recorded speed that cannot be: the car that is put on it runs away, and its tyres burn. The
 // windows behind it begin with the tyres of before.
 TEST_F(Replay, GoesOnFromBeforeACarThatRanAway) {
-  const ReplayResult sound = replay(*car_, Road(*surface_), make_recording(*lap_, "lap"));
+  const ReplayResult sound =
+      replay(*car_, Road(*surface_), recording::make_recording(*lap_, "lap"));
   const std::vector<double>& windows = *sound.telemetry.find("window");
   const auto third = std::find(windows.begin(), windows.end(), 3.0);
   const double begin_s =
       (*sound.telemetry.find("time_s"))[static_cast<std::size_t>(third - windows.begin())];
-  Table lap = without({"tyre_fl_k", "tyre_fr_k", "tyre_rl_k", "tyre_rr_k"});
+  recording::Table lap = without({"tyre_fl_k", "tyre_fr_k", "tyre_rl_k", "tyre_rr_k"});
   const std::vector<double>& time = *lap_->find("time_s");
   for (std::size_t c = 0; c < lap.names.size(); ++c)
     if (lap.names[c] == "vx_mps")
       for (std::size_t k = 0; k < time.size(); ++k)
         if (std::abs(time[k] - begin_s) < 1e-6) lap.columns[c][k] = 900.0;
-  const ReplayResult r = replay(*car_, Road(*surface_), make_recording(lap, "lap"));
+  const ReplayResult r = replay(*car_, Road(*surface_), recording::make_recording(lap, "lap"));
   ASSERT_EQ(r.problems.size(), 1u);
   EXPECT_THAT(r.problems[0], ::testing::HasSubstr("window 3"));
   const std::vector<double>& tyre = *sound.telemetry.find("tyre_rl_k");

@@ -11,6 +11,7 @@
 #include <random>
 
 #include "base/write_file.h"
+#include "recording/channels.h"
 #include "support/places.h"
 #include "vehicle/error.h"
 #include "vehicle/manoeuvre.h"
@@ -22,16 +23,16 @@ using namespace vehicle;  // NOLINT: a test of this library
 using ::testing::HasSubstr;
 
 std::size_t column(const std::string& name) {
-  const auto& names = telemetry_channels();
+  const auto& names = recording::telemetry_channels();
   return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
 /// Runs `steps` steps of 1 ms with the given channel values, a row every 10.
 template <class F>
-Table run(const DeviceFile& file, int steps, F&& values, std::size_t every = 10) {
+recording::Table run(const DeviceFile& file, int steps, F&& values, std::size_t every = 10) {
   SensorRecorder recorder(file, every, 0.001);
   for (int i = 0; i < steps; ++i) {
-    std::vector<double> row(telemetry_channels().size(), 0.0);
+    std::vector<double> row(recording::telemetry_channels().size(), 0.0);
     row[0] = 0.001 * i;
     values(row, 0.001 * i);
     recorder.record(row, 0.0);
@@ -51,7 +52,7 @@ TEST(Sensors, ScaleOffsetQuantiseDelayAndFilter) {
   DeviceFile file;
   file.devices = {device("fz_fl_n")};
   file.devices[0].channels[0] = {"fz_fl_n", 2.0, 5.0, 0.0, 4.0};
-  Table t = run(file, 100, ramp);
+  recording::Table t = run(file, 100, ramp);
   EXPECT_DOUBLE_EQ((*t.find("fz_fl_n"))[3], 64);  // 2 * 30 + 5 = 65, in steps of 4
   // A ramp through a delay of 12.5 ms and a filter of 1/(2 pi 10 Hz), settled: late by both.
   file.devices[0].channels[0] = {"fz_fl_n"};
@@ -69,7 +70,7 @@ TEST(Sensors, SampleAtTheirOwnRateAndHoldOrLeaveEmpty) {
   file.devices = {device("fz_fl_n")};
   file.devices[0].rate_hz = 20;  // every fifth row
   file.others_ideal = false;
-  Table t = run(file, 200, ramp);
+  recording::Table t = run(file, 200, ramp);
   const std::vector<double>& empty = *t.find("fz_fl_n");
   for (std::size_t i = 0; i < empty.size(); ++i)
     if (i % 5 == 0)
@@ -119,7 +120,7 @@ TEST(Sensors, FeelTheirPlaceAndAxes) {
   box.lever_arm_m = {2, 0, 1};
   box.mounting_rad = {0, 0, kYaw};
   file.devices = {box};
-  const Table t = run(file, 1000, [&](std::vector<double>& row, double time) {
+  const recording::Table t = run(file, 1000, [&](std::vector<double>& row, double time) {
     row[column("yaw_rate_radps")] = kGrowth * time;
     row[column("yaw_rad")] = 0.5 * kGrowth * time * time;
     row[column("az_mps2")] = 9.81;
@@ -170,9 +171,9 @@ TEST(Sensors, ComeFromAFileThatIsCheckedAndMeasureAManoeuvre) {
   Manoeuvre m;
   m.record_every = 10;
   m.duration_s = 3;
-  const Table ideal = run_manoeuvre(car, m).telemetry;
+  const recording::Table ideal = run_manoeuvre(car, m).telemetry;
   m.devices = &file;
-  const Table measured = run_manoeuvre(car, m).telemetry;
+  const recording::Table measured = run_manoeuvre(car, m).telemetry;
   ASSERT_EQ(measured.rows(), ideal.rows());
   EXPECT_EQ(*measured.find("steer_command_rad"), *ideal.find("steer_command_rad"));
   EXPECT_NE(*measured.find("yaw_rate_radps"), *ideal.find("yaw_rate_radps"));

@@ -77,7 +77,8 @@ TEST(SteadyEngine, DriverJudgesByTheEngineThatDrives) {
   const LapResult stated = drive();
   ASSERT_TRUE(stated.complete) << stated.problem;
   for (double& torque_nm : v.files.engine_torque_nm.z) torque_nm *= 2.0;
-  EXPECT_EQ(format_table(drive().telemetry, 17), format_table(stated.telemetry, 17));
+  EXPECT_EQ(recording::format_table(drive().telemetry, 17),
+            recording::format_table(stated.telemetry, 17));
   RacingLine line = plan_line(surface);
   const Car<double> car = make_car(v.files, v.parameters, v.terms);
   plan_speed(line, car, {});

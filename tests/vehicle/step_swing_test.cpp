@@ -29,7 +29,7 @@ Vehicle open_wheel() {
 
 /// How far the last 200 rows of a channel go up and down in turn: the median size of their second
 /// differences over 4, which is the half swing of a period of two rows.
-double alternation(const Table& table, const char* name) {
+double alternation(const recording::Table& table, const char* name) {
   const std::vector<double>& y = *table.find(name);
   std::vector<double> bends;
   for (std::size_t i = y.size() - 200; i + 1 < y.size(); ++i)

@@ -24,7 +24,7 @@ vehicle::TyreCoefficients test_tyre() {
 }
 
 TEST(TyrePoints, AddsForcesToEveryPoint) {
-  const auto points = vehicle::parse_table(
+  const auto points = recording::parse_table(
       "fz_n,kappa,alpha_rad,gamma_rad,vx_mps\n3000,0.05,0,0,20\n0,0.05,0.1,0,20\n", "p");
   const auto out = vehicle::evaluate_tyre(test_tyre(), points, "p");
   ASSERT_EQ(out.rows(), 2u);
@@ -36,7 +36,7 @@ TEST(TyrePoints, AddsForcesToEveryPoint) {
 TEST(TyrePoints, NamesWhatIsMissing) {
   const auto message = [](const std::string& text) -> std::string {
     try {
-      vehicle::evaluate_tyre(test_tyre(), vehicle::parse_table(text, "p.csv"), "p.csv");
+      vehicle::evaluate_tyre(test_tyre(), recording::parse_table(text, "p.csv"), "p.csv");
     } catch (const vehicle::Error& error) {
       return error.what();
     }
@@ -54,7 +54,7 @@ TEST(TyrePoints, NamesWhatIsMissing) {
 TEST(TyrePoints, TurnSlipFollowsThePublishedEquations) {
   const std::string file = places::data() + "/tyre/sample_mf62.tir";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << "no " << file;
-  const auto points = vehicle::parse_table(
+  const auto points = recording::parse_table(
       "turn_1pm,fz_n,kappa,alpha_rad,gamma_rad,vx_mps\n0.2,4000,0,0,0,10\n50,4000,0,0,0,10\n"
       "0.5,3000,0.05,-0.08,0,10\n-1,5500,-0.1,0.05,0.06,10\n3,2000,0,0.12,-0.05,10\n",
       "p");
@@ -81,7 +81,7 @@ TEST(TyrePoints, SmallTurningActsAsAnInclination) {
   std::string text = "fz_n,kappa,alpha_rad,gamma_rad,vx_mps,turn_1pm\n";
   for (const double fz_n : {1500.0, 3000.0, 4500.0})
     text += fmt::format("{0},0,0,{1},20,0\n{0},0,0,0,20,{2}\n", fz_n, gamma, turn_1pm);
-  const auto out = vehicle::evaluate_tyre(tyre, vehicle::parse_table(text, "p"), "p");
+  const auto out = vehicle::evaluate_tyre(tyre, recording::parse_table(text, "p"), "p");
   const auto& fy_n = *out.find("fy_n");
   for (std::size_t i = 0; i < out.rows(); i += 2) {
     EXPECT_GT(std::abs(fy_n[i]), 0.05);
@@ -91,7 +91,7 @@ TEST(TyrePoints, SmallTurningActsAsAnInclination) {
 
 TEST(TyrePoints, TurningATyreWithoutTurnSlipIsRefused) {
   const auto at = [](const char* turn) {
-    return vehicle::parse_table(
+    return recording::parse_table(
         std::string("fz_n,kappa,alpha_rad,gamma_rad,vx_mps,turn_1pm\n3000,0,0.1,0,20,") + turn +
             "\n",
         "p.csv");
@@ -125,12 +125,12 @@ TEST(TyrePoints, RunFromTheCommandLine) {
   const std::string files =
       "--tir " + path("t.tir") + " --points " + path("p.csv") + " -o " + path("o.csv");
   ASSERT_EQ(run("tyre " + files), 0);
-  const auto out = vehicle::read_table(path("o.csv"));
+  const auto out = recording::read_table(path("o.csv"));
   const auto expected = vehicle::tyre_forces(
       test_tyre(), vehicle::TyreInput<double>{3000, 0.05, std::tan(0.1), 0.02, 20, 160000});
   EXPECT_NEAR((*out.find("fy_n"))[0], expected.fy_n, 1e-6);
   ASSERT_EQ(run("tyre --alpha angle " + files), 0);
-  EXPECT_NE((*vehicle::read_table(path("o.csv")).find("fy_n"))[0], (*out.find("fy_n"))[0]);
+  EXPECT_NE((*recording::read_table(path("o.csv")).find("fy_n"))[0], (*out.find("fy_n"))[0]);
   EXPECT_EQ(run("tyre --alpha degrees " + files), 2);
   EXPECT_EQ(run("tyre"), 2);
   EXPECT_EQ(

@@ -8,8 +8,8 @@
 #include "base/json_text.h"
 #include "live.h"
 #include "load_car.h"
+#include "recording/log_table.h"
 #include "vehicle/error.h"
-#include "vehicle/log_table.h"
 #include "write_telemetry.h"
 
 namespace crgdrive {
@@ -81,8 +81,9 @@ vehicle::LapOptions lap_options(const LapCommand& command) {
   options.step = step_options(command.car);
   for (std::size_t i = 0; i < command.opponent_paths.size(); ++i) {
     const std::string& path = command.opponent_paths[i];
-    options.opponents.push_back(vehicle::make_opponent(
-        vehicle::read_log(path), static_cast<double>(i + 1) * command.opponent_ahead_s, path));
+    options.opponents.push_back(
+        vehicle::make_opponent(recording::read_log_table(path),
+                               static_cast<double>(i + 1) * command.opponent_ahead_s, path));
   }
   return options;
 }
@@ -118,7 +119,7 @@ int lap(const LapCommand& command, Terminal& terminal) {
   vehicle::LapOptions& options = entrants.front().options;
   options.progress = terminal.progress();
   Live live(command.live);
-  if (live.wanted()) options.on_row = [&](const vehicle::Table& table) { live.row(table); };
+  if (live.wanted()) options.on_row = [&](const recording::Table& table) { live.row(table); };
   const std::size_t every = steps_per_row(command.rate_hz, options.step.step_s, terminal);
   options.record_every = command.out_path.empty() && !live.wanted() ? 0 : every;
   vehicle::DeviceFile devices;

@@ -43,7 +43,7 @@ Live::~Live() {
   if (socket_ >= 0) ::close(socket_);
 }
 
-void Live::row(const vehicle::Table& telemetry) {
+void Live::row(const recording::Table& telemetry) {
   const double time_s = telemetry.columns.front().back();
   if (!begun_) {
     begun_ = true;

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "commands.h"
-#include "vehicle/table.h"
+#include "recording/table.h"
 
 namespace crgdrive {
 
@@ -22,7 +22,7 @@ class Live {
 
   /// The last row of the table: waits until its time has come, then sends it as one datagram of
   /// JSON, {"time_s": ..., "vx_mps": ...}, empty cells left out. That nobody listens is no error.
-  void row(const vehicle::Table& telemetry);
+  void row(const recording::Table& telemetry);
 
  private:
   double speed_up_;

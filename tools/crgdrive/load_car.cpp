@@ -36,7 +36,7 @@ vehicle::StepOptions step_options(const CarOptions& options) {
 }
 
 void require_on_road(const crg::Surface& road, const std::string& road_path,
-                     const vehicle::Table& table, const std::string& table_path) {
+                     const recording::Table& table, const std::string& table_path) {
   const auto* const x = table.find("x_m");
   const auto* const y = table.find("y_m");
   if (x == nullptr || y == nullptr) return;  // said by those who need them

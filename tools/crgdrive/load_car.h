@@ -3,8 +3,8 @@
 
 #include "commands.h"
 #include "crg/surface.h"
+#include "recording/table.h"
 #include "vehicle/step.h"
-#include "vehicle/table.h"
 #include "vehicle/vehicle_file.h"
 
 namespace crgdrive {
@@ -26,7 +26,7 @@ std::size_t steps_per_row(double rate_hz, double step_s, Terminal& terminal);
 /// Throws vehicle::Error when most places (columns x_m, y_m of a recording) lie beside the road: it
 /// is another one, or its frame is.
 void require_on_road(const crg::Surface& road, const std::string& road_path,
-                     const vehicle::Table& table, const std::string& table_path);
+                     const recording::Table& table, const std::string& table_path);
 
 /// What made a run, as remarks before its table: the files with their SHA-256 (those of the car and
 /// `more`), settings, terms.

@@ -32,7 +32,7 @@ int manoeuvre(const ManoeuvreCommand& command, Terminal& terminal) {
   Live live(command.live);
   if (live.wanted() || !command.out_path.empty())
     m.record_every = steps_per_row(command.rate_hz, m.step.step_s, terminal);
-  if (live.wanted()) m.on_row = [&](const vehicle::Table& table) { live.row(table); };
+  if (live.wanted()) m.on_row = [&](const recording::Table& table) { live.row(table); };
   vehicle::DeviceFile devices;
   std::vector<std::string> files;
   if (!command.devices_path.empty()) {

@@ -16,7 +16,7 @@ namespace crgdrive {
 namespace {
 
 /// What was wrong with the recording, in sentences.
-void print_notes(const vehicle::Recording& r, Terminal& terminal) {
+void print_notes(const recording::Recording& r, Terminal& terminal) {
   const double length_s = r.table.find("time_s")->back() - r.table.find("time_s")->front();
   terminal.print(fmt::format(
       "recording: {} rows over {:.2f} s, one every {:.4f} s, {} stretches without a gap\n",
@@ -60,7 +60,7 @@ void print_result(const vehicle::ReplayResult& result, bool held, Terminal& term
                                e.samples, e.max, e.rmse, e.hold_rmse, e.trend_rmse));
 }
 
-nlohmann::ordered_json numbers(const vehicle::Recording& recording,
+nlohmann::ordered_json numbers(const recording::Recording& recording,
                                const vehicle::ReplayResult& result) {
   nlohmann::ordered_json errors = nlohmann::ordered_json::object();
   for (const vehicle::ChannelError& e : result.errors)
@@ -101,9 +101,9 @@ int replay(const ReplayCommand& command, Terminal& terminal) {
   const vehicle::Vehicle v = load_vehicle(command.car);
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
   const crg::Surface surface = read_road(command.track_path, command.friction_path, terminal);
-  vehicle::Mapping mapping;
-  if (!command.mapping_path.empty()) mapping = vehicle::read_mapping(command.mapping_path);
-  const vehicle::Recording recording = vehicle::read_recording(command.recording_path, mapping);
+  recording::Mapping mapping;
+  if (!command.mapping_path.empty()) mapping = recording::read_mapping(command.mapping_path);
+  const recording::Recording recording = recording::read_recording(command.recording_path, mapping);
   require_on_road(surface, command.track_path, recording.table, command.recording_path);
   if (!terminal.json) print_notes(recording, terminal);
   vehicle::ReplayOptions options;

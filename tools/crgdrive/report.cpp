@@ -12,9 +12,9 @@
 #include "commands.h"
 #include "crg/surface.h"
 #include "load_car.h"
+#include "recording/recording.h"
 #include "report/plot_page.h"
 #include "vehicle/error.h"
-#include "vehicle/recording.h"
 #include "vehicle/road.h"
 
 namespace crgdrive {
@@ -26,17 +26,17 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 struct AlongRoad {
   std::string name;
   std::vector<double> u_m, v_m, heading_error_rad, sideslip_rad;
-  vehicle::Recording recording;
+  recording::Recording recording;
 };
 
 AlongRoad see(const crg::Surface& road, const std::string& road_path, const std::string& path,
               const std::string& mapping_path) {
   AlongRoad out;
   out.name = path;
-  vehicle::Mapping mapping;
-  if (!mapping_path.empty()) mapping = vehicle::read_mapping(mapping_path);
-  out.recording = vehicle::read_recording(path, mapping);
-  const vehicle::Table& t = out.recording.table;
+  recording::Mapping mapping;
+  if (!mapping_path.empty()) mapping = recording::read_mapping(mapping_path);
+  out.recording = recording::read_recording(path, mapping);
+  const recording::Table& t = out.recording.table;
   const auto* const x = t.find("x_m");
   const auto* const y = t.find("y_m");
   if (x == nullptr || y == nullptr)

@@ -10,8 +10,8 @@
 #include "base/sha256.h"
 #include "base/write_file.h"
 #include "commands.h"
+#include "recording/table.h"
 #include "report/plot_page.h"
-#include "vehicle/table.h"
 #include "vehicle/tyre_points.h"
 
 namespace crgdrive {
@@ -131,10 +131,10 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
                                     {"defaulted", file.defaulted.size()},
                                     {"unused", file.unused}};
   if (!command.points_path.empty()) {
-    const vehicle::Table points = vehicle::read_table(command.points_path);
-    const vehicle::Table forces =
+    const recording::Table points = recording::read_table(command.points_path);
+    const recording::Table forces =
         vehicle::evaluate_tyre(file.coefficients, points, command.points_path, options);
-    base::write_file(command.out_path, vehicle::format_table(forces, 10));
+    base::write_file(command.out_path, recording::format_table(forces, 10));
     text += fmt::format("{} points -> {}\n", forces.rows(), command.out_path);
     numbers["points"] = forces.rows();
     numbers["forces"] = command.out_path;

@@ -13,8 +13,8 @@
 #include "commands.h"
 #include "explain/mapping.h"
 #include "recording/log.h"
+#include "recording/log_table.h"
 #include "vehicle/error.h"
-#include "vehicle/log_table.h"
 
 namespace crgexplain {
 namespace {
@@ -56,7 +56,7 @@ int map(const MapCommand& command, Terminal& terminal) {
         "{}: is the log, and -o would overwrite it; choose another name", command.out_path));
   std::vector<std::size_t> words;
   std::vector<std::string> not_read;
-  const vehicle::Table table = vehicle::read_log(command.log_path, &words, &not_read);
+  const recording::Table table = recording::read_log_table(command.log_path, &words, &not_read);
   const explain::Mapping mapping = explain::propose_mapping(table, command.log_path);
   std::vector<std::string> notes = not_read;
   notes.insert(notes.end(), mapping.notes.begin(), mapping.notes.end());

@@ -8,7 +8,7 @@
 #include "base/sha256.h"
 #include "base/write_file.h"
 #include "commands.h"
-#include "vehicle/recording.h"
+#include "recording/recording.h"
 
 namespace crgidentify {
 namespace {
@@ -20,9 +20,9 @@ struct Channels {
 
 Channels read_channels(const ActuatorCommand& command, const std::string& in,
                        const std::string& out) {
-  vehicle::Mapping mapping;
-  if (!command.mapping_path.empty()) mapping = vehicle::read_mapping(command.mapping_path);
-  const vehicle::Recording recording = vehicle::read_recording(command.recording_path, mapping);
+  recording::Mapping mapping;
+  if (!command.mapping_path.empty()) mapping = recording::read_mapping(command.mapping_path);
+  const recording::Recording recording = recording::read_recording(command.recording_path, mapping);
   if (recording.table.find(command.out_path) != nullptr)
     throw command::UsageError("-o " + command.out_path +
                               " is a channel: a file is wanted; --movement names the channel");
@@ -41,7 +41,7 @@ Channels read_channels(const ActuatorCommand& command, const std::string& in,
           fmt::format("{}: no channel {}; name its column in a mapping, or another "
                       "channel by --input or --movement",
                       command.recording_path, name));
-    return cut(vehicle::fill_gaps(time_s, *values));
+    return cut(recording::fill_gaps(time_s, *values));
   };
   return {cut(time_s), channel(in), channel(out)};
 }

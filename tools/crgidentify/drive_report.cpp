@@ -91,10 +91,10 @@ std::string drive_text(const identify::DriveWindows& windows, const identify::Dr
 ReadDrive::ReadDrive(const DriveCommand& command)
     : vehicle(vehicle::read_vehicle(command.vehicle_path, command.setup_path, command.settings)),
       car(make_car(vehicle.files, vehicle.parameters, vehicle.terms, vehicle.contact)) {
-  vehicle::Mapping mapping;
-  if (!command.mapping_path.empty()) mapping = vehicle::read_mapping(command.mapping_path);
+  recording::Mapping mapping;
+  if (!command.mapping_path.empty()) mapping = recording::read_mapping(command.mapping_path);
   recording =
-      identify::without_short_gaps(vehicle::read_recording(command.recording_path, mapping));
+      identify::without_short_gaps(recording::read_recording(command.recording_path, mapping));
   if (!command.track_path.empty())
     road.emplace(std::move(vehicle::read_road(command.track_path, {}).surface));
   options.imu_ahead_m = mapping.imu_ahead_m;

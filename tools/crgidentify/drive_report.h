@@ -20,7 +20,7 @@ struct ReadDrive {
   vehicle::Vehicle vehicle;
   vehicle::Car<double> car;
   std::optional<crg::Surface> road;
-  vehicle::Recording recording;
+  recording::Recording recording;
   identify::DriveWindowsOptions options;
   double fuel_kg = 0.0;
   std::string fuel_from;  ///< in words

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "base/one_line.h"
+#include "recording/table.h"
 #include "report/plot_page.h"
-#include "vehicle/table.h"
 
 namespace crgidentify {
 
@@ -61,7 +61,7 @@ std::string engine_map_csv(const EngineFit& fit) {
 
 std::string engine_cells_csv(const EngineFit& fit) {
   constexpr double kEmpty = std::numeric_limits<double>::quiet_NaN();
-  vehicle::Table out;
+  recording::Table out;
   const auto add = [&](std::string name, auto value) {
     std::vector<double> column;
     for (const EngineCell& cell : fit.cells) column.push_back(value(cell));
@@ -74,7 +74,7 @@ std::string engine_cells_csv(const EngineFit& fit) {
   add("vehicle_file_nm", [](const EngineCell& c) { return c.stated_nm; });
   for (std::size_t g = 0; g < 6; ++g)
     add(fmt::format("gear_{}_s", g + 1), [g](const EngineCell& c) { return c.gear_s[g]; });
-  return vehicle::format_table(out, 6);
+  return recording::format_table(out, 6);
 }
 
 bool is_any_seen(const EngineFit& fit) {

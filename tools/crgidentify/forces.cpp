@@ -162,7 +162,7 @@ std::string file_text(const ForcesCommand& command, const std::string& log,
     out += fmt::format("# {}: {}\n", columns, basis);
   for (const std::string& doubt : f.doubts)
     out += fmt::format("# not to be used: {}\n", base::one_line(doubt));
-  return out + vehicle::format_table(forces_table(f), 7);
+  return out + recording::format_table(forces_table(f), 7);
 }
 
 }  // namespace
@@ -175,8 +175,8 @@ int forces(const ForcesCommand& command, Terminal& terminal) {
   const vehicle::Car<double> car = make_car(v.files, v.parameters, v.terms, v.contact);
   const vehicle::RoadFiles road = vehicle::read_road(command.track_path, command.friction_path);
   if (!road.remark.empty()) terminal.remark(road.remark);
-  vehicle::Mapping mapping;
-  if (!command.mapping_path.empty()) mapping = vehicle::read_mapping(command.mapping_path);
+  recording::Mapping mapping;
+  if (!command.mapping_path.empty()) mapping = recording::read_mapping(command.mapping_path);
   identify::ForcesOptions options;
   options.fuel_kg = command.fuel_kg;
   options.tyre_k = command.tyre_k;
@@ -194,7 +194,7 @@ int forces(const ForcesCommand& command, Terminal& terminal) {
   fs::create_directories(command.out_path);
   for (std::size_t i = 0; i < written.size(); ++i) {
     const std::string& log = command.recording_paths[i];
-    const vehicle::Recording recording = vehicle::read_recording(log, mapping);
+    const recording::Recording recording = recording::read_recording(log, mapping);
     const identify::Forces f = [&] {
       try {
         return identify::estimate_forces(car, vehicle::Road(road.surface), recording, options);

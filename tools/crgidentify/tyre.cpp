@@ -11,8 +11,8 @@
 #include "base/statistics.h"
 #include "base/write_file.h"
 #include "commands.h"
+#include "recording/table.h"
 #include "tyre_report.h"
-#include "vehicle/table.h"
 #include "vehicle/tyre_file.h"
 
 namespace crgidentify {
@@ -103,7 +103,7 @@ identify::DriveTyres read_rows(const TyreCommand& command,
     if (!std::filesystem::is_directory(path)) {
       if (!command.axle.empty())
         throw command::UsageError(path + ": --axle wants folders that crgidentify forces wrote");
-      const vehicle::Table table = vehicle::read_table(path);
+      const recording::Table table = recording::read_table(path);
       result.rows_given += table.rows();
       identify::add_tyre_samples(samples, table, path);
       continue;
@@ -111,7 +111,7 @@ identify::DriveTyres read_rows(const TyreCommand& command,
     if (command.axle.empty())
       throw command::UsageError(path + ": the forces of a drive want --axle front or rear");
     for (const std::string& one : tables_in(path)) {
-      const vehicle::Table table = vehicle::read_table(one);
+      const recording::Table table = recording::read_table(one);
       result.rows_given += 2 * table.rows();
       identify::add_drive_tyres(drives, table, command.axle == "front" ? 0 : 1, reference.left_side,
                                 one);

@@ -4,15 +4,15 @@
 #include <filesystem>
 
 #include "base/error.h"
+#include "base/settings.h"
 #include "commands.h"
-#include "vehicle/settings.h"
 
 namespace crgsim {
 namespace {
 
 constexpr std::size_t kMostCars = 16;
 
-using vehicle::Section, vehicle::Setting;
+using base::Section, base::Setting;
 
 /// Names are parts of the names of topics and files.
 bool is_name(const std::string& name) {
@@ -49,7 +49,7 @@ void read_car(const Section& said, ServeCommand& car) {
           [&](const std::string& name, const Setting& value, const std::string& where) {
             if (value.kind != Setting::Kind::kWord)
               throw base::Error(fmt::format("{}: no value of {}", where, name.substr(0, 60)));
-            if (values == &car.safe) vehicle::to_number(value.word, where, name);
+            if (values == &car.safe) base::to_number(value.word, where, name);
             values->push_back(name + "=" + value.word);
           });
   car.every = static_cast<unsigned>(said.number("every", car.every, 1.0, 1e6));
@@ -61,7 +61,7 @@ void read_car(const Section& said, ServeCommand& car) {
 }  // namespace
 
 std::vector<RaceCar> read_race(const RaceCommand& command) {
-  const Setting root = vehicle::read_settings(command.race_path);
+  const Setting root = base::read_settings(command.race_path);
   const Section top(root, command.race_path, "a race");
   top.allow({"each", "cars"});
   ServeCommand each;

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/read_file.h"
 #include "fmu/wording.h"
+#include "recording/channels.h"
 #include "vehicle/opponent.h"
 #include "vehicle/telemetry.h"
 
@@ -41,7 +42,7 @@ Instance::Instance(std::string resources, const std::string& token)
         fmt::format("asked for the unit {}, but this one is {}; the model description is not that "
                     "of this binary's folder",
                     token.empty() ? "''" : token, unit_.token));
-  telemetry_.resize(vehicle::telemetry_channels().size());
+  telemetry_.resize(recording::telemetry_channels().size());
   files_ = load_files(unit_.texts, resources_);
   start_again();
 }

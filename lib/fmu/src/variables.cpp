@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "fmu/channel_name.h"
+#include "recording/channels.h"
 #include "vehicle/parameters.h"
 #include "vehicle/state.h"
-#include "vehicle/telemetry.h"
 
 namespace fmu {
 namespace {
@@ -55,7 +55,7 @@ class List {
 };
 
 void add_telemetry(List& list) {
-  const std::vector<std::string>& channels = vehicle::telemetry_channels();
+  const std::vector<std::string>& channels = recording::telemetry_channels();
   for (std::size_t i = 0; i < channels.size();) {
     const ChannelName name = structured_name(channels[i]);
     Variable v;
@@ -287,7 +287,7 @@ std::uint32_t count_values(const std::vector<Variable>& list) {
 
 std::vector<std::size_t> states_behind(const Variable& variable, std::size_t i) {
   if (variable.source != Source::kTelemetry) return {};
-  const std::string& channel = vehicle::telemetry_channels()[variable.index + i];
+  const std::string& channel = recording::telemetry_channels()[variable.index + i];
   if (channel == "u_m" || channel == "v_m") return {vehicle::kX, vehicle::kY};
   if (channel == "boost") return {};  // of the last step, whatever the engine
   for (std::size_t k = 0; k < vehicle::kStateSize; ++k)

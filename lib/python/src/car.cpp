@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "recording/channels.h"
 #include "road.h"
 #include "vehicle/error.h"
 #include "vehicle/lap.h"
@@ -22,7 +23,7 @@ namespace py = pybind11;
 
 namespace kerbstone {
 
-py::dict by_name(const vehicle::Table& table) {
+py::dict by_name(const recording::Table& table) {
   py::dict out;
   for (std::size_t k = 0; k < table.names.size(); ++k)
     out[py::str(table.names[k])] = py::array_t<double>(
@@ -63,7 +64,7 @@ class Drive {
       : car_(car.car),
         road_(road.surface),
         tracker_(road.surface),
-        row_(vehicle::telemetry_channels().size(), std::nan("")) {
+        row_(recording::telemetry_channels().size(), std::nan("")) {
     options_.step_s = step_s;
     vehicle::check_step(car.files.parameters, options_);
     sim_ = vehicle::start(car_, road_, start);
@@ -96,14 +97,14 @@ class Drive {
 
   double time_s() const { return sim_.time_s; }
   double channel(const std::string& name) const {
-    const std::vector<std::string>& names = vehicle::telemetry_channels();
+    const std::vector<std::string>& names = recording::telemetry_channels();
     for (std::size_t k = 0; k < names.size(); ++k)
       if (names[k] == name) return row_[k];
     throw py::key_error(name);
   }
   py::dict telemetry() const {
     py::dict out;
-    const std::vector<std::string>& names = vehicle::telemetry_channels();
+    const std::vector<std::string>& names = recording::telemetry_channels();
     for (std::size_t k = 0; k < names.size(); ++k) out[py::str(names[k])] = row_[k];
     return out;
   }

@@ -3,7 +3,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include "vehicle/table.h"
+#include "recording/table.h"
 #include "vehicle/vehicle_file.h"
 
 namespace kerbstone {
@@ -15,6 +15,6 @@ struct Car {
 };
 
 /// An array per column.
-pybind11::dict by_name(const vehicle::Table& table);
+pybind11::dict by_name(const recording::Table& table);
 
 }  // namespace kerbstone

@@ -10,31 +10,32 @@
 #include <string>
 
 #include "car.h"
+#include "recording/recording.h"
 #include "road.h"
 #include "vehicle/error.h"
-#include "vehicle/recording.h"
 
 namespace py = pybind11;
 
 namespace kerbstone {
 namespace {
 
-vehicle::Recording read_recording(const std::string& path,
-                                  const std::optional<std::string>& mapping) {
+recording::Recording read_recording(const std::string& path,
+                                    const std::optional<std::string>& mapping) {
   py::gil_scoped_release free;
-  return vehicle::read_recording(path,
-                                 mapping ? vehicle::read_mapping(*mapping) : vehicle::Mapping{});
+  return recording::read_recording(
+      path, mapping ? recording::read_mapping(*mapping) : recording::Mapping{});
 }
 
-py::array_t<double> channel(const vehicle::Recording& recording, const std::string& name) {
+py::array_t<double> channel(const recording::Recording& recording, const std::string& name) {
   const std::vector<double>* const values = recording.table.find(name);
   if (values == nullptr) throw py::key_error(name);
   return py::array_t<double>(static_cast<py::ssize_t>(values->size()), values->data());
 }
 
-vehicle::ReplayResult replay(const Car& car, const Road& road, const vehicle::Recording& recording,
-                             double window_s, double settle_s, bool closed_path, bool hold_speed,
-                             bool driver, double fuel_kg, double tyre_k, double disc_k) {
+vehicle::ReplayResult replay(const Car& car, const Road& road,
+                             const recording::Recording& recording, double window_s,
+                             double settle_s, bool closed_path, bool hold_speed, bool driver,
+                             double fuel_kg, double tyre_k, double disc_k) {
   if (!(window_s >= 0) || !(settle_s >= 0))
     throw py::value_error("window_s, settle_s: 0 or more wanted");
   if (!(fuel_kg >= 0)) throw py::value_error("fuel_kg: 0 or more wanted");
@@ -63,15 +64,16 @@ py::dict errors_by_channel(const vehicle::ReplayResult& result) {
 
 void add_replay(py::module_& m) {
   using namespace pybind11::literals;
-  py::class_<vehicle::Recording>(m, "Recording", "A log of a drive, as canonical channels.")
+  py::class_<recording::Recording>(m, "Recording", "A log of a drive, as canonical channels.")
       .def_static("read", &read_recording,
                   "Reads a log of any kind; mapping.yaml says which column is which channel, "
                   "without it the names do.",
                   "path"_a, py::kw_only(), "mapping"_a = py::none())
       .def("__getitem__", &channel, "A channel by name, at time_s; NaN where not measured.",
            "channel"_a)
-      .def_property_readonly("channels", [](const vehicle::Recording& r) { return r.table.names; })
-      .def_readonly("step_s", &vehicle::Recording::step_s, "median distance of two rows");
+      .def_property_readonly("channels",
+                             [](const recording::Recording& r) { return r.table.names; })
+      .def_readonly("step_s", &recording::Recording::step_s, "median distance of two rows");
 
   py::class_<vehicle::ChannelError>(
       m, "ChannelError",

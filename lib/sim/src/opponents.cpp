@@ -3,8 +3,8 @@
 #include <charconv>
 #include <cmath>
 
-#include "vehicle/log_table.h"
-#include "vehicle/table.h"
+#include "recording/log_table.h"
+#include "recording/table.h"
 
 namespace sim {
 namespace {
@@ -25,7 +25,7 @@ std::optional<double> after_at(const std::string& said, char unit) {
 OpponentDrive read_opponent(const std::string& said) {
   const std::optional<double> ahead_s = after_at(said, 's'), ahead_m = after_at(said, 'm');
   const std::string path = ahead_s || ahead_m ? said.substr(0, said.rfind('@')) : said;
-  vehicle::Table log = vehicle::read_log(path);
+  recording::Table log = recording::read_log_table(path);
   if (log.find("x_m") == nullptr && log.find("y_m") == nullptr)
     for (std::string& name : log.names) {
       if (name == "car.x") name = "x_m";

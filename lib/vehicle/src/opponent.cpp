@@ -9,7 +9,7 @@
 
 namespace vehicle {
 
-Opponent make_opponent(const Table& log, double ahead_s, const std::string& name) {
+Opponent make_opponent(const recording::Table& log, double ahead_s, const std::string& name) {
   const auto need = [&](const char* channel) -> const std::vector<double>& {
     const std::vector<double>* const values = log.find(channel);
     if (values == nullptr)

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "recording/channels.h"
 #include "replay_commands.h"
 #include "replay_errors.h"
 #include "replay_path.h"
@@ -72,7 +73,7 @@ struct Motion {
 /// Everything that a replay is driven with.
 struct Replay {
   const Road& road;
-  const Recording& recording;
+  const recording::Recording& recording;
   const ReplayOptions& options;
   const Source& source;
   Car<double> car;
@@ -178,7 +179,7 @@ class RowWriter {
         step_s_(step_s),
         errors_(errors),
         out_(out),
-        now_(telemetry_channels().size()),
+        now_(recording::telemetry_channels().size()),
         before_(now_.size()),
         between_(now_.size()) {}
 
@@ -188,7 +189,7 @@ class RowWriter {
   /// The rows from `next` on that lie up to t.
   void write(double t, const State<double>& state, const Detail<double>& detail,
              const Controls<double>& c, const crg::UV& place, std::size_t end, std::size_t& next) {
-    const auto& names = telemetry_channels();
+    const auto& names = recording::telemetry_channels();
     fill_telemetry(t, state, detail, c, place.u_m, place.v_m, now_);
     for (; next < end && time_[next] <= t + 1e-9; ++next) {
       between_ = now_;
@@ -282,8 +283,8 @@ void sum_up_push(ReplayResult& out) {
 
 }  // namespace
 
-ReplayResult replay(const Car<double>& stated, const Road& road, const Recording& recording,
-                    const ReplayOptions& options) {
+ReplayResult replay(const Car<double>& stated, const Road& road,
+                    const recording::Recording& recording, const ReplayOptions& options) {
   check_step(stated.parameters, options.step);
   const Source source{recording, *recording.table.find("time_s")};
   ReplayResult out;
@@ -294,7 +295,7 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
   replay.states = recorded_states(source);
   if (options.driver) replay.engine_torque_nm = steady_engine(replay.car);
   ReplayErrors errors(source);
-  for (const std::string& name : telemetry_channels()) out.telemetry.add(name, {});
+  for (const std::string& name : recording::telemetry_channels()) out.telemetry.add(name, {});
   out.telemetry.add("hold_n", {});
   out.telemetry.add("window", {});
   if (options.hold_speed && options.driver)

@@ -115,7 +115,7 @@ double at(const Channel& channel, const std::vector<double>& time, std::size_t r
 Channel Source::channel(const std::string& name) const {
   const std::vector<double>* const values = recording.table.find(name);
   if (values == nullptr) return {};
-  Channel filled = fill_gaps(time, *values);
+  Channel filled = recording::fill_gaps(time, *values);
   if (std::isnan(filled.front())) return {};
   return filled;
 }

@@ -18,7 +18,7 @@ double at(const Channel& channel, const std::vector<double>& time, std::size_t r
 
 /// The channels of a recording.
 struct Source {
-  const Recording& recording;
+  const recording::Recording& recording;
   const std::vector<double>& time;
 
   /// Gaps filled; empty where it was not recorded.

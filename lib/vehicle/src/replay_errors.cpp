@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "vehicle/telemetry.h"
+#include "recording/channels.h"
 #include "vehicle/trend.h"
 
 namespace vehicle {
@@ -25,7 +25,7 @@ ChannelError ErrorSums::finish(const std::string& channel) const {
 }
 
 ReplayErrors::ReplayErrors(const Source& source) : source_(source) {
-  const auto& names = telemetry_channels();
+  const auto& names = recording::telemetry_channels();
   for (std::size_t c = 0; c < names.size(); ++c) {
     const std::string& name = names[c];
     if (name == "time_s" || name == "gear" || name == "u_m" || name == "v_m" ||
@@ -71,7 +71,8 @@ void ReplayErrors::add(std::size_t row, const std::vector<double>& values) {
 
 std::vector<ChannelError> ReplayErrors::finish() const {
   std::vector<ChannelError> out{place_[0].finish("along_m"), place_[1].finish("lateral_m")};
-  for (const One& one : channels_) out.push_back(one.sums.finish(telemetry_channels()[one.column]));
+  for (const One& one : channels_)
+    out.push_back(one.sums.finish(recording::telemetry_channels()[one.column]));
   return out;
 }
 

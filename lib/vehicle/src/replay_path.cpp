@@ -6,7 +6,7 @@
 namespace vehicle {
 
 RacingLine recorded_line(const std::vector<double>& x, const std::vector<double>& y,
-                         const std::vector<double>& speed, const Stretch& stretch) {
+                         const std::vector<double>& speed, const recording::Stretch& stretch) {
   RacingLine line;
   for (std::size_t i = stretch.begin; i < stretch.end; ++i) {
     if (!line.x_m.empty()) {

@@ -12,7 +12,7 @@ namespace vehicle {
 
 /// The recorded path as a line to follow, a station every metre at least.
 RacingLine recorded_line(const std::vector<double>& x, const std::vector<double>& y,
-                         const std::vector<double>& speed, const Stretch& stretch);
+                         const std::vector<double>& speed, const recording::Stretch& stretch);
 
 /// The recorded steering at the recorded place nearest to the car, and what leads back to the path:
 /// the arc that takes away the offset of a point ahead.

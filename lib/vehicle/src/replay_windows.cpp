@@ -5,16 +5,16 @@
 
 namespace vehicle {
 
-std::size_t stretch_end(const Recording& recording, const Window& window) {
-  for (const Stretch& stretch : recording.stretches)
+std::size_t stretch_end(const recording::Recording& recording, const Window& window) {
+  for (const recording::Stretch& stretch : recording.stretches)
     if (stretch.begin == window.stretch_begin) return stretch.end;
   return window.end;
 }
 
-std::vector<Window> cut(const Recording& recording, const std::vector<double>& time,
+std::vector<Window> cut(const recording::Recording& recording, const std::vector<double>& time,
                         const Channel& vx_mps, const ReplayOptions& options, ReplayResult& out) {
   std::vector<Window> windows;
-  for (const Stretch& stretch : recording.stretches) {
+  for (const recording::Stretch& stretch : recording.stretches) {
     const auto row_at = [&](double t) {
       const auto from = time.begin() + static_cast<std::ptrdiff_t>(stretch.begin);
       const auto to = time.begin() + static_cast<std::ptrdiff_t>(stretch.end);

@@ -18,10 +18,10 @@ struct Window {
 };
 
 /// The row past the stretch that the window lies in.
-std::size_t stretch_end(const Recording& recording, const Window& window);
+std::size_t stretch_end(const recording::Recording& recording, const Window& window);
 
 /// Cuts the recording into windows; counts what cannot be one.
-std::vector<Window> cut(const Recording& recording, const std::vector<double>& time,
+std::vector<Window> cut(const recording::Recording& recording, const std::vector<double>& time,
                         const Channel& vx_mps, const ReplayOptions& options, ReplayResult& out);
 
 }  // namespace vehicle

@@ -18,11 +18,11 @@ constexpr double kMostPointsPerSecond = 2e6;  ///< of all scans
 constexpr double kMostOnTheWay = 2e6;         ///< points of all scans, in the time of their delays
 constexpr double kMostEdgePoints = 200.0;     ///< a reach over its spacing
 
-SensorClock read_clock(const Section& entry, double rate_hz) {
+SensorClock read_clock(const base::Section& entry, double rate_hz) {
   return {entry.number("rate_hz", rate_hz, 0.01, 1000.0), entry.number("delay_s", 0.0, 0.0, 10.0)};
 }
 
-std::vector<double> read_beams(const Section& entry, const std::string& name,
+std::vector<double> read_beams(const base::Section& entry, const std::string& name,
                                const std::string& where) {
   const std::vector<std::string> words = entry.words("beams_deg");
   if (words.empty() || words.size() > kMostBeams)
@@ -30,7 +30,7 @@ std::vector<double> read_beams(const Section& entry, const std::string& name,
                             name.substr(0, 60), words.size(), kMostBeams));
   std::vector<double> out;
   for (const std::string& word : words) {
-    const double beam_deg = to_number(word, where, "beams_deg");
+    const double beam_deg = base::to_number(word, where, "beams_deg");
     if (!(std::abs(beam_deg) <= 90.0))
       throw Error(fmt::format("{}: {}: a beam at {} degrees, wanted -90 to 90", where,
                               name.substr(0, 60), beam_deg));
@@ -39,7 +39,8 @@ std::vector<double> read_beams(const Section& entry, const std::string& name,
   return out;
 }
 
-ScanSensor read_scan(const Section& entry, const std::string& name, const std::string& where) {
+ScanSensor read_scan(const base::Section& entry, const std::string& name,
+                     const std::string& where) {
   entry.allow({"rate_hz", "delay_s", "at_m", "turned_deg", "beams_deg", "field_deg", "step_deg",
                "nearest_m", "reach_m", "noise_m", "lost"});
   ScanSensor out;
@@ -84,7 +85,8 @@ void want_moderate(const std::vector<ScanSensor>& scans, const std::string& path
         path, on_the_way, kMostOnTheWay));
 }
 
-EdgeSensor read_edges(const Section& entry, const std::string& name, const std::string& where) {
+EdgeSensor read_edges(const base::Section& entry, const std::string& name,
+                      const std::string& where) {
   entry.allow({"rate_hz", "delay_s", "at_m", "turned_deg", "field_deg", "reach_m", "spacing_m",
                "noise_deg", "lost"});
   EdgeSensor out;
@@ -104,7 +106,8 @@ EdgeSensor read_edges(const Section& entry, const std::string& name, const std::
 
 }  // namespace
 
-Mounting read_mounting(const Section& entry, const std::string& name, const std::string& where) {
+Mounting read_mounting(const base::Section& entry, const std::string& name,
+                       const std::string& where) {
   Mounting out;
   const auto read = [&](const char* key, double most, std::array<double, 3>& to, double unit) {
     const std::vector<double> numbers = entry.numbers(key, 3);
@@ -124,24 +127,24 @@ std::size_t ScanSensor::columns() const {
   return static_cast<std::size_t>(std::max(1.0, std::floor(field_rad / step_rad + 1e-9)));
 }
 
-RoadSensorFile read_road_sensors(const Section& top) {
+RoadSensorFile read_road_sensors(const base::Section& top) {
   RoadSensorFile out;
   if (top.has("scans"))
     top.section("scans").for_each(
-        [&](const std::string& name, const Setting& value, const std::string& where) {
-          out.scans.push_back(read_scan(Section(value, top.path(), name), name, where));
+        [&](const std::string& name, const base::Setting& value, const std::string& where) {
+          out.scans.push_back(read_scan(base::Section(value, top.path(), name), name, where));
         });
   want_moderate(out.scans, top.path());
   if (top.has("edges"))
     top.section("edges").for_each(
-        [&](const std::string& name, const Setting& value, const std::string& where) {
-          out.edges.push_back(read_edges(Section(value, top.path(), name), name, where));
+        [&](const std::string& name, const base::Setting& value, const std::string& where) {
+          out.edges.push_back(read_edges(base::Section(value, top.path(), name), name, where));
         });
   if (top.has("pose")) {
     constexpr std::array kAxes{"x", "y", "z", "roll", "pitch", "yaw"};
     constexpr std::array kMotion{"vx",       "vy", "vz", "roll_rate", "pitch_rate",
                                  "yaw_rate", "ax", "ay", "az"};
-    const Section pose = top.section("pose");
+    const base::Section pose = top.section("pose");
     pose.allow({"x", "y", "z", "roll", "pitch", "yaw", "vx", "vy", "vz", "roll_rate", "pitch_rate",
                 "yaw_rate", "ax", "ay", "az"});
     for (std::size_t k = 0; k < kAxes.size(); ++k)

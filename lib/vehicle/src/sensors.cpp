@@ -8,9 +8,10 @@
 #include <numbers>
 #include <utility>
 
+#include "base/settings.h"
 #include "mounted_motion.h"
+#include "recording/channels.h"
 #include "vehicle/error.h"
-#include "vehicle/settings.h"
 
 namespace vehicle {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 constexpr double kLongestDelay_s = 10.0;
 
 std::size_t column_of(const char* name) {
-  const auto& names = telemetry_channels();
+  const auto& names = recording::telemetry_channels();
   return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
@@ -32,8 +33,8 @@ double gaussian(base::Random& random) {
 }  // namespace
 
 DeviceFile read_devices(const std::string& path) {
-  const Setting root = read_settings(path);
-  const Section top(root, path, "a device configuration");
+  const base::Setting root = base::read_settings(path);
+  const base::Section top(root, path, "a device configuration");
   top.allow({"seed", "between_samples", "others", "devices"});
   DeviceFile out;
   out.seed = static_cast<std::uint64_t>(top.number("seed", 1.0, 0.0, 9e15));
@@ -47,9 +48,9 @@ DeviceFile read_devices(const std::string& path) {
   out.hold = word("between_samples", "empty", "hold");
   out.others_ideal = !word("others", "ideal", "absent");
   std::vector<std::string> taken;
-  top.section("devices").for_each([&](const std::string& name, const Setting& value,
+  top.section("devices").for_each([&](const std::string& name, const base::Setting& value,
                                       const std::string& where) {
-    const Section entry(value, path, name);
+    const base::Section entry(value, path, name);
     entry.allow({"rate_hz", "delay_s", "low_pass_hz", "mounting_rad", "lever_arm_m", "channels"});
     Device device;
     device.name = name;
@@ -63,8 +64,8 @@ DeviceFile read_devices(const std::string& path) {
     three("mounting_rad", device.mounting_rad);
     three("lever_arm_m", device.lever_arm_m);
     entry.section("channels")
-        .for_each([&](const std::string& channel, const Setting& of, const std::string& at) {
-          const auto& known = telemetry_channels();
+        .for_each([&](const std::string& channel, const base::Setting& of, const std::string& at) {
+          const auto& known = recording::telemetry_channels();
           if (channel == "time_s" || std::find(known.begin(), known.end(), channel) == known.end())
             throw Error(
                 fmt::format("{}: there is no channel '{}' to measure", at, channel.substr(0, 60)));
@@ -73,8 +74,8 @@ DeviceFile read_devices(const std::string& path) {
           taken.push_back(channel);
           ChannelSensor sensor;
           sensor.channel = channel;
-          if (of.kind != Setting::Kind::kNothing) {
-            const Section numbers(of, path, channel);
+          if (of.kind != base::Setting::Kind::kNothing) {
+            const base::Section numbers(of, path, channel);
             numbers.allow({"gain", "bias", "noise", "quantisation"});
             sensor.gain = numbers.number("gain", 1.0, -1e6, 1e6);
             sensor.bias = numbers.number("bias", 0.0, -1e9, 1e9);
@@ -92,7 +93,7 @@ DeviceFile read_devices(const std::string& path) {
 
 SensorRecorder::SensorRecorder(const DeviceFile& file, std::size_t every, double step_s)
     : every_(std::max<std::size_t>(1, every)), step_s_(step_s), hold_(file.hold) {
-  const auto& names = telemetry_channels();
+  const auto& names = recording::telemetry_channels();
   measured_.assign(names.size(), 0);
   for (const Device& device : file.devices) {
     if (!(device.delay_s >= 0.0 && device.delay_s <= kLongestDelay_s))
@@ -201,10 +202,10 @@ void SensorRecorder::record(const std::vector<double>& row, double vz_mps) {
 }
 
 RunRecorder::RunRecorder(const DeviceFile* devices, std::size_t every, double step_s,
-                         std::function<void(const Table&)> on_row)
-    : every_(every), on_row_(std::move(on_row)), row_(telemetry_channels().size()) {
+                         std::function<void(const recording::Table&)> on_row)
+    : every_(every), on_row_(std::move(on_row)), row_(recording::telemetry_channels().size()) {
   if (devices != nullptr && every > 0) sensors_.emplace(*devices, every, step_s);
-  for (const std::string& name : telemetry_channels()) table_.add(name, {});
+  for (const std::string& name : recording::telemetry_channels()) table_.add(name, {});
 }
 
 bool RunRecorder::wants_step() {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/settings.h"
 #include "mounted_motion.h"
 #include "read_road_sensors.h"
 #include "vehicle/error.h"
-#include "vehicle/settings.h"
 
 namespace vehicle {
 namespace {
@@ -18,7 +18,8 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 std::string device_of(const std::string& sensor) { return sensor.substr(0, sensor.rfind('.')); }
 
-SignalSensor read_sensor(const Section& entry, const std::string& name, const std::string& where) {
+SignalSensor read_sensor(const base::Section& entry, const std::string& name,
+                         const std::string& where) {
   entry.allow({"signal", "rate_hz", "delay_s", "jitter_s", "gain", "offset", "noise",
                "noise_density", "bias_walk", "bias_instability", "bias_time_s", "quantisation",
                "smallest", "largest", "lost", "at_m", "turned_deg"});
@@ -50,7 +51,7 @@ SignalSensor read_sensor(const Section& entry, const std::string& name, const st
   return out;
 }
 
-SignalCommand read_command(const Section& entry, const std::string& name,
+SignalCommand read_command(const base::Section& entry, const std::string& name,
                            const std::string& where) {
   entry.allow({"signal", "gain", "offset", "smallest", "largest", "dead_time_s", "lag_s", "damping",
                "lead_s"});
@@ -112,7 +113,7 @@ std::vector<std::size_t> needed_of_car(const SignalSensorFile& file) {
   return out;
 }
 
-SignalTopic read_topic(const Section& entry, const std::string& name) {
+SignalTopic read_topic(const base::Section& entry, const std::string& name) {
   entry.allow({"type", "frame", "child_frame", "fields"});
   SignalTopic out;
   out.name = name;
@@ -120,8 +121,8 @@ SignalTopic read_topic(const Section& entry, const std::string& name) {
   if (entry.has("frame")) out.frame = entry.text("frame");
   if (entry.has("child_frame")) out.child_frame = entry.text("child_frame");
   entry.section("fields").for_each(
-      [&](const std::string& field, const Setting& value, const std::string& where) {
-        if (value.kind != Setting::Kind::kWord)
+      [&](const std::string& field, const base::Setting& value, const std::string& where) {
+        if (value.kind != base::Setting::Kind::kWord)
           throw Error(fmt::format("{}: {} is no name and no number", where, field.substr(0, 60)));
         out.fields.emplace_back(field, value.word);
       });
@@ -135,21 +136,22 @@ double SignalCommand::to_signal(double value) const {
 }
 
 SignalSensorFile read_signal_sensors(const std::string& path) {
-  const Setting root = read_settings(path);
-  const Section top(root, path, "a file of sensors and commands");
+  const base::Setting root = base::read_settings(path);
+  const base::Section top(root, path, "a file of sensors and commands");
   top.allow({"seed", "sensors", "commands", "positions", "topics", "scans", "edges", "pose"});
   SignalSensorFile out;
   out.seed = static_cast<std::uint64_t>(top.number("seed", 1.0, 0.0, 9e15));
   if (top.has("sensors"))
     top.section("sensors").for_each(
-        [&](const std::string& name, const Setting& value, const std::string& where) {
-          out.sensors.push_back(read_sensor(Section(value, path, name), name, where));
+        [&](const std::string& name, const base::Setting& value, const std::string& where) {
+          out.sensors.push_back(read_sensor(base::Section(value, path, name), name, where));
         });
   if (top.has("commands"))
     top.section("commands")
-        .for_each([&](const std::string& name, const Setting& value, const std::string& where) {
-          out.commands.push_back(read_command(Section(value, path, name), name, where));
-        });
+        .for_each(
+            [&](const std::string& name, const base::Setting& value, const std::string& where) {
+              out.commands.push_back(read_command(base::Section(value, path, name), name, where));
+            });
   const auto sensor = [&](const std::string& name, const std::string& where) {
     for (std::size_t k = 0; k < out.sensors.size(); ++k)
       if (out.sensors[k].name == name) return k;
@@ -157,16 +159,17 @@ SignalSensorFile read_signal_sensors(const std::string& path) {
   };
   if (top.has("positions"))
     top.section("positions")
-        .for_each([&](const std::string& name, const Setting& value, const std::string& where) {
-          const Section entry(value, path, name);
+        .for_each([&](const std::string& name, const base::Setting& value,
+                      const std::string& where) {
+          const base::Section entry(value, path, name);
           entry.allow({"x", "y"});
           out.positions.push_back(
               {name, sensor(entry.text("x"), where), sensor(entry.text("y"), where)});
         });
   if (top.has("topics"))
     top.section("topics").for_each(
-        [&](const std::string& name, const Setting& value, const std::string&) {
-          out.topics.push_back(read_topic(Section(value, path, name), name));
+        [&](const std::string& name, const base::Setting& value, const std::string&) {
+          out.topics.push_back(read_topic(base::Section(value, path, name), name));
         });
   out.road = read_road_sensors(top);
   if (out.sensors.empty() && out.commands.empty() && out.topics.empty() && out.road.empty())

@@ -10,8 +10,8 @@
 
 namespace vehicle {
 
-Table evaluate_tyre(const TyreCoefficients& tyre, const Table& points, const std::string& name,
-                    const TyreOptions& options) {
+recording::Table evaluate_tyre(const TyreCoefficients& tyre, const recording::Table& points,
+                               const std::string& name, const TyreOptions& options) {
   const auto column = [&](const char* wanted) -> const std::vector<double>& {
     if (const auto* found = points.find(wanted)) return *found;
     throw Error(fmt::format("{}: no column '{}'", name, wanted));
@@ -24,7 +24,7 @@ Table evaluate_tyre(const TyreCoefficients& tyre, const Table& points, const std
   const auto* pressure_pa = points.find("pressure_pa");
   const auto* turn_1pm = points.find("turn_1pm");
 
-  Table out = points;
+  recording::Table out = points;
   std::array<std::vector<double>, 5> results;
   for (auto& result : results) result.reserve(points.rows());
   for (std::size_t i = 0; i < points.rows(); ++i) {

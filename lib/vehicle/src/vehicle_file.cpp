@@ -8,10 +8,10 @@
 #include <set>
 
 #include "base/read_file.h"
+#include "base/settings.h"
 #include "base/text_lines.h"
 #include "map_file.h"
 #include "vehicle/error.h"
-#include "vehicle/settings.h"
 #include "vehicle/suspension_points.h"
 
 namespace vehicle {
@@ -67,24 +67,25 @@ void set_term(Vehicle& vehicle, std::string_view name, double value, const std::
   vehicle.terms[*term] = value;
 }
 
-void read_parameters(Vehicle& vehicle, const Section& section, const std::string& path) {
-  section.for_each([&](const std::string& key, const Setting& value, const std::string& where) {
-    if (value.kind == Setting::Kind::kWord) {
-      set_parameter(vehicle, key, to_number(value.word, where, key), where);
+void read_parameters(Vehicle& vehicle, const base::Section& section, const std::string& path) {
+  section.for_each([&](const std::string& key, const base::Setting& value,
+                       const std::string& where) {
+    if (value.kind == base::Setting::Kind::kWord) {
+      set_parameter(vehicle, key, base::to_number(value.word, where, key), where);
       return;
     }
-    const Section entry(value, path, key);
+    const base::Section entry(value, path, key);
     entry.allow({"value", "prior", "assumed", "source"});
-    set_parameter(vehicle, key, to_number(entry.text("value"), where, key), where);
+    set_parameter(vehicle, key, base::to_number(entry.text("value"), where, key), where);
     const auto index = static_cast<std::size_t>(*find_parameter(key));
     if (entry.has("prior"))
-      set_prior(vehicle, key, to_number(entry.text("prior"), where, key + ".prior"), where);
+      set_prior(vehicle, key, base::to_number(entry.text("prior"), where, key + ".prior"), where);
     vehicle.assumed[index] = entry.flag("assumed", vehicle.assumed[index]);
   });
 }
 
 /// The hardpoints of one axle, solved.
-WheelPath read_wheel_path(const Section& axle, const std::string& path, const char* name) {
+WheelPath read_wheel_path(const base::Section& axle, const std::string& path, const char* name) {
   axle.allow({"travel_m", "wheel_m", "link_1", "link_2", "link_3", "link_4", "link_5"});
   SuspensionPoints points;
   const auto numbers = [&](const std::string& key, std::size_t count) {
@@ -112,8 +113,9 @@ WheelPath read_wheel_path(const Section& axle, const std::string& path, const ch
 
 /// The value of a key that takes one of a few words; throws Error naming them.
 template <typename Value>
-void read_word(const Section& section, const char* key, const std::string& path, const char* wanted,
-               std::initializer_list<std::pair<const char*, Value>> words, Value& out) {
+void read_word(const base::Section& section, const char* key, const std::string& path,
+               const char* wanted, std::initializer_list<std::pair<const char*, Value>> words,
+               Value& out) {
   if (!section.has(key)) return;
   const std::string word = section.text(key);
   for (const auto& [name, value] : words)
@@ -132,7 +134,7 @@ std::string file_beside(const std::string& path, const std::string& name, Vehicl
   return full;
 }
 
-void read_tyres(const Section& tyres, const std::string& path, Vehicle& vehicle) {
+void read_tyres(const base::Section& tyres, const std::string& path, Vehicle& vehicle) {
   tyres.allow({"front", "rear", "alpha", "fx_arm"});
   for (const std::size_t a : {0u, 1u})
     vehicle.files.tyre[a] =
@@ -147,7 +149,7 @@ void read_tyres(const Section& tyres, const std::string& path, Vehicle& vehicle)
       vehicle.files.fx_arm);
 }
 
-void read_maps(const Section& maps, const std::string& path, Vehicle& vehicle) {
+void read_maps(const base::Section& maps, const std::string& path, Vehicle& vehicle) {
   maps.allow({"engine_torque_nm", "front_damper_n", "rear_damper_n", "drag_factor",
               "front_lift_factor", "rear_lift_factor", "yaw_drag_factor", "yaw_lift_factor",
               "wake_drag_factor", "wake_lift_factor", "pad_friction", "compressor_kgps",
@@ -192,7 +194,7 @@ void apply_setting(Vehicle& vehicle, std::string_view setting, const std::string
   const std::string_view name = base::trimmed(setting.substr(0, equals));
   const std::string_view text = base::trimmed(setting.substr(equals + 1));
   const std::size_t word = text.find(kPrior);
-  const double value = to_number(base::trimmed(text.substr(0, word)), where, name);
+  const double value = base::to_number(base::trimmed(text.substr(0, word)), where, name);
   const bool term = name.find('.') == std::string_view::npos;
   if (term && word != std::string_view::npos)
     throw Error(fmt::format("{}: {} is the amplitude of a term, which has no prior", where,
@@ -204,7 +206,7 @@ void apply_setting(Vehicle& vehicle, std::string_view setting, const std::string
   set_parameter(vehicle, name, value, where);
   if (word == std::string_view::npos) return;
   const std::string_view prior = base::trimmed(text.substr(word + kPrior.size()));
-  set_prior(vehicle, name, to_number(prior, where, "prior"), where);
+  set_prior(vehicle, name, base::to_number(prior, where, "prior"), where);
 }
 
 void read_setup(Vehicle& vehicle, const std::string& path) {
@@ -230,8 +232,8 @@ Vehicle read_vehicle(const std::string& path) {
   Vehicle vehicle;
   for (std::size_t i = 0; i < kParameterCount; ++i) vehicle.prior[i] = parameter_list()[i].prior;
   vehicle.read_files.push_back(path);
-  const Setting root = read_settings(path);
-  const Section top(root, path, "a vehicle file");
+  const base::Setting root = base::read_settings(path);
+  const base::Section top(root, path, "a vehicle file");
   top.allow(
       {"name", "tyres", "maps", "suspension", "setup", "contact", "turbo", "parameters", "terms"});
   vehicle.name = top.text("name");
@@ -241,7 +243,7 @@ Vehicle read_vehicle(const std::string& path) {
                    {{"first_order", Turbo::kFirstOrder}, {"full", Turbo::kFull}},
                    vehicle.files.turbo);
   if (top.has("suspension")) {
-    const Section both = top.section("suspension");
+    const base::Section both = top.section("suspension");
     both.allow({"front", "rear"});
     for (const std::size_t a : {0u, 1u}) {
       const char* const axle = a == 0 ? "front" : "rear";
@@ -257,10 +259,10 @@ Vehicle read_vehicle(const std::string& path) {
   if (top.has("parameters")) read_parameters(vehicle, top.section("parameters"), path);
   if (top.has("terms"))
     top.section("terms").for_each(
-        [&](const std::string& key, const Setting& value, const std::string& where) {
-          if (value.kind != Setting::Kind::kWord)
+        [&](const std::string& key, const base::Setting& value, const std::string& where) {
+          if (value.kind != base::Setting::Kind::kWord)
             throw Error(fmt::format("{}: amplitude of {} is no number", where, key.substr(0, 60)));
-          set_term(vehicle, key, to_number(value.word, where, key), where);
+          set_term(vehicle, key, base::to_number(value.word, where, key), where);
         });
   if (top.has("setup")) read_setup(vehicle, file_beside(path, top.text("setup"), vehicle));
   try {

@@ -13,7 +13,7 @@ std::vector<double> useful_power_w(const Signals& signals, const vehicle::Vehicl
 
 /// Adds a column to the log and to the mapping: `fuel_kg` at the log's begin, less what the car
 /// burns (vehicle.yaml: fuel.*, fuel_burn). Nothing is burnt once none is left.
-void add_fuel(vehicle::Table& log, Mapping& mapping, const Signals& signals,
+void add_fuel(recording::Table& log, Mapping& mapping, const Signals& signals,
               const vehicle::Vehicle& car, double fuel_kg);
 
 }  // namespace explain

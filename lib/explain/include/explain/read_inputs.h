@@ -27,7 +27,7 @@ struct StatedRoad {
 StatedRoad read_road(const std::string& track_path, const std::string& friction_path);
 
 struct Recordings {
-  std::vector<vehicle::Table> tables;
+  std::vector<recording::Table> tables;
   std::vector<Signals> logs;  ///< of the same tables
   Mapping given;              ///< as it names the columns of the log: latitudes not yet on a plane
   Mapping recorded;           ///< of the columns that were recorded

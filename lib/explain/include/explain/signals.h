@@ -8,7 +8,7 @@
 
 #include "crg/surface.h"
 #include "explain/mapping.h"
-#include "vehicle/table.h"
+#include "recording/table.h"
 
 namespace explain {
 
@@ -74,7 +74,7 @@ struct Signals {
 /// Reads, maps, smooths, projects. Throws vehicle::Error naming the file when there is no position
 /// or speed, the clock goes back, the log is shorter than 10 s, or the car is not on this road
 /// (then with the rotation and shift that would bring it there, if one is found).
-Signals make_signals(const vehicle::Table& table, const Mapping& mapping,
+Signals make_signals(const recording::Table& table, const Mapping& mapping,
                      const crg::Surface& surface, const std::string& name);
 
 }  // namespace explain

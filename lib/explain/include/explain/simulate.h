@@ -21,7 +21,7 @@ struct SimulationInputs {
 };
 
 struct RecordedLog {
-  const vehicle::Table* table = nullptr;
+  const recording::Table* table = nullptr;
   const Signals* signals = nullptr;  ///< of the same table: places and laps
 };
 

@@ -25,8 +25,8 @@ std::vector<double> useful_power_w(const Signals& s, const vehicle::Vehicle& car
   return out;
 }
 
-void add_fuel(vehicle::Table& log, Mapping& mapping, const Signals& s, const vehicle::Vehicle& car,
-              double fuel_kg) {
+void add_fuel(recording::Table& log, Mapping& mapping, const Signals& s,
+              const vehicle::Vehicle& car, double fuel_kg) {
   const auto time = std::find_if(mapping.columns.begin(), mapping.columns.end(),
                                  [](const ColumnMapping& m) { return m.channel == "time_s"; });
   const auto* const stamps = time == mapping.columns.end() ? nullptr : log.find(time->column);

@@ -9,7 +9,7 @@
 
 #include "crg/file.h"
 #include "explain/findings.h"
-#include "vehicle/recording.h"
+#include "recording/recording.h"
 #include "vehicle/vehicle_file.h"
 
 namespace explain {
@@ -32,7 +32,7 @@ struct Mechanism {
   double most = kUnlimited;
   /// Adds a state of the car that hardly a log has, worked out from what it has: a window of a
   /// replay that begins in the middle of a stop must not begin with the heat of a window ago.
-  void (*add_state)(vehicle::Recording&, const vehicle::Vehicle&) = nullptr;
+  void (*add_state)(recording::Recording&, const vehicle::Vehicle&) = nullptr;
   /// Its unknowns are components of one thing: found together they are one finding.
   bool by_components = false;
   /// Of what a search of its own finds; of all others every unknown has its own.
@@ -76,6 +76,6 @@ void forget_untestable(Findings& findings, std::string_view id);
 Finding finding_of(const Mechanism& m);
 
 /// All states of the car that hardly a log has; see Mechanism::add_state.
-void add_unlogged_states(vehicle::Recording& recording, const vehicle::Vehicle& car);
+void add_unlogged_states(recording::Recording& recording, const vehicle::Vehicle& car);
 
 }  // namespace explain

@@ -13,7 +13,7 @@
 namespace explain {
 namespace {
 
-using vehicle::Table;
+using recording::Table;
 
 /// Slope of y over x through zero, and the correlation.
 struct Fit {
@@ -243,7 +243,7 @@ void confirm_travels(const Table& table, const std::vector<double>& t, Mapping& 
   bool any = false;
   std::vector<double> speed, acceleration;
   if (find_channel(mapping, "vx_mps") != nullptr) {
-    speed = vehicle::fill_gaps(t, mapped_values(mapping, table, "vx_mps"));
+    speed = recording::fill_gaps(t, mapped_values(mapping, table, "vx_mps"));
     acceleration.assign(t.size(), std::numeric_limits<double>::quiet_NaN());
     std::size_t from = 0, to = 0;
     for (std::size_t i = 0; i < t.size(); ++i) {

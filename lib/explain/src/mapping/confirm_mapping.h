@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "explain/mapping.h"
-#include "vehicle/table.h"
+#include "recording/table.h"
 
 namespace explain {
 
@@ -13,17 +13,18 @@ namespace explain {
 ColumnMapping* find_channel(Mapping& mapping, const std::string& channel);
 
 /// The values of a channel as they are mapped; empty: no such channel.
-std::vector<double> mapped_values(Mapping& mapping, const vehicle::Table& table,
+std::vector<double> mapped_values(Mapping& mapping, const recording::Table& table,
                                   const std::string& channel);
 
 /// Turns signs and zeros as the path wants them, leaves out what it contradicts, and notes both.
 /// The path goes through x_m, y_m at the log's own clock t_s.
-void confirm_mapping(const vehicle::Table& table, const std::vector<double>& t_s,
+void confirm_mapping(const recording::Table& table, const std::vector<double>& t_s,
                      const std::vector<double>& x_m, const std::vector<double>& y_m,
                      bool by_satellites, Mapping& mapping);
 
 /// Turns the signs of suspension travels so that braking bumps the front and driving the rear, by
 /// vx_mps at the clock t_s, and notes what it did and what a log cannot tell of travels.
-void confirm_travels(const vehicle::Table& table, const std::vector<double>& t_s, Mapping& mapping);
+void confirm_travels(const recording::Table& table, const std::vector<double>& t_s,
+                     Mapping& mapping);
 
 }  // namespace explain

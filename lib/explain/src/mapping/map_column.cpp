@@ -14,7 +14,7 @@
 namespace explain {
 namespace {
 
-using vehicle::Table;
+using recording::Table;
 
 double share_repeated(const std::vector<double>& values) {
   std::size_t same = 0, seen = 0;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "explain/mapping.h"
-#include "vehicle/table.h"
+#include "recording/table.h"
 
 namespace explain {
 
@@ -15,7 +15,7 @@ const std::vector<std::string>& analysed_channels();
 
 /// Takes column `c` of the table into the mapping, or leaves it out; a note says why. `taken` has
 /// the channels that other columns gave. The pressure of an axle gives the channels of both wheels.
-void map_column(const vehicle::Table& table, std::size_t c, std::set<std::string>& taken,
+void map_column(const recording::Table& table, std::size_t c, std::set<std::string>& taken,
                 Mapping& mapping);
 
 /// Pressures of all wheels make a common one superfluous; that of one axle alone stands for all.

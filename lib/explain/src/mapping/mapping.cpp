@@ -9,14 +9,14 @@
 #include "column_words.h"
 #include "confirm_mapping.h"
 #include "map_column.h"
+#include "recording/place.h"
 #include "vehicle/error.h"
-#include "vehicle/place.h"
 
 namespace explain {
 namespace {
 
+using recording::Table;
 using vehicle::Error;
-using vehicle::Table;
 
 /// The origin of a plane for latitudes and longitudes: the same for all logs of one place, nearly
 /// always.
@@ -45,8 +45,8 @@ Place on_plane(const Table& table, const std::string& name, Mapping& mapping) {
                 mapped_values(mapping, table, "longitude_rad"), mapping);
   if (!mapping.has_origin) throw Error(name + ": no latitude and longitude within their bounds");
   Table with = table;
-  vehicle::Mapping plane = mapping;
-  vehicle::put_on_plane(with, plane, name);
+  recording::Mapping plane = mapping;
+  recording::put_on_plane(with, plane, name);
   Place place{with.columns[with.columns.size() - 2], with.columns.back()};
   mapping.notes.push_back(
       fmt::format("x_m, y_m: from latitude and longitude, east and north of {:.2f}, {:.2f} "
@@ -123,7 +123,7 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
                   [](const ColumnMapping& m) { return m.channel.starts_with("steer"); });
     return mapping;
   }
-  confirm_mapping(table, t, vehicle::fill_gaps(t, place.x_m), vehicle::fill_gaps(t, place.y_m),
+  confirm_mapping(table, t, recording::fill_gaps(t, place.x_m), recording::fill_gaps(t, place.y_m),
                   by_satellites, mapping);
   return mapping;
 }

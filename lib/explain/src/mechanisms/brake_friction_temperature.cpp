@@ -56,7 +56,8 @@ void list(const Listing& l) {
 }
 
 /// Force of all brakes before they fade, by recorded pressures; wheels roll as the standing car's.
-std::vector<double> cold_force_n(const vehicle::Recording& recording, const vehicle::Vehicle& car) {
+std::vector<double> cold_force_n(const recording::Recording& recording,
+                                 const vehicle::Vehicle& car) {
   const auto& p = car.parameters;
   const std::vector<double>& time = *recording.table.find("time_s");
   std::vector<double> out(time.size(), 0.0);
@@ -71,7 +72,7 @@ std::vector<double> cold_force_n(const vehicle::Recording& recording, const vehi
       const double friction =
           p.axle(axle, P::front_brake_friction) * (commanded ? p[P::brake_gain] : 1.0);
       const double radius_m = standing_radius_m(car, axle);
-      const std::vector<double> pressure = vehicle::fill_gaps(time, *column);
+      const std::vector<double> pressure = recording::fill_gaps(time, *column);
       for (std::size_t i = 0; i < time.size(); ++i)
         out[i] += laws::brake_torque(friction, std::max(0.0, pressure[i]),
                                      p.axle(axle, P::front_brake_area_m2),
@@ -84,12 +85,12 @@ std::vector<double> cold_force_n(const vehicle::Recording& recording, const vehi
 
 /// `pad_heat_j`, the heat of the pads of a car whose brakes fade, by recorded pressures and speed;
 /// cold at the log's begin. The pads' friction is the constant one.
-void add_pad_heat(vehicle::Recording& recording, const vehicle::Vehicle& car) {
+void add_pad_heat(recording::Recording& recording, const vehicle::Vehicle& car) {
   const auto& p = car.parameters;
   const double amount = car.terms[Term::brake_fade];
   if (amount * p[P::brake_fade_1pmj] == 0.0) return;
   const std::vector<double>& time = *recording.table.find("time_s");
-  const std::vector<double> speed = vehicle::fill_gaps(time, *recording.table.find("vx_mps"));
+  const std::vector<double> speed = recording::fill_gaps(time, *recording.table.find("vx_mps"));
   const std::vector<double> cold_n = cold_force_n(recording, car);
   std::vector<double> heat(time.size(), 0.0);
   for (std::size_t i = 1; i < time.size(); ++i) {

@@ -99,7 +99,7 @@ Finding finding_of(const Mechanism& m) {
   return out;
 }
 
-void add_unlogged_states(vehicle::Recording& recording, const vehicle::Vehicle& car) {
+void add_unlogged_states(recording::Recording& recording, const vehicle::Vehicle& car) {
   for (const Mechanism& m : mechanisms())
     if (m.add_state != nullptr) m.add_state(recording, car);
 }

@@ -71,7 +71,7 @@ void list(const Listing& l) {
 /// `boost` by recorded throttle and engine speed (without it: that at which turbo.rise_s holds),
 /// settled at the log's begin. Nothing where the car has no first-order boost, the log no throttle,
 /// or the column already.
-void add_boost(vehicle::Recording& recording, const vehicle::Vehicle& car) {
+void add_boost(recording::Recording& recording, const vehicle::Vehicle& car) {
   const std::vector<double>* throttle = recording.table.find("throttle");
   if (throttle == nullptr) throttle = recording.table.find("throttle_command");
   if (car.terms[Term::turbo_lag] == 0.0 || throttle == nullptr ||
@@ -79,11 +79,11 @@ void add_boost(vehicle::Recording& recording, const vehicle::Vehicle& car) {
     return;
   const laws::BoostParameters<double> turbo = laws::boost_parameters(car.parameters);
   const std::vector<double>& time = *recording.table.find("time_s");
-  const std::vector<double> opening = vehicle::fill_gaps(time, *throttle);
+  const std::vector<double> opening = recording::fill_gaps(time, *throttle);
   const auto* const engine = recording.table.find("engine_radps");
   const std::vector<double> speed = engine == nullptr
                                         ? std::vector<double>(time.size(), turbo.reference_radps)
-                                        : vehicle::fill_gaps(time, *engine);
+                                        : recording::fill_gaps(time, *engine);
   std::vector<double> boost(time.size(), opening.front());
   for (std::size_t i = 1; i < time.size(); ++i)
     boost[i] =

@@ -40,13 +40,13 @@ void list(const Listing& l) {
 
 /// `tyre_warmth` of tyres that warm up, by recorded speed and yaw rate; cold at the log's begin.
 /// Nothing without a yaw rate.
-void add_warmth(vehicle::Recording& recording, const vehicle::Vehicle& car) {
+void add_warmth(recording::Recording& recording, const vehicle::Vehicle& car) {
   const auto& p = car.parameters;
   const auto* const rate = recording.table.find("yaw_rate_radps");
   if (car.terms[Term::tyre_warm_up] * p[P::tyre_warm_up_loss] == 0.0 || rate == nullptr) return;
   const std::vector<double>& time = *recording.table.find("time_s");
-  const std::vector<double> speed = vehicle::fill_gaps(time, *recording.table.find("vx_mps"));
-  const std::vector<double> turning = vehicle::fill_gaps(time, *rate);
+  const std::vector<double> speed = recording::fill_gaps(time, *recording.table.find("vx_mps"));
+  const std::vector<double> turning = recording::fill_gaps(time, *rate);
   std::vector<double> warmth(time.size(), 0.0);
   for (std::size_t i = 1; i < time.size(); ++i)
     warmth[i] = vehicle::laws::warmth_after(warmth[i - 1], p[P::tyre_warm_up_s],

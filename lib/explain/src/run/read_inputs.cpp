@@ -7,10 +7,10 @@
 #include "base/sha256.h"
 #include "crg/file.h"
 #include "explain/fuel.h"
+#include "recording/log_table.h"
+#include "recording/place.h"
 #include "run_steps.h"
 #include "vehicle/error.h"
-#include "vehicle/log_table.h"
-#include "vehicle/place.h"
 
 namespace explain {
 namespace {
@@ -42,7 +42,7 @@ void refuse_the_same_twice(const std::vector<std::string>& paths) {
 
 /// Cells that are no numbers count as empty, unless nothing is left of what the analysis cannot do
 /// without.
-void note_words(const std::string& path, const vehicle::Table& table,
+void note_words(const std::string& path, const recording::Table& table,
                 const std::vector<std::size_t>& words, const Mapping& mapping,
                 std::vector<std::string>& notes) {
   for (std::size_t c = 0; c < words.size(); ++c) {
@@ -60,8 +60,8 @@ void note_words(const std::string& path, const vehicle::Table& table,
 }
 
 Mapping given_mapping(const std::string& path, const std::vector<std::string>& paths,
-                      const std::vector<vehicle::Table>& tables) {
-  const Mapping out = {vehicle::read_mapping(path), {}};
+                      const std::vector<recording::Table>& tables) {
+  const Mapping out = {recording::read_mapping(path), {}};
   for (std::size_t k = 0; k < tables.size(); ++k)
     for (const ColumnMapping& m : out.columns)
       if (tables[k].find(m.column) == nullptr)
@@ -79,7 +79,8 @@ Mapping given_mapping(const std::string& path, const std::vector<std::string>& p
 /// Canonical columns, the same in all recordings: mechanisms, the whole car and mapping.yaml know
 /// one mapping. Samples that repeat in one recording count as missing in all.
 Mapping common_mapping(const std::vector<std::string>& paths,
-                       const std::vector<vehicle::Table>& tables, std::vector<std::string>& notes) {
+                       const std::vector<recording::Table>& tables,
+                       std::vector<std::string>& notes) {
   Mapping out;
   const auto want = [&](const Mapping& all, std::size_t here, std::size_t there) {
     for (const ColumnMapping& m : all.columns)
@@ -137,7 +138,7 @@ Recordings read_recordings(const ExplainRequest& request, const crg::Surface& su
   Recordings out;
   std::vector<std::vector<std::size_t>> words(paths.size());
   for (std::size_t k = 0; k < paths.size(); ++k)
-    out.tables.push_back(vehicle::read_log(paths[k], &words[k]));
+    out.tables.push_back(recording::read_log_table(paths[k], &words[k]));
   refuse_the_same_twice(paths);
   out.recorded = request.mapping_path.empty()
                      ? common_mapping(paths, out.tables, out.notes)
@@ -145,7 +146,7 @@ Recordings read_recordings(const ExplainRequest& request, const crg::Surface& su
   out.given = out.recorded;
   for (std::size_t k = 0; k < paths.size(); ++k) {  // the same columns in all
     out.recorded = out.given;
-    vehicle::put_on_plane(out.tables[k], out.recorded, paths[k]);
+    recording::put_on_plane(out.tables[k], out.recorded, paths[k]);
     words[k].resize(out.tables[k].names.size());
   }
   for (std::size_t k = 0; k < paths.size(); ++k)

@@ -39,7 +39,7 @@ struct Trial {
 /// The columns that the corrected car is driven with: fuel that was given stays, fuel that was
 /// found is added to the tables.
 Mapping driven_columns(const Trial& trial, const vehicle::Vehicle& improved,
-                       const CorrectedFiles& corrected, std::vector<vehicle::Table>& tables) {
+                       const CorrectedFiles& corrected, std::vector<recording::Table>& tables) {
   const Recordings& recordings = trial.recordings;
   const Mapping recorded = corrected.mapping ? *corrected.mapping : recordings.recorded;
   Mapping out = recorded;
@@ -65,7 +65,7 @@ Outcome drive(const Trial& trial, const Chosen& chosen) {
                       only(trial.findings, chosen));
   const vehicle::Vehicle improved = vehicle::read_vehicle(corrected.vehicle_path);
   const StatedRoad changed = read_road(corrected.track_path, corrected.friction_path);
-  std::vector<vehicle::Table> tables = trial.recordings.tables;
+  std::vector<recording::Table> tables = trial.recordings.tables;
   const Mapping columns = driven_columns(trial, improved, corrected, tables);
   std::vector<RecordedLog> logs;
   for (std::size_t k = 0; k < tables.size(); ++k)

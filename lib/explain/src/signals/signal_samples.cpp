@@ -47,8 +47,8 @@ double value_of_cubic(const std::array<double, 7>& m, const Eigen::Vector4d& b, 
 
 }  // namespace
 
-Samples samples_of(const vehicle::Table& table, const Mapping& mapping, const std::string& channel,
-                   const std::vector<double>& time_s) {
+Samples samples_of(const recording::Table& table, const Mapping& mapping,
+                   const std::string& channel, const std::vector<double>& time_s) {
   Samples out;
   for (const ColumnMapping& m : mapping.columns) {
     if (m.channel != channel) continue;

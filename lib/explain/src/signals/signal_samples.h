@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "explain/mapping.h"
-#include "vehicle/table.h"
+#include "recording/table.h"
 
 namespace explain {
 
@@ -17,8 +17,8 @@ struct Samples {
 
 /// Mapped values with their own clock; repeats and empty cells left out. `time_s` is the log's
 /// clock, row by row.
-Samples samples_of(const vehicle::Table& table, const Mapping& mapping, const std::string& channel,
-                   const std::vector<double>& time_s);
+Samples samples_of(const recording::Table& table, const Mapping& mapping,
+                   const std::string& channel, const std::vector<double>& time_s);
 
 /// Its rate of change at step i, from two steps to both sides; NaN without them.
 double rate_at(const std::vector<double>& x, std::size_t i);

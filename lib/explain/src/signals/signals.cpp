@@ -24,7 +24,7 @@ struct Clock {
   double duration_s = 0.0;
 };
 
-Clock clock_of(const vehicle::Table& table, const Mapping& mapping, const std::string& name) {
+Clock clock_of(const recording::Table& table, const Mapping& mapping, const std::string& name) {
   const ColumnMapping* column = nullptr;
   for (const ColumnMapping& m : mapping.columns)
     if (m.channel == "time_s" && table.find(m.column) != nullptr) column = &m;
@@ -68,7 +68,7 @@ constexpr double kSlowest_hz = 5.0;
 /// Puts channels of a log into signals, all smoothed by one kernel.
 class SmoothedChannels {
  public:
-  SmoothedChannels(Signals& signals, const vehicle::Table& table, const Mapping& mapping,
+  SmoothedChannels(Signals& signals, const recording::Table& table, const Mapping& mapping,
                    const Clock& clock)
       : signals_(signals), table_(table), mapping_(mapping), clock_(clock) {
     // Wide enough for ten samples, not wider than needed.
@@ -136,7 +136,7 @@ class SmoothedChannels {
 
  private:
   Signals& signals_;
-  const vehicle::Table& table_;
+  const recording::Table& table_;
   const Mapping& mapping_;
   const Clock& clock_;
   double half_s_ = 0.0;
@@ -281,7 +281,7 @@ void turn_by_the_path(Signals& s) {
 
 }  // namespace
 
-Signals make_signals(const vehicle::Table& table, const Mapping& mapping,
+Signals make_signals(const recording::Table& table, const Mapping& mapping,
                      const crg::Surface& surface, const std::string& name) {
   Signals s;
   s.name = name;

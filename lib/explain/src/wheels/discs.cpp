@@ -13,7 +13,6 @@
 #include "not_known.h"
 #include "selection.h"
 #include "vehicle/laws/disc_heat.h"
-#include "vehicle/recording.h"
 
 namespace explain {
 namespace {
@@ -114,8 +113,8 @@ Fit fit(const Problem& problem, std::size_t also, double sigma, const VectorXd& 
 /// What the two axles' discs did in log `k`; without temperatures where the log has none.
 std::array<Stop, 2> stops_of(const RecordedLog& log, std::size_t k, const Mapping& mapping,
                              int first_lap) {
-  const vehicle::Recording recording =
-      vehicle::make_recording(*log.table, log.signals->name, mapping);
+  const recording::Recording recording =
+      recording::make_recording(*log.table, log.signals->name, mapping);
   const std::vector<double>& time = *recording.table.find("time_s");
   const Signals& signals = *log.signals;
   std::array<Stop, 2> axles;

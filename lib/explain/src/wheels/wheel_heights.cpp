@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "not_known.h"
-#include "vehicle/recording.h"
+#include "recording/recording.h"
 #include "vehicle/road.h"
 
 namespace explain {
@@ -49,7 +49,7 @@ std::vector<double> integrated(const std::vector<double>& x, double step_s) {
 }
 
 /// Why a recording does not say how high its wheels are; empty: it does.
-std::string lacking(const vehicle::Recording& recording) {
+std::string lacking(const recording::Recording& recording) {
   std::vector<std::string> wanted{"az_mps2", "roll_rate_radps", "pitch_rate_radps", "x_m",
                                   "y_m",     "yaw_rad"};
   for (const char* wheel : kWheel)
@@ -141,18 +141,18 @@ std::string wheel_heights(const RecordedLog& log, const Mapping& mapping,
                           const crg::Surface& surface, const vehicle::Vehicle& car, int first_lap,
                           bool strip, const std::vector<bool>& only_cells,
                           std::vector<WheelHeight>& out) {
-  const vehicle::Recording recording =
-      vehicle::make_recording(*log.table, log.signals->name, mapping);
+  const recording::Recording recording =
+      recording::make_recording(*log.table, log.signals->name, mapping);
   if (const std::string reason = lacking(recording); !reason.empty()) return reason;
   const std::vector<double>& time = *recording.table.find("time_s");
   const auto half = static_cast<std::size_t>(std::lround(kHalf_s / recording.step_s));
   const Eyes eyes = eyes_of(surface, car, strip, only_cells);
   vehicle::RoadCursors cursors{};
-  for (const vehicle::Stretch& stretch : recording.stretches) {
+  for (const recording::Stretch& stretch : recording.stretches) {
     const std::size_t n = stretch.end - stretch.begin;
     if (n < 4 * half) continue;
     const auto part = [&](const std::string& name) {
-      const std::vector<double> filled = vehicle::fill_gaps(time, *recording.table.find(name));
+      const std::vector<double> filled = recording::fill_gaps(time, *recording.table.find(name));
       return std::vector<double>(filled.begin() + static_cast<std::ptrdiff_t>(stretch.begin),
                                  filled.begin() + static_cast<std::ptrdiff_t>(stretch.end));
     };

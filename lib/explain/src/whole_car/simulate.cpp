@@ -47,11 +47,11 @@ struct Driven {
 
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
-void note(Driven& driven, double t_s, const vehicle::Table& log, std::size_t row,
-          const vehicle::Table& sim, std::size_t sim_row) {
+void note(Driven& driven, double t_s, const recording::Table& log, std::size_t row,
+          const recording::Table& sim, std::size_t sim_row) {
   driven.t_s.push_back(t_s);
   for (std::size_t c = 0; c < kCompared.size(); ++c) {
-    const auto value = [&](const vehicle::Table& table, std::size_t i) {
+    const auto value = [&](const recording::Table& table, std::size_t i) {
       const auto* column = i == kNone ? nullptr : table.find(kCompared[c].channel);
       return column == nullptr ? kNaN : (*column)[i];
     };
@@ -63,7 +63,7 @@ void note(Driven& driven, double t_s, const vehicle::Table& log, std::size_t row
 /// Simulated minus recorded up to `horizon_s` after each window's begin.
 std::vector<WindowEnd> drive(const vehicle::Vehicle& car, const vehicle::CarFiles& files,
                              const vehicle::Parameters<double>& parameters,
-                             const crg::Surface& surface, const vehicle::Recording& recording,
+                             const crg::Surface& surface, const recording::Recording& recording,
                              double window_s, double horizon_s, Driven* driven = nullptr) {
   const auto made = vehicle::make_car(files, parameters, car.terms, car.contact);
   vehicle::ReplayOptions options;
@@ -72,7 +72,7 @@ std::vector<WindowEnd> drive(const vehicle::Vehicle& car, const vehicle::CarFile
   options.fuel_kg = 0.0;
   const vehicle::ReplayResult result =
       vehicle::replay(made, vehicle::Road(surface), recording, options);
-  const vehicle::Table& sim = result.telemetry;
+  const recording::Table& sim = result.telemetry;
   const auto &time = *sim.find("time_s"), &window = *sim.find("window");
   const std::vector<double>& log_time = *recording.table.find("time_s");
   const auto &x = *recording.table.find("x_m"), &y = *recording.table.find("y_m"),
@@ -167,12 +167,12 @@ struct Side {
 
 /// The rows of the laps that judge, or of the others; all of them where temperatures, which no
 /// window's begin sets, have to be carried along.
-vehicle::Recording part(const vehicle::Recording& whole, const Judge& judge, std::size_t log,
-                        bool judged) {
-  vehicle::Recording out = whole;
+recording::Recording part(const recording::Recording& whole, const Judge& judge, std::size_t log,
+                          bool judged) {
+  recording::Recording out = whole;
   const std::vector<double>& time = *whole.table.find("time_s");
   out.stretches.clear();
-  for (const vehicle::Stretch& stretch : whole.stretches)
+  for (const recording::Stretch& stretch : whole.stretches)
     for (std::size_t i = stretch.begin; i < stretch.end; ++i) {
       if (judge.is_judged(log, time[i] - time.front()) != judged) continue;
       if (out.stretches.empty() || out.stretches.back().end != i) out.stretches.push_back({i, i});
@@ -191,11 +191,11 @@ Side one_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs, 
               const std::function<RefittedCar(const std::function<RefittedCar()>&)>& refit) {
   Side out;
   try {
-    std::vector<vehicle::Recording> train, test;
+    std::vector<recording::Recording> train, test;
     double fuel_kg = 0.0;
     for (std::size_t k = 0; k < logs.size(); ++k) {
-      vehicle::Recording whole =
-          vehicle::make_recording(*logs[k].table, logs[k].signals->name, in.mapping);
+      recording::Recording whole =
+          recording::make_recording(*logs[k].table, logs[k].signals->name, in.mapping);
       add_unlogged_states(whole, *in.car);
       if (const auto* const fuel = whole.table.find("fuel_kg");
           fuel != nullptr && k == 0 && std::isfinite(fuel->front()))

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "identify/drive_fit.h"
+#include "recording/recording.h"
 #include "vehicle/car.h"
-#include "vehicle/recording.h"
 
 namespace identify {
 
@@ -24,7 +24,7 @@ struct DamperFitOptions {
 /// found from the rows and taken out. Found of front and rear: bump_damping_nspm,
 /// rebound_damping_nspm; with a damper map of the vehicle file bump_damper, rebound_damper as
 /// factors on it. What is missing is said in `unseen`.
-DriveFit fit_dampers(const vehicle::Car<double>& car, const vehicle::Recording& recording,
+DriveFit fit_dampers(const vehicle::Car<double>& car, const recording::Recording& recording,
                      const DamperFitOptions& options = {});
 
 /// Lines of a setup sheet; remarks where something was not found.

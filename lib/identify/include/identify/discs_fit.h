@@ -5,8 +5,8 @@
 #include <string>
 
 #include "identify/drive_fit.h"
+#include "recording/recording.h"
 #include "vehicle/car.h"
-#include "vehicle/recording.h"
 
 namespace identify {
 
@@ -26,7 +26,7 @@ struct DiscsFitOptions {
 /// Nothing is thrown: what is missing is said in `unseen`.
 DriveFit fit_discs(const vehicle::Car<double>& car,
                    const std::array<double, vehicle::kParameterCount>& prior,
-                   const vehicle::Recording& recording, const DiscsFitOptions& options = {});
+                   const recording::Recording& recording, const DiscsFitOptions& options = {});
 
 /// Lines of a setup sheet; a remark where nothing was found.
 std::string discs_sheet(const DriveFit& fit);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "identify/tyre_samples.h"
-#include "vehicle/table.h"
+#include "recording/table.h"
 
 namespace identify {
 
@@ -24,7 +24,7 @@ struct DriveTyres {
 /// less than `least_load_n`, without forces, or at the outer hundredths of camber and load (kerbs,
 /// which would stretch what counts as measured) are counted and left out. Throws base::Error where
 /// columns are missing.
-void add_drive_tyres(DriveTyres& out, const vehicle::Table& forces, std::size_t axle,
+void add_drive_tyres(DriveTyres& out, const recording::Table& forces, std::size_t axle,
                      bool left_side, const std::string& name, double least_load_n = 200.0);
 
 /// Forces of a tyre against samples: root mean square of what is left, and of the forces.

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "crg/surface.h"
+#include "recording/recording.h"
 #include "vehicle/car.h"
-#include "vehicle/recording.h"
 
 namespace identify {
 
@@ -72,7 +72,7 @@ struct DriveWindows {
 /// either, axes are left as they are. Throws
 /// base::Error where a channel is missing that is needed.
 DriveWindows drive_windows(const vehicle::Car<double>& car, const crg::Surface* road,
-                           const vehicle::Recording& recording,
+                           const recording::Recording& recording,
                            const DriveWindowsOptions& options = {});
 
 /// What the windows' normal acceleration rests on, in words.

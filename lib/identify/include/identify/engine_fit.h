@@ -47,7 +47,7 @@ struct EngineFit {
 /// for a car with the full turbocharged engine, which has no map.
 EngineFit fit_engine(const vehicle::Car<double>& car,
                      const std::array<double, vehicle::kParameterCount>& prior,
-                     const DriveWindows& drive, const vehicle::Recording& recording,
+                     const DriveWindows& drive, const recording::Recording& recording,
                      const EngineFitOptions& options = {});
 
 /// The map for a car: places that were not seen as their neighbours and the stated shape say.

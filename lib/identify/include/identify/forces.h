@@ -8,15 +8,15 @@
 #include <vector>
 
 #include "base/progress.h"
+#include "recording/recording.h"
 #include "vehicle/car.h"
-#include "vehicle/recording.h"
 #include "vehicle/road.h"
 
 namespace identify {
 
 struct ForcesOptions {
   double fuel_kg = 30.0, tyre_k = 360.0, disc_k = 500.0;  ///< at the begin, where not recorded
-  double imu_ahead_m = 0.0, imu_yaw_rad = 0.0;            ///< as vehicle::Mapping says
+  double imu_ahead_m = 0.0, imu_yaw_rad = 0.0;            ///< as recording::Mapping says
   /// How far the car's numbers may be off, as vehicle::ParameterInfo has it: two standard
   /// deviations. 0: the car is exactly the stated one.
   std::array<double, vehicle::kParameterCount> prior{};
@@ -89,6 +89,6 @@ struct Forces {
 /// maximisation. Throws base::Error where channels are missing or no stretch can be followed. The
 /// same inputs give the same bytes for any number of threads.
 Forces estimate_forces(const vehicle::Car<double>& car, const vehicle::Road& road,
-                       const vehicle::Recording& recording, const ForcesOptions& options = {});
+                       const recording::Recording& recording, const ForcesOptions& options = {});
 
 }  // namespace identify

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "recording/table.h"
 #include "vehicle/magic_formula.h"
-#include "vehicle/table.h"
 
 namespace identify {
 
@@ -29,7 +29,7 @@ struct TyreSamples {
 /// are counted and left out. Throws base::Error, `name` standing for the table: a column is
 /// missing, a slip angle is a right angle or more, a value is none of SI units (forces above 1e6 N,
 /// say).
-void add_tyre_samples(TyreSamples& samples, const vehicle::Table& table, const std::string& name);
+void add_tyre_samples(TyreSamples& samples, const recording::Table& table, const std::string& name);
 
 /// Every n-th row, the first among them, so that at most `most` are left; `most` above 0.
 TyreSamples thinned(const TyreSamples& samples, std::size_t most);

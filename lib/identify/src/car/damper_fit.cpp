@@ -29,7 +29,7 @@ struct DamperChannels {
   std::array<Column, kWheels> load, travel;
 };
 
-DamperChannels damper_channels(const vehicle::Table& table) {
+DamperChannels damper_channels(const recording::Table& table) {
   DamperChannels c{table.find("time_s"),
                    table.find("x_m"),
                    table.find("y_m"),
@@ -119,7 +119,7 @@ struct Collected {
 
 class DamperCollector {
  public:
-  DamperCollector(const vehicle::Car<double>& car, const vehicle::Recording& recording,
+  DamperCollector(const vehicle::Car<double>& car, const recording::Recording& recording,
                   const DamperChannels& c, const DamperFitOptions& options)
       : car_(car), recording_(recording), c_(c), options_(options) {
     for (Collected& axle : out_) axle.equation.columns.resize(kColumns);
@@ -129,7 +129,7 @@ class DamperCollector {
   std::array<Collected, 2> collect() {
     const auto length = std::max<std::size_t>(
         4, static_cast<std::size_t>(std::lround(options_.seconds / recording_.step_s)));
-    for (const vehicle::Stretch& s : recording_.stretches)
+    for (const recording::Stretch& s : recording_.stretches)
       for (std::size_t begin = s.begin; begin + length <= s.end; begin += length)
         add(begin, begin + length);
     return std::move(out_);
@@ -198,7 +198,7 @@ class DamperCollector {
   }
 
   const vehicle::Car<double>& car_;
-  const vehicle::Recording& recording_;
+  const recording::Recording& recording_;
   const DamperChannels& c_;
   const DamperFitOptions& options_;
   std::map<std::pair<long, long>, std::size_t> blocks_;
@@ -280,7 +280,7 @@ void find_dampers(const vehicle::Car<double>& car, const Collected& axle, std::s
 
 }  // namespace
 
-DriveFit fit_dampers(const vehicle::Car<double>& car, const vehicle::Recording& recording,
+DriveFit fit_dampers(const vehicle::Car<double>& car, const recording::Recording& recording,
                      const DamperFitOptions& options) {
   DriveFit out;
   const DamperChannels c = damper_channels(recording.table);

@@ -38,7 +38,7 @@ struct Fed {
   double time_s = 0.0, vx_mps = 0.0, spin_radps = 0.0, brake_nm = 0.0, seen_k = 0.0;
 };
 
-Wheel wheel_of(const vehicle::Table& table, std::size_t wheel) {
+Wheel wheel_of(const recording::Table& table, std::size_t wheel) {
   const std::string name = kWheelNames[wheel];
   Wheel out{table.find("brake_" + name + "_pa"), table.find("brake_disc_" + name + "_k"),
             table.find("wheel_" + name + "_radps")};
@@ -46,10 +46,11 @@ Wheel wheel_of(const vehicle::Table& table, std::size_t wheel) {
   return out;
 }
 
-vehicle::Stretch longest_of(const vehicle::Recording& recording, const std::vector<double>& time) {
-  vehicle::Stretch out;
+recording::Stretch longest_of(const recording::Recording& recording,
+                              const std::vector<double>& time) {
+  recording::Stretch out;
   double longest = -1.0;
-  for (const vehicle::Stretch& s : recording.stretches) {
+  for (const recording::Stretch& s : recording.stretches) {
     if (s.begin >= s.end || time[s.end - 1] - time[s.begin] <= longest) continue;
     longest = time[s.end - 1] - time[s.begin];
     out = s;
@@ -58,8 +59,8 @@ vehicle::Stretch longest_of(const vehicle::Recording& recording, const std::vect
 }
 
 /// The rows of a wheel that have everything; a missing temperature is NaN.
-std::vector<Fed> fed_of(const vehicle::Car<double>& car, const vehicle::Table& table,
-                        const vehicle::Stretch& stretch, std::size_t wheel, double torque) {
+std::vector<Fed> fed_of(const vehicle::Car<double>& car, const recording::Table& table,
+                        const recording::Stretch& stretch, std::size_t wheel, double torque) {
   const Wheel w = wheel_of(table, wheel);
   const std::vector<double>&time = *table.find("time_s"), &vx = *table.find("vx_mps");
   const std::size_t a = vehicle::axle_of(wheel);
@@ -136,8 +137,8 @@ struct Model {
   }
 };
 
-std::string disc_channel_missing(const vehicle::Recording& recording, std::size_t axle) {
-  const vehicle::Table& table = recording.table;
+std::string disc_channel_missing(const recording::Recording& recording, std::size_t axle) {
+  const recording::Table& table = recording.table;
   if (table.find("vx_mps") == nullptr) return "no vx_mps";
   const Wheel left = wheel_of(table, 2 * axle), right = wheel_of(table, 2 * axle + 1);
   if (left.disc == nullptr && right.disc == nullptr)
@@ -240,7 +241,7 @@ void find_discs(const vehicle::Car<double>& car, double share_sd, const Model& m
 
 DriveFit fit_discs(const vehicle::Car<double>& car,
                    const std::array<double, vehicle::kParameterCount>& prior,
-                   const vehicle::Recording& recording, const DiscsFitOptions& options) {
+                   const recording::Recording& recording, const DiscsFitOptions& options) {
   DriveFit out;
   const double share_sd = 0.5 * prior[static_cast<std::size_t>(P::brake_disc_share)];
   for (std::size_t a = 0; a < 2; ++a) {
@@ -249,7 +250,7 @@ DriveFit fit_discs(const vehicle::Car<double>& car,
       continue;
     }
     const std::vector<double>& time = *recording.table.find("time_s");
-    const vehicle::Stretch stretch = longest_of(recording, time);
+    const recording::Stretch stretch = longest_of(recording, time);
     Model model{car, a, {}, options.every_s};
     std::vector<double> seen;
     double seconds = 1e9;

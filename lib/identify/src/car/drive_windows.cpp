@@ -27,7 +27,7 @@ struct Columns {
 };
 
 /// All four, or none.
-std::array<Column, kWheels> four(const vehicle::Table& table, const char* before,
+std::array<Column, kWheels> four(const recording::Table& table, const char* before,
                                  const char* after) {
   std::array<Column, kWheels> out{};
   for (std::size_t i = 0; i < kWheels; ++i)
@@ -36,7 +36,7 @@ std::array<Column, kWheels> four(const vehicle::Table& table, const char* before
   return out;
 }
 
-Columns columns_of(const vehicle::Table& table) {
+Columns columns_of(const recording::Table& table) {
   Columns c{};
   const std::pair<Column Columns::*, const char*> names[] = {
       {&Columns::time, "time_s"}, {&Columns::x, "x_m"},       {&Columns::y, "y_m"},
@@ -108,7 +108,7 @@ std::vector<Slopes> road_slopes(const vehicle::Car<double>& car, const crg::Surf
 /// Gravity and the speed over a road whose slopes change, away from the road: the acceleration's
 /// parts along the road cancel.
 double road_normal(const Columns& c, const std::vector<Slopes>& slopes, std::size_t k,
-                   const vehicle::Stretch& stretch, double gravity) {
+                   const recording::Stretch& stretch, double gravity) {
   const std::size_t a = k > stretch.begin ? k - 1 : k, b = k + 1 < stretch.end ? k + 1 : k;
   const double dt = (*c.time)[b] - (*c.time)[a], vx = (*c.vx)[k],
                vy = c.vy == nullptr ? 0.0 : (*c.vy)[k];
@@ -206,7 +206,7 @@ void level(const vehicle::Car<double>& car, bool normal_too, DriveWindow& w) {
 class Cutter {
  public:
   Cutter(const vehicle::Car<double>& car, const crg::Surface* road,
-         const vehicle::Recording& recording, const DriveWindowsOptions& options)
+         const recording::Recording& recording, const DriveWindowsOptions& options)
       : car_(car), options_(options), c_(columns_of(recording.table)), recording_(recording) {
     const auto need = [&](bool there, const char* what) {
       if (!there)
@@ -236,14 +236,14 @@ class Cutter {
   DriveWindows cut() {
     const auto length =
         static_cast<std::size_t>(std::max(1.0, std::round(options_.seconds / recording_.step_s)));
-    for (const vehicle::Stretch& stretch : recording_.stretches)
+    for (const recording::Stretch& stretch : recording_.stretches)
       for (std::size_t begin = stretch.begin; begin + length <= stretch.end; begin += length)
         add_window(begin, begin + length, stretch);
     return std::move(out_);
   }
 
  private:
-  bool counts(std::size_t k, const vehicle::Stretch& stretch) {
+  bool counts(std::size_t k, const recording::Stretch& stretch) {
     double all = at(c_.vx, k);
     for (const Column c : {c_.ax, c_.vy})
       if (c != nullptr) all += (*c)[k];
@@ -273,7 +273,7 @@ class Cutter {
     return false;
   }
 
-  void add_window(std::size_t begin, std::size_t end, const vehicle::Stretch& stretch) {
+  void add_window(std::size_t begin, std::size_t end, const recording::Stretch& stretch) {
     DriveWindow w;
     Sum vx, vy, air, along, left, normal, rate, throttle, slope;
     std::array<Sum, kWheels> load, travel, wheel, brake, disc;
@@ -367,7 +367,7 @@ class Cutter {
   const vehicle::Car<double>& car_;
   const DriveWindowsOptions& options_;
   Columns c_;
-  const vehicle::Recording& recording_;
+  const recording::Recording& recording_;
   std::vector<Slopes> slopes_;
   std::map<std::pair<long, long>, std::size_t> blocks_;
   DriveWindows out_;
@@ -376,7 +376,7 @@ class Cutter {
 }  // namespace
 
 DriveWindows drive_windows(const vehicle::Car<double>& car, const crg::Surface* road,
-                           const vehicle::Recording& recording,
+                           const recording::Recording& recording,
                            const DriveWindowsOptions& options) {
   return Cutter(car, road, recording, options).cut();
 }

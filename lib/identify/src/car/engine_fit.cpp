@@ -268,7 +268,7 @@ void say_engine(const Asked& a, const EngineFitOptions& options, EngineFit& out)
 }  // namespace
 
 EngineFit fit_engine(const vehicle::Car<double>& car, const Prior& prior, const DriveWindows& drive,
-                     const vehicle::Recording& recording, const EngineFitOptions& options) {
+                     const recording::Recording& recording, const EngineFitOptions& options) {
   if (car.files->turbo == vehicle::Turbo::kFull)
     throw base::Error(
         "the vehicle's engine is the full turbocharged one, whose torque is no map: wanted "

@@ -40,10 +40,10 @@ double slope_of(const std::vector<double>& time_s, const std::vector<double>& va
 
 class EngineCollector {
  public:
-  EngineCollector(const vehicle::Car<double>& car, const vehicle::Recording& recording,
+  EngineCollector(const vehicle::Car<double>& car, const recording::Recording& recording,
                   const EngineFitOptions& options)
       : car_(car), recording_(recording), options_(options) {
-    const vehicle::Table& table = recording.table;
+    const recording::Table& table = recording.table;
     time_ = table.find("time_s");
     throttle_ = table.find("throttle");
     if (throttle_ == nullptr)
@@ -60,7 +60,7 @@ class EngineCollector {
     out_.engine_speed = engine_ != nullptr;
     out_.wheel_speed = left_ != nullptr;
     out_.pressures = table.find("brake_pa") != nullptr || table.find("brake_fl_pa") != nullptr;
-    for (const vehicle::Stretch& stretch : recording.stretches) charge(stretch);
+    for (const recording::Stretch& stretch : recording.stretches) charge(stretch);
   }
 
   EngineWindows collect(const DriveWindows& drive) {
@@ -81,7 +81,7 @@ class EngineCollector {
   }
 
   /// The boost at every row of a stretch; at its begin there is none.
-  void charge(const vehicle::Stretch& stretch) {
+  void charge(const recording::Stretch& stretch) {
     boost_.resize(throttle_->size(), 0.0);
     if (!(car_.terms[Term::turbo_lag] > 0.0)) return;
     const auto law = vehicle::laws::boost_parameters(car_.parameters);
@@ -170,7 +170,7 @@ class EngineCollector {
   }
 
   const vehicle::Car<double>& car_;
-  const vehicle::Recording& recording_;
+  const recording::Recording& recording_;
   const EngineFitOptions& options_;
   Column time_, throttle_, engine_, gear_, left_, right_, steer_, vx_;
   std::vector<double> boost_;
@@ -191,7 +191,7 @@ double side_n(const vehicle::Car<double>& car, const EngineWindow& e, double mas
 }  // namespace
 
 EngineWindows engine_windows(const vehicle::Car<double>& car, const DriveWindows& drive,
-                             const vehicle::Recording& recording, const EngineFitOptions& options) {
+                             const recording::Recording& recording, const EngineFitOptions& options) {
   return EngineCollector(car, recording, options).collect(drive);
 }
 

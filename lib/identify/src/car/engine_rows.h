@@ -36,7 +36,8 @@ struct EngineWindows {
 
 /// Throws base::Error without throttle.
 EngineWindows engine_windows(const vehicle::Car<double>& car, const DriveWindows& drive,
-                             const vehicle::Recording& recording, const EngineFitOptions& options);
+                             const recording::Recording& recording,
+                             const EngineFitOptions& options);
 
 /// What the fit takes for granted beside the car, moved to see what it does.
 struct EngineGranted {

@@ -6,8 +6,8 @@
 
 namespace identify {
 
-vehicle::Recording without_short_gaps(vehicle::Recording recording, double longest_s) {
-  vehicle::Table& table = recording.table;
+recording::Recording without_short_gaps(recording::Recording recording, double longest_s) {
+  recording::Table& table = recording.table;
   const std::vector<double>* const found = table.find("time_s");
   if (found == nullptr) return recording;
   const std::vector<double> time_s = *found;
@@ -15,7 +15,7 @@ vehicle::Recording without_short_gaps(vehicle::Recording recording, double longe
     if (table.names[c] == "time_s") continue;
     std::vector<double>& v = table.columns[c];
     const bool steps = table.names[c] == "gear";
-    for (const vehicle::Stretch& stretch : recording.stretches) {
+    for (const recording::Stretch& stretch : recording.stretches) {
       std::size_t last = stretch.end;  // none yet
       for (std::size_t k = stretch.begin; k < stretch.end; ++k) {
         if (!std::isfinite(v[k])) continue;

@@ -32,12 +32,12 @@ std::vector<double> measured_by(std::size_t sensor, const std::vector<double>& t
   for (std::size_t k = 0; k < rows.size(); ++k)
     for (const Measured& m : rows[k].measured)
       if (m.sensor == sensor) out[k] = m.value;
-  return vehicle::fill_gaps(time_s, out);
+  return recording::fill_gaps(time_s, out);
 }
 
 }  // namespace
 
-void move_feet(const vehicle::Recording& recording, ForceChannels& out) {
+void move_feet(const recording::Recording& recording, ForceChannels& out) {
   const std::vector<double>& time = *recording.table.find("time_s");
   for (std::size_t at = 0; at < out.sensors.size(); ++at) {
     const Sensor& s = out.sensors[at];

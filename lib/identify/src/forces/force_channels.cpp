@@ -22,7 +22,7 @@ using P = vehicle::Parameter;
 /// Reads channels one by one into sensors and the rows' measurements.
 class Reader {
  public:
-  Reader(const vehicle::Recording& recording, ForceChannels& out)
+  Reader(const recording::Recording& recording, ForceChannels& out)
       : recording_(recording), out_(out) {}
 
   /// Adds a channel that was recorded; `least` is the smallest noise that is believed.
@@ -84,11 +84,11 @@ class Reader {
     return true;
   }
 
-  const vehicle::Recording& recording_;
+  const recording::Recording& recording_;
   ForceChannels& out_;
 };
 
-void read_driver(const vehicle::Recording& recording, const vehicle::Car<double>& car,
+void read_driver(const recording::Recording& recording, const vehicle::Car<double>& car,
                  Reader& reader, ForceChannels& out) {
   if (!reader.add("steer_rad", false, kPlaceSteer, 5e-5, kPlaceSteerOffset)) {
     if (!car.files->steering.empty())
@@ -157,14 +157,14 @@ void read_car(Reader& reader) {
 
 /// The gear of every row, by the channel, else by the speeds of engine and wheels, else the one
 /// that the car would choose.
-std::vector<int> gears(const vehicle::Recording& recording, const vehicle::Car<double>& car,
+std::vector<int> gears(const recording::Recording& recording, const vehicle::Car<double>& car,
                        std::vector<std::string>& said) {
   const std::vector<double>& time = *recording.table.find("time_s");
   std::vector<int> out(time.size(), 1);
   const auto filled = [&](const std::string& name) {
     const std::vector<double>* const column = recording.table.find(name);
     std::vector<double> values =
-        column == nullptr ? std::vector<double>{} : vehicle::fill_gaps(time, *column);
+        column == nullptr ? std::vector<double>{} : recording::fill_gaps(time, *column);
     if (!values.empty() && std::isnan(values.front())) values.clear();
     return values;
   };
@@ -205,7 +205,7 @@ std::vector<int> gears(const vehicle::Recording& recording, const vehicle::Car<d
   return out;
 }
 
-void set_gears(const vehicle::Recording& recording, const vehicle::Car<double>& car,
+void set_gears(const recording::Recording& recording, const vehicle::Car<double>& car,
                ForceChannels& out) {
   const std::vector<int> gear = gears(recording, car, out.said);
   // A log that never shows neutral shows the gear that was asked for: the shift follows.
@@ -244,7 +244,7 @@ void add_shift(const vehicle::Car<double>& car, SmootherRow& row, int gear_befor
 }
 
 /// Shifts throw the engine's speed about.
-void set_noises(const vehicle::Recording& recording, const vehicle::Car<double>& car,
+void set_noises(const recording::Recording& recording, const vehicle::Car<double>& car,
                 ForceChannels& out) {
   const PlaceVector per_second = noise_per_second();
   for (std::size_t k = 0; k < out.rows.size(); ++k) {
@@ -348,7 +348,7 @@ PlaceVector noise_per_second() {
   return sd.cwiseAbs2();
 }
 
-ForceChannels read_force_channels(const vehicle::Recording& recording,
+ForceChannels read_force_channels(const recording::Recording& recording,
                                   const vehicle::Car<double>& car) {
   ForceChannels out;
   const std::vector<double>& time = *recording.table.find("time_s");

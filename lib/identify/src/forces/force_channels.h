@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "car_smoother.h"
-#include "vehicle/recording.h"
+#include "recording/recording.h"
 
 namespace identify {
 
@@ -23,7 +23,7 @@ struct ForceChannels {
 /// The channels of a recording that say something about the car. Noises are those of third
 /// differences; noise that comes into the driver's actions follows how these move. Throws
 /// base::Error where one that is needed is missing.
-ForceChannels read_force_channels(const vehicle::Recording& recording,
+ForceChannels read_force_channels(const recording::Recording& recording,
                                   const vehicle::Car<double>& car);
 
 /// Standard deviation of white noise on the values of a channel that is smooth otherwise, by its

@@ -24,18 +24,18 @@ constexpr double kReplayStep_s = 0.001;
 constexpr double kAstray_mps = 5.0;
 constexpr double kLeastRolling = 5e-4;  // deviation of rolling radii from stretch to stretch, share
 
-std::vector<double> filled(const vehicle::Recording& recording, const std::string& channel) {
+std::vector<double> filled(const recording::Recording& recording, const std::string& channel) {
   const std::vector<double>* const values = recording.table.find(channel);
   if (values == nullptr) return {};
-  std::vector<double> out = vehicle::fill_gaps(*recording.table.find("time_s"), *values);
+  std::vector<double> out = recording::fill_gaps(*recording.table.find("time_s"), *values);
   if (!out.empty() && std::isnan(out.front())) out.clear();
   return out;
 }
 
 /// Rows between gaps in which the car drives.
-std::vector<vehicle::Stretch> driven(const Work& work, std::size_t& slow) {
-  std::vector<vehicle::Stretch> out;
-  for (const vehicle::Stretch& s : work.recording.stretches) {
+std::vector<recording::Stretch> driven(const Work& work, std::size_t& slow) {
+  std::vector<recording::Stretch> out;
+  for (const recording::Stretch& s : work.recording.stretches) {
     std::size_t begin = s.begin;
     for (std::size_t k = s.begin; k <= s.end; ++k) {
       if (k < s.end && work.vx_mps[k] > work.options.least_mps) continue;
@@ -95,7 +95,7 @@ void replay_kept(const vehicle::Car<double>& car, const vehicle::Road& road, Wor
           std::abs(sim_vx[s] - work.vx_mps[k]) < kAstray_mps)
         rows[k] = (*values)[s];
     }
-    rows = vehicle::fill_gaps(time, rows);
+    rows = recording::fill_gaps(time, rows);
     if (std::isfinite(rows.front())) work.kept.emplace_back(i, std::move(rows));
     // The core of a disc is no channel: it begins as its surface is.
   }
@@ -188,7 +188,7 @@ void require_on_road(const vehicle::Road& road, const Work& work) {
 }  // namespace
 
 Work make_work(const CarMotion& motion, const vehicle::Car<double>& car, const vehicle::Road& road,
-               const vehicle::Recording& recording, const ForcesOptions& options) {
+               const recording::Recording& recording, const ForcesOptions& options) {
   Work work{motion,
             recording,
             options,
@@ -214,7 +214,7 @@ std::vector<Piece> pieces_of(const Work& work, Forces& out) {
     return static_cast<std::size_t>(std::ceil(s / work.recording.step_s));
   };
   std::vector<Piece> pieces;
-  for (const vehicle::Stretch& s : driven(work, out.slow)) {
+  for (const recording::Stretch& s : driven(work, out.slow)) {
     const std::size_t settle = rows_in(kSettle_s);
     out.unsettled += std::min(settle, s.end - s.begin);
     if (s.end - s.begin < 2 * settle) {

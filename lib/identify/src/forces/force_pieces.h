@@ -18,7 +18,7 @@ struct Piece {
 /// Everything that a piece is smoothed with.
 struct Work {
   const CarMotion& motion;
-  const vehicle::Recording& recording;
+  const recording::Recording& recording;
   const ForcesOptions& options;
   ForceChannels channels;
   PlaceVector stated_sd;  ///< before anything is known of the log
@@ -33,7 +33,7 @@ struct Work {
 /// The channels and what the car goes through where no sensor looks. Throws base::Error where a
 /// channel is missing.
 Work make_work(const CarMotion& motion, const vehicle::Car<double>& car, const vehicle::Road& road,
-               const vehicle::Recording& recording, const ForcesOptions& options);
+               const recording::Recording& recording, const ForcesOptions& options);
 
 /// Pieces of a few seconds in which the car drives; counts the rows left out in `out`.
 std::vector<Piece> pieces_of(const Work& work, Forces& out);

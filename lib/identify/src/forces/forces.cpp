@@ -258,7 +258,7 @@ void place_rows(const Work& work, const vehicle::Road& road, Forces& out) {
 }  // namespace
 
 Forces estimate_forces(const vehicle::Car<double>& car, const vehicle::Road& road,
-                       const vehicle::Recording& recording, const ForcesOptions& options) {
+                       const recording::Recording& recording, const ForcesOptions& options) {
   const CarMotion motion(car, road, options.step_s, {options.imu_ahead_m, options.imu_yaw_rad});
   Work work = make_work(motion, car, road, recording, options);
   Forces out;

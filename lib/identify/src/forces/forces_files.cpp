@@ -33,7 +33,7 @@ class Columns {
     add(name + "_sd" + unit, e.sd);
   }
 
-  vehicle::Table table;
+  recording::Table table;
 
  private:
   std::vector<std::size_t> rows_;
@@ -41,7 +41,7 @@ class Columns {
 
 }  // namespace
 
-vehicle::Table forces_table(const Forces& forces) {
+recording::Table forces_table(const Forces& forces) {
   Columns out(forces);
   out.add("time_s", forces.time_s);
   out.add("u_m", forces.u_m);

@@ -65,7 +65,7 @@ Usual usual(const std::array<const std::vector<double>*, 2>& camber,
 
 }  // namespace
 
-void add_drive_tyres(DriveTyres& out, const vehicle::Table& forces, std::size_t axle,
+void add_drive_tyres(DriveTyres& out, const recording::Table& forces, std::size_t axle,
                      bool left_side, const std::string& name, double least_load_n) {
   const auto column = [&](const std::string& wanted) -> const std::vector<double>& {
     if (const auto* found = forces.find(wanted)) return *found;

@@ -9,7 +9,8 @@
 
 namespace identify {
 
-void add_tyre_samples(TyreSamples& samples, const vehicle::Table& table, const std::string& name) {
+void add_tyre_samples(TyreSamples& samples, const recording::Table& table,
+                      const std::string& name) {
   const auto column = [&](const char* wanted) -> const std::vector<double>& {
     if (const auto* found = table.find(wanted)) return *found;
     throw base::Error(fmt::format(

@@ -19,10 +19,10 @@ struct GuideFile {
 /// CSV with x_m,y_m[,z_m] (a driven log of crgdrive too) or lat_deg,lon_deg[,h_m]; GPX (the longest
 /// track, or route), KML (the longest line, ring or gx:Track), GeoJSON (the longest line or ring);
 /// a log of any maker (recording/log.h) with latitude and longitude. Told apart by what the file
-/// begins with. With a mapping (vehicle/recording.h) it is a log, and the mapping names the columns
-/// of x_m and y_m, in the frame of the mesh, or of latitude_rad and longitude_rad. Throws Error
-/// naming the file (and the line of a CSV) when it is none of these, holds fewer than 3 positions,
-/// or a position that is no place on Earth.
+/// begins with. With a mapping (recording/recording.h) it is a log, and the mapping names the
+/// columns of x_m and y_m, in the frame of the mesh, or of latitude_rad and longitude_rad. Throws
+/// Error naming the file (and the line of a CSV) when it is none of these, holds fewer than 3
+/// positions, or a position that is no place on Earth.
 GuideFile read_guide(const std::string& path, const std::string& mapping_path = {});
 
 /// One lap, or a way from a beginning to an end, in the frame of the mesh.

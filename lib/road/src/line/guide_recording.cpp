@@ -13,8 +13,8 @@
 
 #include "recording/log.h"
 #include "mesh/error.h"
-#include "vehicle/log_table.h"
-#include "vehicle/recording.h"
+#include "recording/log_table.h"
+#include "recording/recording.h"
 
 namespace road {
 namespace {
@@ -50,10 +50,10 @@ std::optional<double> degrees_in(const std::string& unit) {
   return std::nullopt;
 }
 
-const std::vector<double>* mapped(const vehicle::Table& log, const vehicle::Mapping& mapping,
+const std::vector<double>* mapped(const recording::Table& log, const recording::Mapping& mapping,
                                   std::string_view channel, const std::string& path,
-                                  const vehicle::ColumnMapping** how) {
-  for (const vehicle::ColumnMapping& column : mapping.columns) {
+                                  const recording::ColumnMapping** how) {
+  for (const recording::ColumnMapping& column : mapping.columns) {
     if (column.channel != channel) continue;
     *how = &column;
     const std::vector<double>* values = log.find(column.column);
@@ -95,9 +95,9 @@ GuideFile guide_of_log(const std::string& path) {
 }
 
 GuideFile guide_of_log(const std::string& path, const std::string& mapping_path) {
-  const vehicle::Mapping mapping = vehicle::read_mapping(mapping_path);
-  const vehicle::Table log = vehicle::read_log(path);
-  const vehicle::ColumnMapping *first = nullptr, *second = nullptr, *third = nullptr;
+  const recording::Mapping mapping = recording::read_mapping(mapping_path);
+  const recording::Table log = recording::read_log_table(path);
+  const recording::ColumnMapping *first = nullptr, *second = nullptr, *third = nullptr;
   GuideFile guide;
   const std::vector<double>* a = mapped(log, mapping, "x_m", path, &first);
   const std::vector<double>* b = mapped(log, mapping, "y_m", path, &second);
@@ -114,7 +114,7 @@ GuideFile guide_of_log(const std::string& path, const std::string& mapping_path)
         "longitude_rad",
         mapping_path));
   const double to_degrees = guide.geographic ? 180.0 / std::numbers::pi : 1.0;
-  const auto value = [](const vehicle::ColumnMapping& how, double x) {
+  const auto value = [](const recording::ColumnMapping& how, double x) {
     return how.scale * x + how.offset;
   };
   for (std::size_t i = 0; i < a->size(); ++i) {

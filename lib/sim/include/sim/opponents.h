@@ -18,7 +18,8 @@ struct OpponentDrive {
 
 /// FILE, a log of any maker with time_s, x_m, y_m (or car.x, car.y, as crgsim writes them);
 /// FILE@2s: it is 2 s further in its drive than the run; FILE@30m: it stays 30 m ahead of the car
-/// on its path. Either may be negative. Throws Error as vehicle::read_log() and make_opponent() do.
+/// on its path. Either may be negative. Throws Error as recording::read_log_table() and
+/// make_opponent() do.
 OpponentDrive read_opponent(const std::string& said);
 
 }  // namespace sim

@@ -25,7 +25,7 @@ struct LapOptions {
   std::size_t record_every = 10;  ///< steps per row of telemetry; 0: none
   StepOptions step;
   const DeviceFile* devices = nullptr;       ///< telemetry as these measure it; nullptr: ideal
-  std::function<void(const Table&)> on_row;  ///< called after each row of telemetry
+  std::function<void(const recording::Table&)> on_row;  ///< called after each row of telemetry
   base::Progress progress;
   std::vector<Opponent> opponents;  ///< cars whose wakes act; telemetry gets wake_x_m, wake_y_m
   DriverOptions driver;
@@ -49,7 +49,7 @@ struct LapResult {
   double nearest_m = std::numeric_limits<double>::infinity();
   Powers<double> energy_j;       ///< what each power added up to, over all laps
   double energy_change_j = 0.0;  ///< change of the car's energy over the same steps
-  Table telemetry;
+  recording::Table telemetry;
 };
 
 /// Drives laps of a road; an open road is driven once, with all wheels on it from its begin to its

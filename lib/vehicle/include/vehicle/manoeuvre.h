@@ -41,7 +41,7 @@ struct Manoeuvre {
   std::size_t record_every = 1;  ///< steps per row of telemetry
   StepOptions step;
   const DeviceFile* devices = nullptr;       ///< telemetry as these measure it; nullptr: ideal
-  std::function<void(const Table&)> on_row;  ///< called after each row of telemetry
+  std::function<void(const recording::Table&)> on_row;  ///< called after each row of telemetry
   base::Progress progress;
 };
 
@@ -55,7 +55,7 @@ struct ManoeuvreResult {
   double end_mps = 0.0;
   double step_swing = 0.0;    ///< StepSwing::largest()
   std::string swing_warning;  ///< StepSwing::warning()
-  Table telemetry;
+  recording::Table telemetry;
 };
 
 /// Throws Error when the car lacks the reverse gear that the manoeuvre asks for.

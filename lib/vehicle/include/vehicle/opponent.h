@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "recording/table.h"
 #include "vehicle/state.h"
-#include "vehicle/table.h"
 
 namespace vehicle {
 
@@ -20,7 +20,7 @@ struct Opponent {
 /// The opponent of a log with `time_s`, `x_m` and `y_m` (telemetry of a run, or a recording), which
 /// this run meets `ahead_s` seconds of its path after the log's begin. Throws Error naming `name`
 /// where a channel is missing, fewer than two rows have all three, or times do not ascend.
-Opponent make_opponent(const Table& log, double ahead_s, const std::string& name);
+Opponent make_opponent(const recording::Table& log, double ahead_s, const std::string& name);
 
 /// An opponent's place in a car's body frame.
 struct Wake {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "base/progress.h"
+#include "recording/recording.h"
 #include "vehicle/driver.h"
-#include "vehicle/recording.h"
 
 namespace vehicle {
 
@@ -49,8 +49,8 @@ struct ReplayResult {
   double hold_mean_n = 0.0, hold_rms_n = 0.0, hold_most_n = 0.0;  ///< of the push, hold_speed only
   double step_swing = 0.0;    ///< StepSwing::largest() of the window where it was largest
   std::string swing_warning;  ///< StepSwing::warning() of that window
-  Table telemetry;  ///< simulated channels, `hold_n` (0 without hold_speed) and `window` (from 1)
-                    ///< at the recorded times
+  recording::Table telemetry;  ///< simulated channels, `hold_n` (0 without hold_speed) and `window`
+                               ///< (from 1) at the recorded times
 };
 
 /// Drives the recorded commands. Needs the channels x_m, y_m, yaw_rad, vx_mps, throttle_command or
@@ -61,7 +61,7 @@ struct ReplayResult {
 /// height, roll, pitch and travel too where
 /// all of them were recorded (in the frame of the road), else they stay as they settled. Throws
 /// Error when channels are missing. Deterministic.
-ReplayResult replay(const Car<double>& car, const Road& road, const Recording& recording,
+ReplayResult replay(const Car<double>& car, const Road& road, const recording::Recording& recording,
                     const ReplayOptions& options = {});
 
 /// errors as CSV: channel,samples,max,rmse,hold_max,hold_rmse,trend_max,trend_rmse.

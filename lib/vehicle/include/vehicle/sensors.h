@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "vehicle/table.h"
+#include "recording/table.h"
 #include "vehicle/telemetry.h"
 
 namespace vehicle {
@@ -59,7 +59,7 @@ class SensorRecorder {
   /// The row that fill_telemetry gives for this step, and the vertical speed it does not have.
   void record(const std::vector<double>& row, double vz_mps);
 
-  const Table& table() const { return table_; }
+  const recording::Table& table() const { return table_; }
 
  private:
   struct Channel {
@@ -87,7 +87,7 @@ class SensorRecorder {
   std::array<double, 3> last_turning_{};
   std::array<double, 3> turning_change_{};
   std::vector<double> moved_, row_;
-  Table table_;
+  recording::Table table_;
 };
 
 /// Telemetry of a run, ideal or through devices.
@@ -96,21 +96,21 @@ class RunRecorder {
   /// One row every `every` steps, 0: none. `devices` may be nullptr; `on_row` is called after each
   /// row.
   RunRecorder(const DeviceFile* devices, std::size_t every, double step_s,
-              std::function<void(const Table&)> on_row = {});
+              std::function<void(const recording::Table&)> on_row = {});
 
   /// Whether record() must be called for the step to come; counts steps.
   bool wants_step();
   void record(double time_s, const State<double>& state, const Detail<double>& detail,
               const Controls<double>& controls, double u_m, double v_m);
 
-  const Table& table() const { return sensors_ ? sensors_->table() : table_; }
+  const recording::Table& table() const { return sensors_ ? sensors_->table() : table_; }
 
  private:
   std::size_t every_, steps_ = 0;
   std::optional<SensorRecorder> sensors_;
-  std::function<void(const Table&)> on_row_;
+  std::function<void(const recording::Table&)> on_row_;
   std::vector<double> row_;
-  Table table_;
+  recording::Table table_;
 };
 
 }  // namespace vehicle

@@ -3,19 +3,14 @@
 
 #include <cstddef>
 #include <span>
-#include <string>
-#include <vector>
 
 #include "vehicle/step.h"
 
 namespace vehicle {
 
-/// Names of the channels of a row of telemetry, units included, in order.
-const std::vector<std::string>& telemetry_channels();
-
 /// One row of telemetry, as ideal sensors in the design centre of mass measure it; accelerations
 /// are specific force in body axes: `state` at the beginning of a step, `detail` of that step,
-/// `values` as long as telemetry_channels(). Allocates nothing.
+/// `values` as long as recording::telemetry_channels(). Allocates nothing.
 void fill_telemetry(double time_s, const State<double>& state, const Detail<double>& detail,
                     const Controls<double>& controls, double u_m, double v_m,
                     std::span<double> values);

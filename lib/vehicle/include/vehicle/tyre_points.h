@@ -1,7 +1,7 @@
 #pragma once
 
+#include "recording/table.h"
 #include "vehicle/magic_formula.h"
-#include "vehicle/table.h"
 
 namespace vehicle {
 
@@ -11,7 +11,7 @@ namespace vehicle {
 /// counter-clockwise, over its speed. Throws Error, with `name` standing for the table, when a
 /// column or a cell is missing, a slip angle is a right angle or more, or a tyre is turned whose
 /// file has no turn slip.
-Table evaluate_tyre(const TyreCoefficients& tyre, const Table& points, const std::string& name,
-                    const TyreOptions& options = {});
+recording::Table evaluate_tyre(const TyreCoefficients& tyre, const recording::Table& points,
+                               const std::string& name, const TyreOptions& options = {});
 
 }  // namespace vehicle

@@ -6,16 +6,16 @@
 #include <string>
 #include <vector>
 
-#include "vehicle/table.h"
+#include "recording/table.h"
 
-namespace vehicle {
+namespace recording {
 
 /// Reads a log of any maker (recording/log.h) as one table. A column is called as its channel, with
 /// the unit where the file names it apart: "speed [m/s]". `words` counts the cells that were no
 /// numbers; `notes` says what was not read.
-Table read_log(const std::string& path, std::vector<std::size_t>* words = nullptr,
-               std::vector<std::string>* notes = nullptr);
-Table parse_log(const std::string& text, const std::string& name,
-                std::vector<std::size_t>* words = nullptr);
+Table read_log_table(const std::string& path, std::vector<std::size_t>* words = nullptr,
+                     std::vector<std::string>* notes = nullptr);
+Table parse_log_table(const std::string& text, const std::string& name,
+                      std::vector<std::size_t>* words = nullptr);
 
-}  // namespace vehicle
+}  // namespace recording

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "vehicle/table.h"
+#include "recording/table.h"
 
-namespace vehicle {
+namespace recording {
 
 /// How one channel comes from a column: channel(t) = scale * column(t + delay_s) + offset.
 struct ColumnMapping {
@@ -28,7 +28,7 @@ struct Mapping {
   std::vector<ColumnMapping> columns;
   double imu_yaw_rad = 0.0;  ///< the accelerometer's axes against the body's, counter-clockwise
   double imu_ahead_m = 0.0;  ///< its place ahead of the design centre of mass
-  bool has_origin = false;   ///< of the plane of latitudes and longitudes (vehicle/place.h)
+  bool has_origin = false;   ///< of the plane of latitudes and longitudes (recording/place.h)
   double origin_latitude_deg = 0.0, origin_longitude_deg = 0.0;
   double place_turn_rad = 0.0, place_x_m = 0.0,
          place_y_m = 0.0;  ///< from there to the road's frame
@@ -37,10 +37,6 @@ struct Mapping {
 /// Reads mapping.yaml (docs/recordings.md). Throws Error with file:line on unknown channels and
 /// keys, a channel twice, values that cannot be.
 Mapping read_mapping(const std::string& path);
-
-/// Every channel that a recording can have, with units: those of the telemetry, and wheel speeds in
-/// m/s, one brake pressure for all wheels, the opponent's place.
-const std::vector<std::string>& canonical_channels();
 
 /// Rows [begin, end) of a recording without a gap between them.
 struct Stretch {
@@ -81,4 +77,4 @@ Recording make_recording(const Table& log, const std::string& name, const Mappin
 /// nearest value at the ends; all NaN stays.
 std::vector<double> fill_gaps(const std::vector<double>& time_s, const std::vector<double>& values);
 
-}  // namespace vehicle
+}  // namespace recording

@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "vehicle/table.h"
+#include "recording/table.h"
 
-namespace vehicle {
+namespace recording {
 
 /// The bytes of an MCAP file (recording/mcap.h) with the rows of a table of telemetry channels: the
 /// topics /place, /motion, /controls, /engine, /wheels and, of columns with other names, /other.
@@ -13,4 +13,4 @@ namespace vehicle {
 /// drive. Throws Error without a column time_s.
 std::string format_mcap(const Table& table, const std::string& about);
 
-}  // namespace vehicle
+}  // namespace recording

@@ -1,4 +1,4 @@
-#include "vehicle/recording.h"
+#include "recording/recording.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,21 +9,21 @@
 #include <numbers>
 #include <random>
 
+#include "base/error.h"
 #include "base/write_file.h"
+#include "recording/log_table.h"
 #include "support/places.h"
-#include "vehicle/error.h"
-#include "vehicle/log_table.h"
 
 namespace {
 
-using namespace vehicle;  // NOLINT: a test of this library
+using namespace recording;  // NOLINT: a test of this library
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 std::string error_of(const auto& f) {
   try {
     f();
-  } catch (const Error& error) {
+  } catch (const base::Error& error) {
     return error.what();
   }
   return "";
@@ -199,11 +199,11 @@ TEST_F(RecordingFile, EndsInAnErrorOrARecordingWhateverTheBytes) {
     }
     try {
       const Mapping mapping = k % 2 == 0 ? Mapping{} : read_mapping(write("fuzz.yaml", yaml));
-      const Recording r = make_recording(parse_log(log, "log"), "log", mapping);
+      const Recording r = make_recording(parse_log_table(log, "log"), "log", mapping);
       for (std::size_t i = 1; i < r.table.rows(); ++i)
         ASSERT_GT((*r.table.find("time_s"))[i], (*r.table.find("time_s"))[i - 1]);
       ++read;
-    } catch (const Error&) {  // said why
+    } catch (const base::Error&) {  // said why
     }
   }
   EXPECT_GT(read, 10);

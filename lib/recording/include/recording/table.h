@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace vehicle {
+namespace recording {
 
 /// Columns of equal length; NaN is an empty cell.
 struct Table {
@@ -28,4 +28,4 @@ Table parse_table(const std::string& text, const std::string& name);
 /// The table as text, numbers with `digits` significant digits (17 read back exactly), NaN empty.
 std::string format_table(const Table& table, int digits = 9);
 
-}  // namespace vehicle
+}  // namespace recording

@@ -1,14 +1,14 @@
-#include "vehicle/telemetry_mcap.h"
+#include "recording/telemetry_mcap.h"
 
 #include <algorithm>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "base/error.h"
 #include "recording/mcap.h"
-#include "vehicle/error.h"
 
-namespace vehicle {
+namespace recording {
 namespace {
 
 bool is_one_of(std::string_view name, std::initializer_list<std::string_view> names) {
@@ -37,10 +37,11 @@ const char* topic_of(std::string_view name) {
 
 std::string format_mcap(const Table& table, const std::string& about) {
   const std::vector<double>* const time = table.find("time_s");
-  if (time == nullptr) throw Error("a drive without a column time_s cannot be written as MCAP");
-  std::vector<recording::WrittenTopic> topics;
+  if (time == nullptr)
+    throw base::Error("a drive without a column time_s cannot be written as MCAP");
+  std::vector<WrittenTopic> topics;
   for (const char* name : {"/place", "/motion", "/controls", "/engine", "/wheels", "/other"}) {
-    recording::WrittenTopic topic{name, {}, {}};
+    WrittenTopic topic{name, {}, {}};
     for (std::size_t c = 0; c < table.names.size(); ++c)
       if (topic_of(table.names[c]) == std::string_view(name)) {
         topic.fields.push_back(table.names[c]);
@@ -48,7 +49,7 @@ std::string format_mcap(const Table& table, const std::string& about) {
       }
     if (!topic.fields.empty()) topics.push_back(std::move(topic));
   }
-  return recording::format_mcap(*time, topics, table.names, about);
+  return format_mcap(*time, topics, table.names, about);
 }
 
-}  // namespace vehicle
+}  // namespace recording

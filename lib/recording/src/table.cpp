@@ -1,4 +1,4 @@
-#include "vehicle/table.h"
+#include "recording/table.h"
 
 #include <fmt/format.h>
 
@@ -8,11 +8,11 @@
 #include <iterator>
 #include <limits>
 
+#include "base/error.h"
 #include "base/read_file.h"
 #include "base/text_lines.h"
-#include "vehicle/error.h"
 
-namespace vehicle {
+namespace recording {
 namespace {
 
 constexpr std::size_t kLargestFileBytes = std::size_t{1} << 30;
@@ -44,9 +44,9 @@ Table parse(const std::string& text, const std::string& name) {
     const auto where = [&] { return fmt::format("{}:{}", name, line_number); };
     if (table.names.empty()) {
       for_each_cell(line, [&](std::string_view cell, std::size_t) {
-        if (cell.empty()) throw Error(where() + ": a column without a name");
+        if (cell.empty()) throw base::Error(where() + ": a column without a name");
         if (std::find(table.names.begin(), table.names.end(), cell) != table.names.end())
-          throw Error(fmt::format("{}: column '{}' twice", where(), cell.substr(0, 40)));
+          throw base::Error(fmt::format("{}: column '{}' twice", where(), cell.substr(0, 40)));
         table.names.emplace_back(cell);
       });
       table.columns.resize(table.names.size());
@@ -62,17 +62,18 @@ Table parse(const std::string& text, const std::string& name) {
         const auto [stop, error] =
             std::from_chars(digits.data(), digits.data() + digits.size(), value);
         if (error != std::errc() || stop != digits.data() + digits.size() || !std::isfinite(value))
-          throw Error(fmt::format("{}: '{}' in column {}, wanted a finite number or nothing",
-                                  where(), cell.substr(0, 40), table.names[index].substr(0, 40)));
+          throw base::Error(fmt::format("{}: '{}' in column {}, wanted a finite number or nothing",
+                                        where(), cell.substr(0, 40),
+                                        table.names[index].substr(0, 40)));
       }
       row[index] = value;
     });
     if (cells != table.names.size())
-      throw Error(fmt::format("{}: {} cells, the header names {} columns", where(), cells,
-                              table.names.size()));
+      throw base::Error(fmt::format("{}: {} cells, the header names {} columns", where(), cells,
+                                    table.names.size()));
     for (std::size_t i = 0; i < row.size(); ++i) table.columns[i].push_back(row[i]);
   }
-  if (table.names.empty()) throw Error(name + ": no header line with column names");
+  if (table.names.empty()) throw base::Error(name + ": no header line with column names");
   return table;
 }
 
@@ -110,4 +111,4 @@ std::string format_table(const Table& table, int digits) {
   return fmt::to_string(out);
 }
 
-}  // namespace vehicle
+}  // namespace recording

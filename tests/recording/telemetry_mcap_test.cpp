@@ -1,4 +1,4 @@
-#include "vehicle/telemetry_mcap.h"
+#include "recording/telemetry_mcap.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,14 +7,14 @@
 #include <cstdlib>
 #include <limits>
 
+#include "base/error.h"
+#include "recording/channels.h"
+#include "recording/log_table.h"
+#include "recording/recording.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
-#include "vehicle/error.h"
-#include "vehicle/log_table.h"
-#include "vehicle/recording.h"
-#include "vehicle/telemetry.h"
 
-namespace vehicle {
+namespace recording {
 namespace {
 
 TEST(TelemetryMcap, ATableComesBackToTheBit) {
@@ -29,7 +29,7 @@ TEST(TelemetryMcap, ATableComesBackToTheBit) {
                            : std::exp(0.1 * static_cast<double>(c) - 3) * i / 7.0);
     table.add(names[c], values);
   }
-  const Table back = parse_log(format_mcap(table, "# made by a test\n"), "log");
+  const Table back = parse_log_table(format_mcap(table, "# made by a test\n"), "log");
   ASSERT_EQ(back.names, table.names);
   for (std::size_t c = 0; c < names.size(); ++c)
     for (std::size_t i = 0; i < 300; ++i) {
@@ -41,7 +41,7 @@ TEST(TelemetryMcap, ATableComesBackToTheBit) {
 TEST(TelemetryMcap, WantsATime) {
   Table table;
   table.add("vx_mps", {1, 2});
-  EXPECT_THROW((void)format_mcap(table, ""), Error);
+  EXPECT_THROW((void)format_mcap(table, ""), base::Error);
 }
 
 // The same manoeuvre as CSV, nine digits, and as MCAP, which a replay takes as it is.
@@ -55,7 +55,7 @@ TEST(TelemetryMcap, CrgdriveWritesWhereTheNameAsks) {
                         .c_str()),
         0);
   const Table csv = read_table(folder.path("drive.csv")),
-              mcap = read_log(folder.path("drive.mcap"));
+              mcap = read_log_table(folder.path("drive.mcap"));
   ASSERT_EQ(csv.names, mcap.names);
   for (std::size_t c = 0; c < csv.names.size(); ++c)
     for (std::size_t i = 0; i < csv.rows(); ++i)
@@ -64,4 +64,4 @@ TEST(TelemetryMcap, CrgdriveWritesWhereTheNameAsks) {
 }
 
 }  // namespace
-}  // namespace vehicle
+}  // namespace recording

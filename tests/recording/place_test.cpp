@@ -1,13 +1,13 @@
-#include "vehicle/place.h"
+#include "recording/place.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "vehicle/error.h"
+#include "base/error.h"
 
-namespace vehicle {
+namespace recording {
 namespace {
 
 Mapping satellites() {
@@ -51,8 +51,8 @@ TEST(Place, WantsAnOrigin) {
   log.add("lon", {10.0});
   Mapping mapping = satellites();
   mapping.has_origin = false;
-  EXPECT_THROW(put_on_plane(log, mapping, "log"), Error);
+  EXPECT_THROW(put_on_plane(log, mapping, "log"), base::Error);
 }
 
 }  // namespace
-}  // namespace vehicle
+}  // namespace recording

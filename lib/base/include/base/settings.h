@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace vehicle {
+namespace base {
 
 /// A node of the file.
 struct Setting {
@@ -56,4 +56,4 @@ class Section {
 /// A finite number. Throws Error naming `where` and `what`.
 double to_number(std::string_view text, const std::string& where, std::string_view what);
 
-}  // namespace vehicle
+}  // namespace base

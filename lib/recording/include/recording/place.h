@@ -1,10 +1,10 @@
 // Where satellites saw the car, in the plane of a road.
 #pragma once
 
-#include "vehicle/recording.h"
-#include "vehicle/table.h"
+#include "recording/recording.h"
+#include "recording/table.h"
 
-namespace vehicle {
+namespace recording {
 
 /// Where the mapping takes columns for latitude_rad and longitude_rad and none for x_m and y_m:
 /// adds "east of origin" and "north of origin" [m] to the table, and maps them in place of the two.
@@ -14,4 +14,4 @@ namespace vehicle {
 /// `place_y_m`. Throws Error when the mapping states no origin.
 void put_on_plane(Table& log, Mapping& mapping, const std::string& name);
 
-}  // namespace vehicle
+}  // namespace recording

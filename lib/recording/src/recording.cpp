@@ -1,4 +1,4 @@
-#include "vehicle/recording.h"
+#include "recording/recording.h"
 
 #include <fmt/format.h>
 
@@ -8,13 +8,13 @@
 #include <numbers>
 #include <optional>
 
-#include "vehicle/settings.h"
-#include "vehicle/error.h"
-#include "vehicle/log_table.h"
-#include "vehicle/place.h"
-#include "vehicle/telemetry.h"
+#include "base/error.h"
+#include "base/settings.h"
+#include "recording/channels.h"
+#include "recording/log_table.h"
+#include "recording/place.h"
 
-namespace vehicle {
+namespace recording {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -181,33 +181,22 @@ void move_imu(const Mapping& mapping, const std::vector<double>& time, Recording
 }
 
 /// One channel, or a list of those that a column gives.
-std::vector<std::string> channels_of(const Section& entry, const std::string& where) {
-  const Setting* const channel = entry.find("channel");
-  if (channel == nullptr || channel->kind != Setting::Kind::kList) return {entry.text("channel")};
+std::vector<std::string> channels_of(const base::Section& entry, const std::string& where) {
+  const base::Setting* const channel = entry.find("channel");
+  if (channel == nullptr || channel->kind != base::Setting::Kind::kList)
+    return {entry.text("channel")};
   std::vector<std::string> out = entry.words("channel");
   if (out.empty())
-    throw Error(
+    throw base::Error(
         fmt::format("{}: an empty list of channels; name one, or take the column out", where));
   return out;
 }
 
 }  // namespace
 
-const std::vector<std::string>& canonical_channels() {
-  static const std::vector<std::string> channels = [] {
-    std::vector<std::string> names = telemetry_channels();
-    for (const char* name :
-         {"brake_pa", "brake_command_pa", "wheel_fl_mps", "wheel_fr_mps", "wheel_rl_mps",
-          "wheel_rr_mps", "wake_x_m", "wake_y_m", "latitude_rad", "longitude_rad"})
-      names.emplace_back(name);
-    return names;
-  }();
-  return channels;
-}
-
 Mapping read_mapping(const std::string& path) {
-  const Setting root = read_settings(path);
-  const Section top(root, path, "a mapping");
+  const base::Setting root = base::read_settings(path);
+  const base::Section top(root, path, "a mapping");
   top.allow({"version", "columns", "imu_yaw_rad", "imu_ahead_m", "origin_latitude_deg",
              "origin_longitude_deg", "place_turn_rad", "place_x_m", "place_y_m"});
   (void)top.number("version", 1.0, 1.0, 1.0);
@@ -224,29 +213,29 @@ Mapping read_mapping(const std::string& path) {
   out.place_x_m = top.number("place_x_m", 0.0, -1e8, 1e8);
   out.place_y_m = top.number("place_y_m", 0.0, -1e8, 1e8);
   const auto& known = canonical_channels();
-  top.section("columns").for_each(
-      [&](const std::string& column, const Setting& value, const std::string& where) {
-        const Section entry(value, path, column);
-        entry.allow({"channel", "scale", "offset", "delay_s", "low_pass_s", "held"});
-        ColumnMapping map;
-        map.column = column;
-        map.scale = entry.number("scale", 1.0, -1e12, 1e12);
-        map.offset = entry.number("offset", 0.0, -1e12, 1e12);
-        map.delay_s = entry.number("delay_s", 0.0, -10.0, 10.0);
-        map.low_pass_s = entry.number("low_pass_s", 0.0, 0.0, 10.0);
-        map.held = entry.flag("held", false);
-        for (const std::string& channel : channels_of(entry, where)) {
-          map.channel = channel;
-          if (std::find(known.begin(), known.end(), channel) == known.end())
-            throw Error(fmt::format("{}: there is no channel '{}'; docs/recordings.md lists them",
-                                    where, channel.substr(0, 60)));
-          for (const ColumnMapping& other : out.columns)
-            if (other.channel == channel)
-              throw Error(fmt::format("{}: channel {} twice", where, channel));
-          if (map.scale == 0.0) throw Error(fmt::format("{}: scale of {} is 0", where, channel));
-          out.columns.push_back(map);
-        }
-      });
+  top.section("columns").for_each([&](const std::string& column, const base::Setting& value,
+                                      const std::string& where) {
+    const base::Section entry(value, path, column);
+    entry.allow({"channel", "scale", "offset", "delay_s", "low_pass_s", "held"});
+    ColumnMapping map;
+    map.column = column;
+    map.scale = entry.number("scale", 1.0, -1e12, 1e12);
+    map.offset = entry.number("offset", 0.0, -1e12, 1e12);
+    map.delay_s = entry.number("delay_s", 0.0, -10.0, 10.0);
+    map.low_pass_s = entry.number("low_pass_s", 0.0, 0.0, 10.0);
+    map.held = entry.flag("held", false);
+    for (const std::string& channel : channels_of(entry, where)) {
+      map.channel = channel;
+      if (std::find(known.begin(), known.end(), channel) == known.end())
+        throw base::Error(fmt::format("{}: there is no channel '{}'; docs/recordings.md lists them",
+                                      where, channel.substr(0, 60)));
+      for (const ColumnMapping& other : out.columns)
+        if (other.channel == channel)
+          throw base::Error(fmt::format("{}: channel {} twice", where, channel));
+      if (map.scale == 0.0) throw base::Error(fmt::format("{}: scale of {} is 0", where, channel));
+      out.columns.push_back(map);
+    }
+  });
   return out;
 }
 
@@ -290,21 +279,21 @@ Recording make_recording(const Table& log, const std::string& name, const Mappin
   for (const ColumnMapping& map : wanted) {
     const std::vector<double>* const column = log.find(map.column);
     if (column == nullptr)
-      throw Error(fmt::format("{}: no column '{}', which {} takes for {}", name,
-                              map.column.substr(0, 60),
-                              mapping.path.empty() ? "the mapping" : mapping.path, map.channel));
+      throw base::Error(
+          fmt::format("{}: no column '{}', which {} takes for {}", name, map.column.substr(0, 60),
+                      mapping.path.empty() ? "the mapping" : mapping.path, map.channel));
     std::vector<double> values = *column;
     for (double& value : values) value = map.scale * value + map.offset;
     table.add(map.channel, std::move(values));
   }
   const std::vector<double>* const clock = table.find("time_s");
   if (clock == nullptr)
-    throw Error(fmt::format("{}: no channel time_s; name its column in a mapping", name));
+    throw base::Error(fmt::format("{}: no channel time_s; name its column in a mapping", name));
 
   std::vector<double> time = *clock;
   const std::vector<std::size_t> keep = mend_clock(time, out);
   if (keep.size() < 10)
-    throw Error(
+    throw base::Error(
         fmt::format("{}: {} rows with ascending time, wanted at least 10", name, keep.size()));
   for (std::size_t c = 0; c < table.names.size(); ++c) {
     const bool is_clock = table.names[c] == "time_s";
@@ -345,7 +334,7 @@ Recording make_recording(const Table& log, const std::string& name, const Mappin
 
 Recording read_recording(const std::string& path, const Mapping& mapping) {
   std::vector<std::size_t> words;
-  const Table log = read_log(path, &words);
+  const Table log = read_log_table(path, &words);
   Recording out = make_recording(log, path, mapping);
   for (std::size_t i = 0; i < log.names.size(); ++i) {
     bool used = mapping.columns.empty();
@@ -355,4 +344,4 @@ Recording read_recording(const std::string& path, const Mapping& mapping) {
   return out;
 }
 
-}  // namespace vehicle
+}  // namespace recording

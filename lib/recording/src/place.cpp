@@ -1,4 +1,4 @@
-#include "vehicle/place.h"
+#include "recording/place.h"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "vehicle/error.h"
+#include "base/error.h"
 
-namespace vehicle {
+namespace recording {
 namespace {
 
 /// A point of the WGS84 ellipsoid in Earth-centred coordinates.
@@ -39,7 +39,7 @@ void put_on_plane(Table& log, Mapping& mapping, const std::string& name) {
   const std::vector<double>* const lambda = log.find(longitude->column);
   if (phi == nullptr || lambda == nullptr) return;  // refused by name elsewhere
   if (!mapping.has_origin)
-    throw Error(
+    throw base::Error(
         fmt::format("{}: latitudes, but {} has no origin_latitude_deg and "
                     "origin_longitude_deg; crgexplain map proposes them",
                     name, mapping.path.empty() ? "the mapping" : mapping.path));
@@ -73,4 +73,4 @@ void put_on_plane(Table& log, Mapping& mapping, const std::string& name) {
   add("north of origin", "y_m", std::move(y));
 }
 
-}  // namespace vehicle
+}  // namespace recording

@@ -1,4 +1,4 @@
-#include "vehicle/log_table.h"
+#include "recording/log_table.h"
 
 #include <fmt/format.h>
 
@@ -6,15 +6,15 @@
 
 #include "recording/log.h"
 
-namespace vehicle {
+namespace recording {
 namespace {
 
 /// One column per channel; its name says the unit, as columns of CSV do.
-Table table_of(recording::Log log, const std::string& name, std::vector<std::size_t>* words) {
-  log = recording::in_rows(std::move(log), name);
+Table table_of(Log log, const std::string& name, std::vector<std::size_t>* words) {
+  log = in_rows(std::move(log), name);
   Table table;
   if (words != nullptr) words->clear();
-  for (recording::Channel& channel : log.channels) {
+  for (Channel& channel : log.channels) {
     std::string column =
         channel.unit.empty() ? channel.name : fmt::format("{} [{}]", channel.name, channel.unit);
     while (table.find(column) != nullptr) column += '\'';
@@ -26,15 +26,16 @@ Table table_of(recording::Log log, const std::string& name, std::vector<std::siz
 
 }  // namespace
 
-Table parse_log(const std::string& text, const std::string& name, std::vector<std::size_t>* words) {
-  return table_of(recording::parse_log(text, name), name, words);
+Table parse_log_table(const std::string& text, const std::string& name,
+                      std::vector<std::size_t>* words) {
+  return table_of(parse_log(text, name), name, words);
 }
 
-Table read_log(const std::string& path, std::vector<std::size_t>* words,
-               std::vector<std::string>* notes) {
-  recording::Log log = recording::read_log(path);
+Table read_log_table(const std::string& path, std::vector<std::size_t>* words,
+                     std::vector<std::string>* notes) {
+  Log log = read_log(path);
   if (notes != nullptr) *notes = log.notes;
   return table_of(std::move(log), path, words);
 }
 
-}  // namespace vehicle
+}  // namespace recording

@@ -1,4 +1,4 @@
-#include "vehicle/settings.h"
+#include "base/settings.h"
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
@@ -8,10 +8,10 @@
 #include <cmath>
 #include <set>
 
+#include "base/error.h"
 #include "base/read_file.h"
-#include "vehicle/error.h"
 
-namespace vehicle {
+namespace base {
 namespace {
 
 constexpr std::size_t kLargestFileBytes = 1u << 20, kMostNodes = 100000, kDeepest = 64;
@@ -167,4 +167,4 @@ void Section::for_each(
     f(node_->keys[i], node_->values[i], where(node_->values[i]));
 }
 
-}  // namespace vehicle
+}  // namespace base
