@@ -159,13 +159,13 @@ SignalSensorFile read_signal_sensors(const std::string& path) {
   };
   if (top.has("positions"))
     top.section("positions")
-        .for_each([&](const std::string& name, const base::Setting& value,
-                      const std::string& where) {
-          const base::Section entry(value, path, name);
-          entry.allow({"x", "y"});
-          out.positions.push_back(
-              {name, sensor(entry.text("x"), where), sensor(entry.text("y"), where)});
-        });
+        .for_each(
+            [&](const std::string& name, const base::Setting& value, const std::string& where) {
+              const base::Section entry(value, path, name);
+              entry.allow({"x", "y"});
+              out.positions.push_back(
+                  {name, sensor(entry.text("x"), where), sensor(entry.text("y"), where)});
+            });
   if (top.has("topics"))
     top.section("topics").for_each(
         [&](const std::string& name, const base::Setting& value, const std::string&) {
