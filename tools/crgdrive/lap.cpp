@@ -43,7 +43,7 @@ std::string sentences(const vehicle::LapResult& result) {
   return text;
 }
 
-nlohmann::ordered_json numbers(const std::string& out_path, const vehicle::LapResult& result) {
+nlohmann::ordered_json lap_numbers(const std::string& out_path, const vehicle::LapResult& result) {
   const vehicle::Powers<double>& e = result.energy_j;
   return {{"complete", result.complete},
           {"lap_s", result.lap_s},
@@ -149,10 +149,10 @@ int lap(const LapCommand& command, Terminal& terminal) {
   const auto results = vehicle::drive_together(entrants, vehicle::Road(surface));
   const vehicle::LapResult& result = results.front();
   if (terminal.json) {
-    nlohmann::ordered_json told = numbers(command.out_path, result);
+    nlohmann::ordered_json told = lap_numbers(command.out_path, result);
     if (second) {
       told["nearest_m"] = result.nearest_m;
-      told["second"] = numbers(command.second_out_path, results.back());
+      told["second"] = lap_numbers(command.second_out_path, results.back());
     }
     terminal.print(base::json_text(told));
   } else if (second) {

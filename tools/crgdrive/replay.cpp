@@ -60,8 +60,8 @@ void print_result(const vehicle::ReplayResult& result, bool held, Terminal& term
                                e.samples, e.max, e.rmse, e.hold_rmse, e.trend_rmse));
 }
 
-nlohmann::ordered_json numbers(const recording::Recording& recording,
-                               const vehicle::ReplayResult& result) {
+nlohmann::ordered_json replay_numbers(const recording::Recording& recording,
+                                      const vehicle::ReplayResult& result) {
   nlohmann::ordered_json errors = nlohmann::ordered_json::object();
   for (const vehicle::ChannelError& e : result.errors)
     errors[e.channel] = {{"samples", e.samples},
@@ -119,7 +119,7 @@ int replay(const ReplayCommand& command, Terminal& terminal) {
   const vehicle::ReplayResult result =
       vehicle::replay(car, vehicle::Road(surface), recording, options);
   if (terminal.json)
-    terminal.print(base::json_text(numbers(recording, result)));
+    terminal.print(base::json_text(replay_numbers(recording, result)));
   else
     print_result(result, command.hold_speed, terminal);
   if (!command.out_path.empty()) {

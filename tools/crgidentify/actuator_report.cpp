@@ -6,15 +6,15 @@
 #include <cmath>
 #include <numbers>
 
+#include "interval.h"
 #include "report/plot_page.h"
 
 namespace crgidentify {
 namespace {
 
 using identify::ActuatorFit, identify::Uncertain;
-constexpr double k90 = 1.645;  // standard deviations of a 90 % interval
 
-struct Line {
+struct FitLine {
   const char* name;
   const char* unit;
   double factor;  ///< from SI
@@ -22,7 +22,7 @@ struct Line {
   bool there;
 };
 
-std::vector<Line> lines_of(const ActuatorFit& fit) {
+std::vector<FitLine> fit_lines(const ActuatorFit& fit) {
   const auto& o = fit.order;
   return {{"gain", "", 1.0, &ActuatorFit::gain, true},
           {"offset", "", 1.0, &ActuatorFit::offset, true},
@@ -119,7 +119,7 @@ std::string actuator_text(const ActuatorFit& fit) {
         &t == &fit.tried.front() ? "" : fmt::format(", {:+.1f} standard errors better", t.clearly),
         t.taken ? ", taken" : "");
   out += fmt::format("{}\n", order_words(fit.order));
-  for (const Line& line : lines_of(fit)) {
+  for (const FitLine& line : fit_lines(fit)) {
     if (!line.there) continue;
     const Uncertain& v = fit.*(line.value);
     out += fmt::format("  {:17} {:10.5g} +- {:.2g} (90 %) {}\n", line.name, line.factor * v.value,

@@ -54,13 +54,13 @@ std::pair<double, double> size_of(const identify::Estimated& e) {
   return {most, std::sqrt(square / static_cast<double>(std::max<std::size_t>(1, rows)))};
 }
 
-struct Line {
+struct ForceLine {
   std::string name, unit;
   const identify::Estimated* e;
 };
 
-std::vector<Line> lines_of(const identify::Forces& f) {
-  std::vector<Line> out;
+std::vector<ForceLine> force_lines(const identify::Forces& f) {
+  std::vector<ForceLine> out;
   for (std::size_t a = 0; a < 2; ++a) {
     const std::string axle = a == 0 ? "front" : "rear";
     out.push_back({"fy of the " + axle + " axle", "N", &f.axle_fy_n[a]});
@@ -80,7 +80,7 @@ std::vector<Line> lines_of(const identify::Forces& f) {
   return out;
 }
 
-std::string left_out(const identify::Forces& f) {
+std::string rows_left_out(const identify::Forces& f) {
   std::string out;
   const auto say = [&](std::size_t rows, const char* why) {
     if (rows > 0) out += fmt::format("; {} {}", rows, why);
@@ -91,14 +91,15 @@ std::string left_out(const identify::Forces& f) {
   return out;
 }
 
-std::string said(const std::string& log, const std::string& written, const identify::Forces& f) {
-  std::string out =
-      fmt::format("{}: forces for {} of {} rows{}\n", log, f.rows, f.time_s.size(), left_out(f));
+std::string forces_said(const std::string& log, const std::string& written,
+                        const identify::Forces& f) {
+  std::string out = fmt::format("{}: forces for {} of {} rows{}\n", log, f.rows, f.time_s.size(),
+                                rows_left_out(f));
   for (const std::string& remark : f.remarks) out += fmt::format("  {}\n", remark);
   if (f.off_road > 0)
     out += fmt::format("  {} rows with a wheel beside the road or over a hole\n", f.off_road);
   out += fmt::format("{:34} {:>10} {:>12}\n", "", "largest", "sd (rms)");
-  for (const Line& line : lines_of(f)) {
+  for (const ForceLine& line : force_lines(f)) {
     const auto [most, sd] = size_of(*line.e);
     out += fmt::format("{:34} {:10.4g} {:12.3g} {}\n", line.name, most, sd, line.unit);
   }
@@ -132,7 +133,7 @@ ordered_json numbers(const std::string& log, const std::string& written,
                    {"remarks", f.remarks},
                    {"doubts", f.doubts},
                    {"quantities", ordered_json::array()}};
-  for (const Line& line : lines_of(f)) {
+  for (const ForceLine& line : force_lines(f)) {
     const auto [most, sd] = size_of(*line.e);
     out["quantities"].push_back(
         {{"name", line.name}, {"unit", line.unit}, {"largest", most}, {"sd_rms", sd}});
@@ -207,7 +208,7 @@ int forces(const ForcesCommand& command, Terminal& terminal) {
     if (terminal.json)
       json.push_back(numbers(log, written[i], f));
     else
-      terminal.print(said(log, written[i], f));
+      terminal.print(forces_said(log, written[i], f));
   }
   if (terminal.json) terminal.print(base::json_text(json));
   return doubted ? command::kNotValid : kOk;

@@ -42,7 +42,7 @@ ordered_json model_json(const identify::LapError::Model& lap, const identify::Pa
           {"refused", refused}};
 }
 
-std::string said(const identify::Reduction& r, const identify::LapError& lap) {
+std::string reduction_said(const identify::Reduction& r, const identify::LapError& lap) {
   std::string out = fmt::format(
       "{} runs of the full car, {:.0f} to {:.0f} m/s, {} settled moments\n"
       "{:52} {:>8} {:>8}\n",
@@ -128,8 +128,9 @@ int reduce(const ReduceCommand& command, Terminal& terminal) {
     json["parts"].push_back(part_json(r.ellipse_error));
     terminal.print(base::json_text(json));
   } else {
-    terminal.print(said(r, lap) + fmt::format("-> {0}, {1}.h, {1}_axles.csv, {1}_border.csv\n",
-                                              command.out_path, stem));
+    terminal.print(
+        reduction_said(r, lap) +
+        fmt::format("-> {0}, {1}.h, {1}_axles.csv, {1}_border.csv\n", command.out_path, stem));
   }
   if (!single.empty() || !both.empty())
     throw command::NotValid(fmt::format("{}: refused: {}{}{}", command.out_path, single,

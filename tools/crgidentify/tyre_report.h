@@ -13,11 +13,11 @@
 #include "identify/tyre_conditions.h"
 #include "identify/tyre_fit.h"
 #include "identify/tyre_scan.h"
+#include "interval.h"
 
 namespace crgidentify {
 
 inline constexpr double kDegree = std::numbers::pi / 180.0;
-inline constexpr double k90 = 1.645;  ///< standard deviations of a 90 % interval
 
 struct TyreResult {
   identify::TyreFit fit;

@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-cloud::CloudSource source_of(const std::string& path, const std::string& unit) {
+cloud::CloudSource campaign_source(const std::string& path, const std::string& unit) {
   cloud::CloudReadOptions read;
   read.metres_per_unit = metres_per_unit(unit);
   return [files = cloud::cloud_files(path), read](const cloud::ChunkSink& sink) {
@@ -108,8 +108,8 @@ int run_changes(const ChangesCommand& command, Terminal& terminal) {
   cloud::ChangeOptions options;
   options.cell_m = command.cell_m, options.min_change_m = command.min_change_m,
   options.level_m = command.level_m, options.progress = terminal.progress();
-  const cloud::CloudSource before = source_of(command.before, command.unit),
-                           after = source_of(command.after, command.unit);
+  const cloud::CloudSource before = campaign_source(command.before, command.unit),
+                           after = campaign_source(command.after, command.unit);
   base::OutputSet outputs(command.output_dir, "lidar2mesh changes");
   const cloud::ChangeResult result = cloud::find_changes(before, after, options);
   std::vector<cloud::OctreeChange> cubes;

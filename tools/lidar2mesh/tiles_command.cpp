@@ -174,9 +174,9 @@ Json tiles_of(const cloud::TileSet& set) {
 }
 
 /// Every file, in the order of their names; a file, or a piece of the trajectory, is a pass.
-cloud::PassSource source_of(const TilesCommand& command, const std::vector<std::string>& files,
-                            Placer* placer, const base::Progress& progress,
-                            std::vector<std::string>& remarks) {
+cloud::PassSource pass_source(const TilesCommand& command, const std::vector<std::string>& files,
+                              Placer* placer, const base::Progress& progress,
+                              std::vector<std::string>& remarks) {
   return [&, placer](const cloud::PassSink& sink) {
     cloud::CloudReadOptions read;
     read.metres_per_unit = metres_per_unit(command.unit);
@@ -228,9 +228,9 @@ int run_tiles(const TilesCommand& command, Terminal& terminal) {
   cloud::TileOptions options;
   options.threads = command.threads;
   options.progress = [&](double share) { progress("write", 0.5 + 0.5 * share); };
-  const cloud::TileSet set =
-      cloud::write_tiles(source_of(command, files, placer ? &*placer : nullptr, progress, remarks),
-                         outputs.staged(kPoints), outputs.staged("sorted"), options);
+  const cloud::TileSet set = cloud::write_tiles(
+      pass_source(command, files, placer ? &*placer : nullptr, progress, remarks),
+      outputs.staged(kPoints), outputs.staged("sorted"), options);
   Json index = head_of(inputs, command.options);
   index.update(summary_of(set, passes));
   index["remarks"] = remarks;

@@ -14,7 +14,7 @@
 namespace base {
 namespace {
 
-[[noreturn]] void fail(const std::string& path, const char* what) {
+[[noreturn]] void fail_to_read(const std::string& path, const char* what) {
   throw Error(fmt::format("{}: {}: {}", path, what, std::strerror(errno)));
 }
 
@@ -33,9 +33,9 @@ void want_regular_file(const std::string& path) {
 
 std::string read_file(const std::string& path, std::size_t largest_bytes) {
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
-  if (file.value < 0) fail(path, "cannot open");
+  if (file.value < 0) fail_to_read(path, "cannot open");
   struct stat status {};
-  if (::fstat(file.value, &status) != 0) fail(path, "cannot read");
+  if (::fstat(file.value, &status) != 0) fail_to_read(path, "cannot read");
   want_file(path, status);
   const auto refuse = [&](std::size_t seen, const char* more) {
     throw Error(
@@ -51,7 +51,7 @@ std::string read_file(const std::string& path, std::size_t largest_bytes) {
   for (;;) {
     const ssize_t count = ::read(file.value, block, sizeof block);
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail(path, "cannot read");
+    if (count < 0) fail_to_read(path, "cannot read");
     if (count == 0) return bytes;
     bytes.append(block, static_cast<std::size_t>(count));
     if (bytes.size() > largest_bytes) refuse(largest_bytes, "more than ");  // it has grown

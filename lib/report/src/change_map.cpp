@@ -18,7 +18,7 @@
 namespace report {
 namespace {
 
-constexpr double kMargin = 60.0, kHeader = 70.0, kFooter = 120.0;  // px
+constexpr double kMapMargin = 60.0, kMapHeader = 70.0, kMapFooter = 120.0;  // px
 constexpr double kLongest = 2800.0, kLeastWidth = 900.0;           // px
 
 /// -1 blue, 0 grey, 1 red.
@@ -39,7 +39,7 @@ void write(cairo_t* pen, double x, double y, double size, const std::string& tex
   cairo_show_text(pen, text.c_str());
 }
 
-std::string number(double value, const char* format) {
+std::string formatted(double value, const char* format) {
   char text[64];
   std::snprintf(text, sizeof text, format, value);
   return text;
@@ -71,8 +71,8 @@ std::string change_map_png(std::span<const ChangeSquare> squares, double cell_m,
   x0 -= cell_m, x1 += cell_m, y0 -= cell_m, y1 += cell_m;
   const double px_per_m = std::min(kLongest / std::max(x1 - x0, y1 - y0), 24.0 / cell_m);
   const double width = std::max(kLeastWidth, (x1 - x0) * px_per_m), height = (y1 - y0) * px_per_m;
-  const int w = static_cast<int>(width + 2.0 * kMargin),
-            h = static_cast<int>(height + kHeader + kFooter);
+  const int w = static_cast<int>(width + 2.0 * kMapMargin),
+            h = static_cast<int>(height + kMapHeader + kMapFooter);
   const std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> picture(
       cairo_image_surface_create(CAIRO_FORMAT_RGB24, w, h), &cairo_surface_destroy);
   if (cairo_surface_status(picture.get()) != CAIRO_STATUS_SUCCESS)
@@ -83,8 +83,8 @@ std::string change_map_png(std::span<const ChangeSquare> squares, double cell_m,
   cairo_set_source_rgb(pen, 1.0, 1.0, 1.0);
   cairo_paint(pen);
   cairo_select_font_face(pen, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
-  const auto px = [&](double x) { return kMargin + (x - x0) * px_per_m; };
-  const auto py = [&](double y) { return kHeader + (y1 - y) * px_per_m; };
+  const auto px = [&](double x) { return kMapMargin + (x - x0) * px_per_m; };
+  const auto py = [&](double y) { return kMapHeader + (y1 - y) * px_per_m; };
   cairo_set_antialias(pen, CAIRO_ANTIALIAS_NONE);
   // Where several squares share a pixel the most changed one is seen: it comes last.
   std::vector<const ChangeSquare*> order;
@@ -111,21 +111,22 @@ std::string change_map_png(std::span<const ChangeSquare> squares, double cell_m,
     write(pen, px(marks[k].x_m) + 0.75 * radius + 2.0, py(marks[k].y_m) - 0.75 * radius, 20.0,
           std::to_string(k + 1));
   }
-  write(pen, kMargin, 42.0, 26.0, title);
-  const double bar_y = kHeader + height + 30.0, bar = 360.0;
+  write(pen, kMapMargin, 42.0, 26.0, title);
+  const double bar_y = kMapHeader + height + 30.0, bar = 360.0;
   for (int k = 0; k < 180; ++k) {
     const auto c = colour_of(2.0 * (k + 0.5) / 180.0 - 1.0);
     cairo_set_source_rgb(pen, c[0], c[1], c[2]);
-    cairo_rectangle(pen, kMargin + 2.0 * k, bar_y, 2.0, 18.0);
+    cairo_rectangle(pen, kMapMargin + 2.0 * k, bar_y, 2.0, 18.0);
     cairo_fill(pen);
   }
-  write(pen, kMargin, bar_y + 42.0, 18.0, number(-1e3 * full_m, "%.0f mm: lower"));
-  write(pen, kMargin + bar - 110.0, bar_y + 42.0, 18.0, number(1e3 * full_m, "higher: %.0f mm"));
-  const double length = round_length(260.0 / px_per_m), from = kMargin + bar + 90.0;
+  write(pen, kMapMargin, bar_y + 42.0, 18.0, formatted(-1e3 * full_m, "%.0f mm: lower"));
+  write(pen, kMapMargin + bar - 110.0, bar_y + 42.0, 18.0,
+        formatted(1e3 * full_m, "higher: %.0f mm"));
+  const double length = round_length(260.0 / px_per_m), from = kMapMargin + bar + 90.0;
   cairo_set_source_rgb(pen, 0.1, 0.1, 0.1);
   cairo_rectangle(pen, from, bar_y + 8.0, length * px_per_m, 4.0);
   cairo_fill(pen);
-  write(pen, from, bar_y + 42.0, 18.0, number(length, "%g m; up is +y"));
+  write(pen, from, bar_y + 42.0, 18.0, formatted(length, "%g m; up is +y"));
   return png_of(picture.get());
 }
 

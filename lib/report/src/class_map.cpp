@@ -22,12 +22,12 @@ constexpr double kBarrierLine_px = 2.0;  // walls have no area from above
 constexpr std::array<std::uint8_t, 5> kOrder{
     2, 3, 1, 4, 0};  // of road, kerb, run-off, barrier, scenery: later covers earlier
 
-struct Frame {
+struct Window {
   double x_low_m, y_high_m, px_per_m;
   int width_px, height_px;
 };
 
-Frame frame_of(std::span<const ClassTriangle> triangles, int size_px) {
+Window window_of(std::span<const ClassTriangle> triangles, int size_px) {
   constexpr double kInf = std::numeric_limits<double>::infinity();
   double x_low = kInf, x_high = -kInf, y_low = kInf, y_high = -kInf;
   for (const ClassTriangle& t : triangles) {
@@ -52,7 +52,7 @@ Frame frame_of(std::span<const ClassTriangle> triangles, int size_px) {
 }  // namespace
 
 ClassMap class_map(std::span<const ClassTriangle> triangles, int size_px) {
-  const Frame frame = frame_of(triangles, size_px);
+  const Window frame = window_of(triangles, size_px);
   const std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> picture(
       cairo_image_surface_create(CAIRO_FORMAT_ARGB32, frame.width_px, frame.height_px),
       &cairo_surface_destroy);

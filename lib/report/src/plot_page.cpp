@@ -10,9 +10,9 @@ namespace report {
 namespace {
 
 constexpr double kWidth = 960, kHeight = 260, kLeft = 64, kRight = 12, kTop = 10, kBottom = 40;
-constexpr std::size_t kColours = 4;  ///< of the report page: --s1 to --s4
+constexpr std::size_t kPageColours = 4;  ///< of the report page: --s1 to --s4
 
-std::string number(double value, int digits = 6) {
+std::string number_text(double value, int digits = 6) {
   std::array<char, 40> text{};
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value,
                                  std::chars_format::general, digits)
@@ -27,7 +27,7 @@ std::string tick_text(double value, double step) {
       std::floor(std::log10(size) + 1e-9) - std::floor(std::log10(step) + 1e-9) + 1.0;
   // Exponents only where zeros would be all that one sees.
   if (size >= 1e9 || step < 1e-6)
-    return number(value, static_cast<int>(std::clamp(digits, 1.0, 15.0)));
+    return number_text(value, static_cast<int>(std::clamp(digits, 1.0, 15.0)));
   std::array<char, 40> text{};
   const int decimals = static_cast<int>(std::max(0.0, -std::floor(std::log10(step) + 1e-9)));
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value,
@@ -42,7 +42,7 @@ std::string tick_text(double value, double step) {
 }
 
 /// A place in the drawing, to a tenth of a pixel.
-std::string pixel(double value) { return number(std::round(value * 10.0) / 10.0, 7); }
+std::string pixel(double value) { return number_text(std::round(value * 10.0) / 10.0, 7); }
 
 struct Range {
   double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -252,7 +252,7 @@ std::string plot_section(const Plot& plot) {
   out += "<section><h2>" + html_text(plot.title) + " <small>" + html_text(plot.y_name) +
          "</small></h2><p class=legend>";
   for (std::size_t i = 0; i < plot.lines.size(); ++i)
-    out += "<span class=s" + std::to_string(i % kColours + 1) + ">" +
+    out += "<span class=s" + std::to_string(i % kPageColours + 1) + ">" +
            html_text(plot.lines[i].name) + "</span>";
   out += "</p><svg viewBox='0 0 " + pixel(kWidth) + " " + pixel(kHeight) + "' role=img>";
   for (const auto& [begin, end] : plot.bands) {
@@ -267,7 +267,7 @@ std::string plot_section(const Plot& plot) {
   for (std::size_t i = 0; i < plot.lines.size(); ++i) {
     const PlotLine& line = plot.lines[i];
     const auto draw = [&](const char* how, const std::string& path) {
-      out += std::string("<path class='") + how + " s" + std::to_string(i % kColours + 1) +
+      out += std::string("<path class='") + how + " s" + std::to_string(i % kPageColours + 1) +
              "' d='" + path + "'/>";
     };
     if (!line.low.empty()) draw("around", band_of(line, axes));

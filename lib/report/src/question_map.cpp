@@ -27,7 +27,7 @@ constexpr std::array<std::array<double, 3>, 6> kColours{{{0.00, 0.45, 0.70},
                                                          {0.34, 0.71, 0.91},
                                                          {0.90, 0.62, 0.00}}};
 
-struct Bounds {
+struct QuestionBounds {
   double x_low = std::numeric_limits<double>::infinity(), x_high = -x_low, y_low = x_low,
          y_high = -x_low;
 
@@ -42,8 +42,8 @@ struct Bounds {
 using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
 using Pen = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
 
-struct Frame {
-  Bounds shown;
+struct QuestionFrame {
+  QuestionBounds shown;
   double px_per_m = 1.0, top_px = 0.0;
   int width_px = 0, height_px = 0;
 
@@ -53,15 +53,15 @@ struct Frame {
   }
 };
 
-Frame frame_of(std::span<const std::array<std::array<double, 2>, 3>> triangles,
-               std::span<const QuestionLine> lines) {
-  Frame frame;
+QuestionFrame question_frame(std::span<const std::array<std::array<double, 2>, 3>> triangles,
+                             std::span<const QuestionLine> lines) {
+  QuestionFrame frame;
   for (const QuestionLine& line : lines)
     for (const auto& p : line.points_m) frame.shown.extend(p);
   if (lines.empty())
     for (const auto& triangle : triangles)
       for (const auto& p : triangle) frame.shown.extend(p);
-  Bounds& b = frame.shown;
+  QuestionBounds& b = frame.shown;
   if (!(b.x_high >= b.x_low)) throw std::invalid_argument("question: there is nothing to show");
   const double extent = std::max({b.x_high - b.x_low, b.y_high - b.y_low, 1e-6});
   b.x_low -= kAround * extent, b.x_high += kAround * extent, b.y_low -= kAround * extent,
@@ -75,9 +75,9 @@ Frame frame_of(std::span<const std::array<std::array<double, 2>, 3>> triangles,
   return frame;
 }
 
-void draw_ground(cairo_t* pen, const Frame& frame,
+void draw_ground(cairo_t* pen, const QuestionFrame& frame,
                  std::span<const std::array<std::array<double, 2>, 3>> triangles) {
-  const Bounds& b = frame.shown;
+  const QuestionBounds& b = frame.shown;
   const auto low = frame({b.x_low, b.y_high});
   cairo_save(pen);
   cairo_rectangle(pen, low[0], low[1], (b.x_high - b.x_low) * frame.px_per_m,
@@ -111,7 +111,7 @@ void set_colour(cairo_t* pen, std::size_t k) {
   cairo_set_source_rgb(pen, c[0], c[1], c[2]);
 }
 
-void draw_line(cairo_t* pen, const Frame& frame, const QuestionLine& line, std::size_t k) {
+void draw_line(cairo_t* pen, const QuestionFrame& frame, const QuestionLine& line, std::size_t k) {
   if (line.points_m.size() < 2) return;
   set_colour(pen, k);
   // Lines that share a road lie beside each other.
@@ -126,7 +126,8 @@ void draw_line(cairo_t* pen, const Frame& frame, const QuestionLine& line, std::
   cairo_stroke(pen);
 }
 
-void draw_number(cairo_t* pen, const Frame& frame, const QuestionLine& line, std::size_t k) {
+void draw_number(cairo_t* pen, const QuestionFrame& frame, const QuestionLine& line,
+                 std::size_t k) {
   if (line.points_m.size() < 2) return;
   // Numbers of lines with one beginning stand apart.
   const std::size_t n = line.points_m.size(), at = std::min(n - 2, n * k / 12);
@@ -150,7 +151,7 @@ void draw_number(cairo_t* pen, const Frame& frame, const QuestionLine& line, std
   cairo_show_text(pen, number.c_str());
 }
 
-void draw_words(cairo_t* pen, const Frame& frame, const std::string& title,
+void draw_words(cairo_t* pen, const QuestionFrame& frame, const std::string& title,
                 std::span<const QuestionLine> lines) {
   cairo_set_source_rgb(pen, 0.1, 0.1, 0.1);
   cairo_move_to(pen, kMargin_px, 34.0);
@@ -185,7 +186,7 @@ void draw_words(cairo_t* pen, const Frame& frame, const std::string& title,
 std::string question_map(const std::string& title,
                          std::span<const std::array<std::array<double, 2>, 3>> triangles,
                          std::span<const QuestionLine> lines) {
-  const Frame frame = frame_of(triangles, lines);
+  const QuestionFrame frame = question_frame(triangles, lines);
   const Surface picture(
       cairo_image_surface_create(CAIRO_FORMAT_RGB24, frame.width_px, frame.height_px),
       &cairo_surface_destroy);

@@ -28,10 +28,10 @@ constexpr const char* kLoopback =
     "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>30"
     "</MaxAutoParticipantIndex><Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain>"
     "</CycloneDDS>";
-constexpr int kKept = 100;      ///< messages that a reader may be behind
+constexpr int kKeptMessages = 100;  ///< messages that a reader may be behind
 constexpr int kScansKept = 10;  ///< the same of scans, which are large
 constexpr std::size_t kMostNames = 1000;
-constexpr double kLongestWait_s = 10.0;  ///< for a reader, in lockstep
+constexpr double kLongestReaderWait_s = 10.0;  ///< for a reader, in lockstep
 
 /// Anything of Cyclone DDS, or what it says instead.
 dds_entity_t sound(dds_entity_t entity, const std::string& what) {
@@ -144,10 +144,10 @@ class Participant {
     void operator()(dds_qos_t* qos) const { dds_delete_qos(qos); }
   };
 
-  std::unique_ptr<dds_qos_t, DeleteQos> reliable(int kept = kKept) const {
+  std::unique_ptr<dds_qos_t, DeleteQos> reliable(int kept = kKeptMessages) const {
     std::unique_ptr<dds_qos_t, DeleteQos> qos(dds_create_qos());
     dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE,
-                         lockstep_ ? static_cast<dds_duration_t>(1e9 * kLongestWait_s) : 0);
+                         lockstep_ ? static_cast<dds_duration_t>(1e9 * kLongestReaderWait_s) : 0);
     dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kept);
     return qos;
   }
@@ -159,7 +159,7 @@ class Participant {
   }
 
   dds_entity_t writer(const std::string& name, const dds_topic_descriptor_t* type,
-                      int kept = kKept) const {
+                      int kept = kKeptMessages) const {
     const auto qos = reliable(kept);
     // Who joins late and asks for it gets what was sent before.
     dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
@@ -184,7 +184,7 @@ class Participant {
     if (result == DDS_RETCODE_TIMEOUT && !lockstep_) return;
     if (result == DDS_RETCODE_TIMEOUT)
       throw base::Error(fmt::format("DDS: a reader of {} did not take its messages for {:g} s",
-                                    topic, kLongestWait_s));
+                                    topic, kLongestReaderWait_s));
     sound(result, topic);
   }
 

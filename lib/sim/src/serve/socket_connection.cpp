@@ -9,7 +9,7 @@
 namespace sim {
 namespace {
 
-constexpr double kLongestWait_s = 10.0;
+constexpr double kLongestSendWait_s = 10.0;
 constexpr std::string_view kWatch = R"({"watch": true})";
 
 struct Form {
@@ -22,7 +22,7 @@ Connection connection_by(CommandSocket& socket, const ServeOptions& options) {
   const auto form = std::make_shared<Form>();
   const bool waits = options.lockstep && !options.devices.road.empty();
   const auto send = [&socket, waits](const std::string& bytes) {
-    if (!socket.send(bytes, waits ? kLongestWait_s : 0.0) && waits)
+    if (!socket.send(bytes, waits ? kLongestSendWait_s : 0.0) && waits)
       throw base::Error("the program that drives did not take its messages for 10 s");
   };
   Connection out;

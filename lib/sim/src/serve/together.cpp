@@ -18,7 +18,7 @@ namespace {
 
 /// Lockstep needs two: nobody is more than a step ahead. In real time a reader that was held up
 /// sees by the count that its place was written over.
-constexpr std::uint64_t kKept = 4;
+constexpr std::uint64_t kKeptPlaces = 4;
 
 }  // namespace
 
@@ -30,7 +30,7 @@ struct Together::Shared {
   struct Unit {
     std::atomic<std::uint64_t> steps_told;
     std::atomic<bool> has_left;
-    std::array<Place, kKept> places;
+    std::array<Place, kKeptPlaces> places;
   };
   std::atomic<std::uint32_t> rung, waiting, ready;
   std::atomic<double> begin_s;
@@ -79,7 +79,7 @@ double Together::begin() {
 
 void Together::tell(std::size_t unit, std::uint64_t step, const Standing& own) {
   Shared::Unit& is = shared_->units[unit];
-  Shared::Place& place = is.places[step % kKept];
+  Shared::Place& place = is.places[step % kKeptPlaces];
   place.is_there = own.is_there;
   place.is_driven = own.is_driven;
   place.x_m = own.x_m;
@@ -88,7 +88,7 @@ void Together::tell(std::size_t unit, std::uint64_t step, const Standing& own) {
 }
 
 Standing Together::told(std::size_t unit, std::uint64_t step) const {
-  const Shared::Place& place = shared_->units[unit].places[step % kKept];
+  const Shared::Place& place = shared_->units[unit].places[step % kKeptPlaces];
   return {place.is_there, place.x_m, place.y_m, place.is_driven};
 }
 
@@ -114,7 +114,7 @@ std::span<const Standing> Together::look(std::size_t unit, std::uint64_t step,
     for (std::uint64_t steps = other.steps_told; steps > 0 && !other.has_left;
          steps = other.steps_told) {
       standings_[k] = told(k, steps - 1);
-      if (other.steps_told < steps + kKept - 1) break;
+      if (other.steps_told < steps + kKeptPlaces - 1) break;
     }
   }
   return standings_;

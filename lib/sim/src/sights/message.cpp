@@ -7,6 +7,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "put_bytes.h"
+
 namespace sim {
 namespace {
 
@@ -24,14 +26,9 @@ bool take(std::string_view& bytes, Value& value) {
   return true;
 }
 
-template <class Value>
-void put(std::string& bytes, const Value& value) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
 constexpr const char* kNoPlan = "a plan that is no list of at most 500 points x, y, speed";
 
-bool is_finite(const std::vector<PlanPoint>& plan, std::string& why) {
+bool plan_is_finite(const std::vector<PlanPoint>& plan, std::string& why) {
   for (const PlanPoint& point : plan)
     if (!std::isfinite(point.x_m) || !std::isfinite(point.y_m) || !std::isfinite(point.speed_mps)) {
       why = "a value that is not finite";
@@ -67,7 +64,7 @@ bool take_plan(std::string_view bytes, std::vector<PlanPoint>& plan, std::string
     take(bytes, point.y_m);
     take(bytes, point.speed_mps);
   }
-  return is_finite(plan, why);
+  return plan_is_finite(plan, why);
 }
 
 std::optional<CommandMessage> read_binary(std::string_view bytes, std::size_t count,
@@ -126,7 +123,7 @@ bool read_plan(const json& list, std::vector<PlanPoint>& plan, std::string& why)
     }
     plan.push_back({numbers[0], numbers[1], numbers[2]});
   }
-  return is_finite(plan, why);
+  return plan_is_finite(plan, why);
 }
 
 std::optional<CommandMessage> read_json(std::string_view bytes,

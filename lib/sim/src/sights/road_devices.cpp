@@ -38,7 +38,7 @@ Frame frame_of(const Pose& pose) {
   return {vehicle::rotation(pose[3], pose[4], pose[5]), {pose[0], pose[1], pose[2]}};
 }
 
-bool is_finite(const Pose& pose) {
+bool pose_is_finite(const Pose& pose) {
   return std::all_of(pose.begin(), pose.end(), [](double value) { return std::isfinite(value); });
 }
 
@@ -95,7 +95,7 @@ Scan scan_road(NearbyRoad& road, const vehicle::ScanSensor& sensor, const Pose& 
   out.name = sensor.name;
   out.at_m = sensor.mounting.at_m;
   out.turned_rad = sensor.mounting.turned_rad;
-  if (!is_finite(pose)) return out;
+  if (!pose_is_finite(pose)) return out;
   const Frame car = frame_of(pose), in_car = frame_of(sensor.mounting);
   const Eigen::Vector3d from_m = eigen(car.out(in_car.at_m));
   road.look_around(from_m, sensor.reach_m);
@@ -123,7 +123,7 @@ Edges see_edges(const crg::Surface& road, const vehicle::EdgeSensor& sensor, con
                 base::Random random) {
   Edges out;
   out.name = sensor.name;
-  if (!is_finite(pose)) return out;
+  if (!pose_is_finite(pose)) return out;
   const Frame car = frame_of(pose), in_car = frame_of(sensor.mounting);
   const crg::UV here = vehicle::RoadTracker(road).at(pose[0], pose[1], pose[2]);
   const double heading_rad = road.heading_at_uv(here.u_m, here.v_m).heading_rad;

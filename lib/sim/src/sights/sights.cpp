@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "put_bytes.h"
 #include "sim/message.h"
 
 namespace sim {
@@ -13,11 +14,6 @@ namespace {
 
 constexpr std::size_t kJsonPointBytes = 80;  ///< four floats are never longer
 constexpr std::size_t kHeadBytes = 1000;
-
-template <class... Values>
-void put(std::string& bytes, const Values&... values) {
-  (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
-}
 
 std::uint32_t small(std::size_t number) { return static_cast<std::uint32_t>(number); }
 

@@ -20,7 +20,7 @@ namespace {
 
 constexpr char kFinished = '!';  ///< of the worker: it came to the end of its work
 constexpr char kEnded = '.';     ///< of the third process: the worker's status
-constexpr std::uint32_t kMostBytes = 1u << 28;
+constexpr std::uint32_t kMostMessageBytes = 1u << 28;
 
 bool write_all(int to, const void* data, std::size_t size) {
   const char* at = static_cast<const char*>(data);
@@ -132,7 +132,7 @@ std::optional<Words> Apart::hear() {
     std::uint32_t size = 0;
     has_ended_ = true;
     if (!read_all(from_.value, &kind, 1) || !read_all(from_.value, &size, sizeof size)) break;
-    if (size > kMostBytes) break;
+    if (size > kMostMessageBytes) break;
     bytes_.resize(size);
     if (!read_all(from_.value, bytes_.data(), size)) break;
     if (kind == kEnded && size == sizeof status_) std::memcpy(&status_, bytes_.data(), size);

@@ -21,7 +21,7 @@ namespace sim {
 namespace {
 
 constexpr double kUsualStop_s = 10.0, kUsualStep_s = 0.001;
-constexpr std::size_t kMostValues = 100'000'000, kMostLines = 1000;
+constexpr std::size_t kMostRunValues = 100'000'000, kMostLines = 1000;
 
 /// What is said between the processes: 'C' names of columns, 'R' a row, 'L' a line of the log, 'X'
 /// that the unit wants to end.
@@ -90,7 +90,7 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
       run.columns.push_back(variable->size == 1 ? variable->name
                                                 : fmt::format("{}[{}]", variable->name, i + 1));
   const double rows = (run.stop_s - start_s) / run.step_s + 1.0;
-  if (!(rows * static_cast<double>(run.columns.size()) <= kMostValues))
+  if (!(rows * static_cast<double>(run.columns.size()) <= kMostRunValues))
     throw base::Error(
         fmt::format("{}: {:.3g} rows of {} columns; record fewer (--record), or "
                     "shorter, or in larger steps",

@@ -13,7 +13,7 @@
 namespace sim {
 namespace {
 
-constexpr std::size_t kMostVariables = 1'000'000, kMostValues = 1'000'000;
+constexpr std::size_t kMostVariables = 1'000'000, kMostUnitValues = 1'000'000;
 
 struct Reader {
   const std::string& where;
@@ -105,7 +105,7 @@ void read_variables_3(const Reader& reader, const pugi::xml_node& list, UnitDesc
       if (text.empty())
         text = start_of_reference[dimension.attribute("valueReference").as_string()];
       const auto count = reader.number<std::size_t>(text, "a dimension of " + variable.name);
-      if (count > kMostValues || variable.size * count > kMostValues)
+      if (count > kMostUnitValues || variable.size * count > kMostUnitValues)
         reader.refuse(variable.name + " has more than a million values");
       variable.size *= count;
     }

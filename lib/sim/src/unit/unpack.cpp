@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostFiles = 20'000, kLongestName = 1000;
-constexpr std::uint64_t kMostBytes = 2'000'000'000, kLargestDescription = 100'000'000;
+constexpr std::uint64_t kMostUnpackedBytes = 2'000'000'000, kLargestDescription = 100'000'000;
 constexpr const char* kDescription = "modelDescription.xml";
 
 bool leads_out(const std::string& name) {
@@ -142,7 +142,7 @@ UnpackedUnit::UnpackedUnit(const std::string& path, const std::string& road_path
   Zip zip(path);
   folder_ = make_folder();
   try {
-    std::uint64_t left = kMostBytes;
+    std::uint64_t left = kMostUnpackedBytes;
     bool described = false;
     zip.each([&](const std::string& name) {
       described = described || name == kDescription;

@@ -17,7 +17,7 @@
 namespace vehicle {
 namespace {
 
-constexpr std::size_t kLargestFileBytes = 64u << 20, kMostValues = 1'000'000,
+constexpr std::size_t kLargestMatBytes = 64u << 20, kMostValues = 1'000'000,
                       kMostUnpacked = 64u << 20;
 
 enum Type : std::uint32_t {
@@ -218,7 +218,7 @@ std::optional<Matrix> find_level5(std::string_view bytes, const Reader& reader) 
 }  // namespace
 
 Matrix read_mat_variable(const std::string& path, const std::string& name) {
-  const std::string bytes = base::read_file(path, kLargestFileBytes);
+  const std::string bytes = base::read_file(path, kLargestMatBytes);
   const Reader reader(path, name);
   if (bytes.size() < 20) reader.fail("too short for a MATLAB file");
   // Level 5 begins with text, level 4 with a number that has a zero byte.

@@ -17,7 +17,7 @@
 namespace vehicle {
 namespace {
 
-constexpr std::size_t kLargestFileBytes = 1u << 20;
+constexpr std::size_t kLargestVehicleBytes = 1u << 20;
 constexpr std::string_view kPrior = " prior ";
 
 /// The parameter whose name is nearest to a mistyped one, for the error message.
@@ -210,7 +210,7 @@ void apply_setting(Vehicle& vehicle, std::string_view setting, const std::string
 }
 
 void read_setup(Vehicle& vehicle, const std::string& path) {
-  const std::string text = base::read_file(path, kLargestFileBytes);
+  const std::string text = base::read_file(path, kLargestVehicleBytes);
   std::set<std::string, std::less<>> seen;
   std::size_t number = 0;
   for (std::string_view rest = text; !rest.empty();) {

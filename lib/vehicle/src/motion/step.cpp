@@ -3,13 +3,9 @@
 #include <fmt/format.h>
 
 #include "vehicle/error.h"
+#include "wheel_names.h"
 
 namespace vehicle {
-namespace {
-
-constexpr std::string_view kWheelNames[] = {"front left", "front right", "rear left", "rear right"};
-
-}  // namespace
 
 std::string describe(const StepResult& result, double time_s, double u_m, double v_m) {
   const std::string place =

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "wheel_names.h"
+
 namespace vehicle {
 namespace {
 
-constexpr std::array<const char*, kWheels> kWheelNames{"front left", "front right", "rear left",
-                                                       "rear right"};
 constexpr std::array<const char*, 4> kOfWheel{"load", "longitudinal force", "side force", "speed"};
 constexpr std::array<const char*, 4> kOfCar{"longitudinal acceleration", "lateral acceleration",
                                             "vertical acceleration", "engine speed"};

@@ -9,14 +9,13 @@
 #include <utility>
 
 #include "base/settings.h"
+#include "longest_delay.h"
 #include "mounted_motion.h"
 #include "recording/channels.h"
 #include "vehicle/error.h"
 
 namespace vehicle {
 namespace {
-
-constexpr double kLongestDelay_s = 10.0;
 
 std::size_t column_of(const char* name) {
   const auto& names = recording::telemetry_channels();

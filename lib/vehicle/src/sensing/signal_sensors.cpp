@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/settings.h"
+#include "longest_delay.h"
 #include "mounted_motion.h"
 #include "read_road_sensors.h"
 #include "vehicle/error.h"
@@ -13,7 +14,7 @@
 namespace vehicle {
 namespace {
 
-constexpr double kLongestDelay_s = 10.0, kMostDelaySteps = 1e6;
+constexpr double kMostDelaySteps = 1e6;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 std::string device_of(const std::string& sensor) { return sensor.substr(0, sensor.rfind('.')); }

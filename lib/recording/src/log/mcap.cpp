@@ -1,7 +1,6 @@
 // MCAP: records of an opcode, a length and that many bytes between two magics; messages of numbered
 // channels stand at the top or inside chunks. Indexes and the summary repeat and are not needed.
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <map>
@@ -11,30 +10,15 @@
 
 #include "base/error.h"
 #include "decoded_topic.h"
+#include "mcap_records.h"
 #include "readers.h"
 #include "unpack.h"
 
 namespace recording {
 namespace {
 
-constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8);
 constexpr std::size_t kRecordHead = 9, kMostNotes = 100;
 constexpr std::string_view kOwnMetadata = "kerbstone";  // of files that crgdrive writes
-
-enum Opcode {
-  kFooter = 2,
-  kSchema = 3,
-  kChannel = 4,
-  kMessage = 5,
-  kChunk = 6,
-  kMetadata = 12,
-  kDataEnd = 15
-};
-
-std::uint32_t crc_of(std::string_view bytes) {
-  return static_cast<std::uint32_t>(
-      crc32_z(0, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
-}
 
 /// The fields of a record, one after the other.
 class Fields {

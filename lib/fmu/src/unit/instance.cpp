@@ -11,14 +11,13 @@
 #include "base/read_file.h"
 #include "fmu/wording.h"
 #include "recording/channels.h"
+#include "text_place.h"
 #include "vehicle/opponent.h"
 #include "vehicle/telemetry.h"
 
 namespace fmu {
 
 namespace {
-
-constexpr std::size_t place(Text text) { return static_cast<std::size_t>(text); }
 
 constexpr std::size_t kLargestUnitFileBytes = 65536;
 

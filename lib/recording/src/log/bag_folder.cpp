@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kMetadata = "metadata.yaml";
+constexpr const char* kMetadataName = "metadata.yaml";
 constexpr std::size_t kLargestMetadataBytes = std::size_t{1} << 24, kMostFiles = 10000;
 
 [[noreturn]] void refuse(const fs::path& metadata, const std::string& why) {
@@ -60,7 +60,7 @@ fs::path found(const fs::path& folder, const std::string& name) {
   fs::path packed = path;
   packed += ".zstd";
   if (fs::exists(packed)) return packed;
-  refuse(folder / kMetadata,
+  refuse(folder / kMetadataName,
          fmt::format("names {}, which is not there; copy it too, or take its line out",
                      name.substr(0, 200)));
 }
@@ -82,12 +82,12 @@ std::size_t cells_of(const std::vector<Topic>& topics) {
 }  // namespace
 
 Log read_bag_folder(const std::string& folder) {
-  const fs::path metadata = fs::path(folder) / kMetadata;
+  const fs::path metadata = fs::path(folder) / kMetadataName;
   if (!fs::exists(metadata))
     throw base::Error(fmt::format(
         "{}: a folder without {}, so none that rosbag2 recorded; give one of its files, or let "
         "`ros2 bag reindex` make it",
-        folder, kMetadata));
+        folder, kMetadataName));
   FileTopics all;
   for (const std::string& name : files_of(metadata)) {
     const fs::path path = found(folder, name);

@@ -13,13 +13,13 @@ namespace {
 
 constexpr std::size_t kDescriptionBytes = 84;  // up to the end of the unit
 
-struct Description {
+struct ChannelDescription {
   std::uint32_t next, data, samples;
   std::uint16_t kind, bytes, rate_hz;
   std::int16_t shift, factor, divisor, decimals;
 };
 
-Description description_at(std::string_view bytes, std::size_t at) {
+ChannelDescription description_at(std::string_view bytes, std::size_t at) {
   return {little<std::uint32_t>(bytes, at + 4),  little<std::uint32_t>(bytes, at + 8),
           little<std::uint32_t>(bytes, at + 12), little<std::uint16_t>(bytes, at + 18),
           little<std::uint16_t>(bytes, at + 20), little<std::uint16_t>(bytes, at + 22),
@@ -43,7 +43,7 @@ double sample(std::string_view bytes, std::size_t at, bool floating, std::size_t
   return little<std::int32_t>(bytes, at);
 }
 
-Channel channel_at(std::string_view bytes, std::size_t at, const Description& d,
+Channel channel_at(std::string_view bytes, std::size_t at, const ChannelDescription& d,
                    const std::string& name) {
   Channel out;
   out.name = field(bytes, at + 32, 32);
@@ -98,7 +98,7 @@ Log parse_motec_ld(std::string_view bytes, const std::string& name) {
           fmt::format("{}: a channel is described at byte {}, the file ends at {}; "
                       "the file was cut off",
                       name, at, bytes.size()));
-    const Description d = description_at(bytes, at);
+    const ChannelDescription d = description_at(bytes, at);
     cells += d.samples;
     if (cells > kMostCells)
       throw base::Error(name + ": more than 2 GB of samples; cut the log or the file is damaged");

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <zlib.h>
 #include <zstd.h>
 
 #include <algorithm>
@@ -12,29 +11,13 @@
 #include <string_view>
 
 #include "base/error.h"
+#include "mcap_records.h"
 #include "recording/mcap.h"
 
 namespace recording {
 namespace {
 
-constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8);
 constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
-
-enum Opcode {
-  kHeader = 1,
-  kFooter,
-  kSchema,
-  kChannel,
-  kMessage,
-  kChunk,
-  kMessageIndex,
-  kChunkIndex,
-  kStatistics = 11,
-  kMetadata,
-  kMetadataIndex,
-  kSummaryOffset,
-  kDataEnd
-};
 
 template <class T>
 void put(std::string& out, T value) {
@@ -53,11 +36,6 @@ void put_record(std::string& out, Opcode opcode, std::string_view content) {
   out += static_cast<char>(opcode);
   put8(out, content.size());
   out += content;
-}
-
-std::uint32_t crc_of(std::string_view bytes) {
-  return static_cast<std::uint32_t>(
-      crc32_z(0, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
 }
 
 /// A name in quotes.

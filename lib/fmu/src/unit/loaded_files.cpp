@@ -5,12 +5,11 @@
 #include <filesystem>
 
 #include "base/error.h"
+#include "text_place.h"
 #include "vehicle/road_file.h"
 
 namespace fmu {
 namespace {
-
-constexpr std::size_t place(Text text) { return static_cast<std::size_t>(text); }
 
 /// A path that does not begin with / lies in the folder.
 std::string in_folder(const std::string& folder, const std::string& path) {
