@@ -116,4 +116,8 @@ StepResult step(const Car<T>& car, Simulation<T>& sim, const Controls<T>& contro
   return {};
 }
 
+// As derivative().
+extern template StepResult step(const Car<double>&, Simulation<double>&, const Controls<double>&,
+                                const Road&, const StepOptions&, Detail<double>&);
+
 }  // namespace vehicle

@@ -38,4 +38,9 @@ void check_step(const Parameters<double>& p, const StepOptions& options) {
                               options.step_s, longest));
 }
 
+template void derivative(const Car<double>&, const State<double>&, const Inputs<double>&,
+                         const Road&, RoadCursors&, State<double>&, Detail<double>&);
+template StepResult step(const Car<double>&, Simulation<double>&, const Controls<double>&,
+                         const Road&, const StepOptions&, Detail<double>&);
+
 }  // namespace vehicle
