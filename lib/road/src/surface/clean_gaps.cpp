@@ -192,9 +192,7 @@ void bridge_gaps(Soup& soup, const std::function<bool(std::size_t)>& of,
     // Only a gap of the road itself: run-off may well end in front of other run-off.
     bool of_road = false;
     for (std::size_t k = 0; k + 1 < gap.a.vertices.size(); ++k) {
-      const std::uint64_t p = gap.a.vertices[k];
-      const std::uint64_t q = gap.a.vertices[k + 1];
-      const auto like = triangle_of_edge.find(std::min(p, q) << 32 | std::max(p, q));
+      const auto like = triangle_of_edge.find(undirected(gap.a.vertices[k], gap.a.vertices[k + 1]));
       of_road = of_road || (like != triangle_of_edge.end() &&
                             soup.surface_class[like->second] == SurfaceClass::road);
     }
@@ -211,9 +209,8 @@ void bridge_gaps(Soup& soup, const std::function<bool(std::size_t)>& of,
       const bool step_a =
           j + 1 >= b.size() || (i + 1 < a.size() && offset(a[i + 1]) <= offset(b[j + 1]));
       // The new triangle takes class and object from the one across the edge it shares with an end.
-      const std::uint64_t p = step_a ? a[i] : b[j];
-      const std::uint64_t q = step_a ? a[i + 1] : b[j + 1];
-      const auto like = triangle_of_edge.find(std::min(p, q) << 32 | std::max(p, q));
+      const auto like =
+          triangle_of_edge.find(step_a ? undirected(a[i], a[i + 1]) : undirected(b[j], b[j + 1]));
       Triangle t = step_a ? Triangle{a[i + 1], a[i], b[j]} : Triangle{b[j], b[j + 1], a[i]};
       (step_a ? i : j) += 1;
       if (like == triangle_of_edge.end() || t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;

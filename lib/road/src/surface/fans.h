@@ -13,14 +13,6 @@
 
 namespace road {
 
-inline std::uint64_t directed(std::uint32_t from, std::uint32_t to) {
-  return static_cast<std::uint64_t>(from) << 32 | to;
-}
-
-inline std::uint64_t undirected(std::uint32_t a, std::uint32_t b) {
-  return directed(std::min(a, b), std::max(a, b));
-}
-
 /// Upwards where the triangle is seen counter-clockwise.
 Eigen::Vector3d normal_of(const FlatSurface& flat, std::uint32_t t);
 

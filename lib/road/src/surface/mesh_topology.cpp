@@ -75,9 +75,7 @@ std::vector<EdgeUse> edge_uses(const std::vector<Triangle>& triangles) {
   uses.reserve(3 * triangles.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     for (std::uint8_t c = 0; c < 3; ++c) {
-      const std::uint64_t a = triangles[t][c];
-      const std::uint64_t b = triangles[t][(c + 1u) % 3u];
-      uses.push_back({std::min(a, b) << 32 | std::max(a, b), t, c});
+      uses.push_back({undirected(triangles[t][c], triangles[t][(c + 1u) % 3u]), t, c});
     }
   }
   std::sort(uses.begin(), uses.end(), [](const EdgeUse& l, const EdgeUse& r) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -11,6 +12,15 @@ namespace road {
 
 using Triangle = std::array<std::uint32_t, 3>;
 inline constexpr std::uint32_t kNoIndex = std::numeric_limits<std::uint32_t>::max();
+
+inline std::uint64_t directed(std::uint32_t from, std::uint32_t to) {
+  return static_cast<std::uint64_t>(from) << 32 | to;
+}
+
+/// The key of an edge: lower vertex in the upper half, higher vertex in the lower.
+inline std::uint64_t undirected(std::uint32_t a, std::uint32_t b) {
+  return directed(std::min(a, b), std::max(a, b));
+}
 
 /// Disjoint sets; the representative is the smallest member, whatever the order of joins.
 class DisjointSets {
@@ -30,7 +40,7 @@ std::vector<std::uint32_t> weld(const std::vector<Eigen::Vector3d>& vertices_m, 
 
 /// One use of an edge: triangle `t`'s edge from its corner `c` to the next.
 struct EdgeUse {
-  std::uint64_t key = 0;  ///< lower vertex in the upper half, higher vertex in the lower
+  std::uint64_t key = 0;  ///< undirected()
   std::uint32_t t = 0;
   std::uint8_t c = 0;
 };
