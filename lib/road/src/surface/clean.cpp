@@ -180,7 +180,6 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
       !by_shape.doubt.empty())
     facts.doubts.push_back(by_shape.doubt);
   soup.compact();
-  facts.non_manifold_edges = adjacency(soup.triangles).non_manifold_edges;
   facts.boundary_loops = count_borders(soup.triangles);
 
   RoadMesh road = road_mesh_of(mesh, cleaning);

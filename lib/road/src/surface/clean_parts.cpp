@@ -23,10 +23,11 @@ constexpr double kOtherCircuitShare = 0.3;
 constexpr double kSameRoadShare = 0.02;
 
 /// Components of the surface where borders that touch without shared vertices count as joined.
-std::vector<std::uint32_t> touching_components(const Soup& soup, std::size_t& by_edges) {
-  std::vector<std::uint32_t> number = components(soup.triangles);
-  by_edges = number.empty() ? 0 : 1 + *std::max_element(number.begin(), number.end());
-  if (by_edges < 2) return number;
+Components touching_components(const Soup& soup, CleanReport& facts) {
+  Components found = components(soup.triangles);
+  facts.components = found.count;
+  facts.non_manifold_edges = found.at_non_manifold_edges.size();
+  if (found.count < 2) return found;
 
   // Border edges in a coarse grid; every border vertex looks for edges of other components nearby.
   struct Edge {
@@ -39,7 +40,7 @@ std::vector<std::uint32_t> touching_components(const Soup& soup, std::size_t& by
         (i + 1 < uses.size() && uses[i + 1].key == uses[i].key))
       continue;
     edges.push_back({static_cast<std::uint32_t>(uses[i].key >> 32),
-                     static_cast<std::uint32_t>(uses[i].key), number[uses[i].t]});
+                     static_cast<std::uint32_t>(uses[i].key), found.of_triangle[uses[i].t]});
   }
   constexpr double kCell_m = 4.0;
   const auto cell_of = [](double value) {
@@ -79,12 +80,12 @@ std::vector<std::uint32_t> touching_components(const Soup& soup, std::size_t& by
       }
     }
   }
-  DisjointSets sets(by_edges);
+  DisjointSets sets(found.count);
   for (const auto& [pair, count] : touches) {
     if (count >= 2) sets.join(pair.first, pair.second);
   }
-  for (std::uint32_t& n : number) n = sets.find(n);
-  return number;
+  for (std::uint32_t& n : found.of_triangle) n = sets.find(n);
+  return found;
 }
 
 /// What a bridge and the roads at its two ends belong to becomes one component.
@@ -117,24 +118,35 @@ void join_by_bridges(const Soup& soup, const std::vector<Bridge>& bridges,
   }
 }
 
-}  // namespace
-
-void keep_what_touches_road(Soup& soup, CleanReport& facts) {
-  const std::vector<std::uint32_t> component = touching_components(soup, facts.components);
-  std::unordered_set<std::uint32_t> with_road;
-  for (std::size_t i = 0; i < soup.triangles.size(); ++i)
-    if (soup.surface_class[i] == SurfaceClass::road) with_road.insert(component[i]);
+/// Keeps the components of which `keep` says so by any of their triangles.
+template <class Keep>
+void keep_where(Soup& soup, const Components& found, CleanReport& facts, Keep keep) {
+  const auto& edges = found.at_non_manifold_edges;
+  facts.non_manifold_edges =
+      static_cast<std::size_t>(std::count_if(edges.begin(), edges.end(), keep));
   soup.filter([&](std::size_t i) {
-    if (with_road.contains(component[i])) return true;
+    if (keep(i)) return true;
     ++facts.dropped["not connected"];
     return false;
   });
 }
 
+}  // namespace
+
+void keep_what_touches_road(Soup& soup, CleanReport& facts) {
+  const Components found = touching_components(soup, facts);
+  const std::vector<std::uint32_t>& component = found.of_triangle;
+  std::unordered_set<std::uint32_t> with_road;
+  for (std::size_t i = 0; i < soup.triangles.size(); ++i)
+    if (soup.surface_class[i] == SurfaceClass::road) with_road.insert(component[i]);
+  keep_where(soup, found, facts, [&](std::size_t i) { return with_road.contains(component[i]); });
+}
+
 void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges,
                       const Eigen::Vector3d& origin_m, const CleanOptions& options,
                       CleanReport& facts) {
-  std::vector<std::uint32_t> component = touching_components(soup, facts.components);
+  Components found = touching_components(soup, facts);
+  std::vector<std::uint32_t>& component = found.of_triangle;
   join_by_bridges(soup, bridges, component);
   struct Part {
     double road_m2 = 0.0;
@@ -196,11 +208,7 @@ void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges,
       if (circuit && part->second.distance_m < chosen->second.distance_m) chosen = part;
     }
   }
-  soup.filter([&, number = chosen->first](std::size_t i) {
-    if (component[i] == number) return true;
-    ++facts.dropped["not connected"];
-    return false;
-  });
+  keep_where(soup, found, facts, [&](std::size_t i) { return component[i] == chosen->first; });
 }
 
 }  // namespace road

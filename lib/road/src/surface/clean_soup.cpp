@@ -127,10 +127,7 @@ std::vector<std::uint32_t> snap_borders(Soup& soup, double horizontal_m, double 
 }
 
 bool is_torn(const std::vector<Triangle>& triangles) {
-  const std::vector<std::uint32_t> number = components(triangles);
-  const std::size_t count =
-      number.empty() ? 0 : 1 + *std::max_element(number.begin(), number.end());
-  return static_cast<double>(count) > 1.0 + kTornShare * static_cast<double>(triangles.size());
+  return components(triangles).count > 1.0 + kTornShare * static_cast<double>(triangles.size());
 }
 
 std::vector<Triangle> road_triangles(const Soup& soup) {

@@ -84,24 +84,6 @@ std::vector<EdgeUse> edge_uses(const std::vector<Triangle>& triangles) {
   return uses;
 }
 
-Adjacency adjacency(const std::vector<Triangle>& triangles) {
-  Adjacency out;
-  out.neighbour.assign(triangles.size(), {kNoIndex, kNoIndex, kNoIndex});
-  const std::vector<EdgeUse> uses = edge_uses(triangles);
-  for (std::size_t i = 0; i < uses.size();) {
-    std::size_t end = i + 1;
-    while (end < uses.size() && uses[end].key == uses[i].key) ++end;
-    if (end - i == 2) {
-      out.neighbour[uses[i].t][uses[i].c] = uses[i + 1].t;
-      out.neighbour[uses[i + 1].t][uses[i + 1].c] = uses[i].t;
-    } else if (end - i > 2) {
-      ++out.non_manifold_edges;
-    }
-    i = end;
-  }
-  return out;
-}
-
 std::size_t count_borders(const std::vector<Triangle>& triangles) {
   std::uint32_t vertices = 0;
   for (const Triangle& t : triangles) vertices = std::max({vertices, t[0] + 1, t[1] + 1, t[2] + 1});

@@ -27,6 +27,7 @@ class DisjointSets {
  public:
   explicit DisjointSets(std::size_t count);
   std::uint32_t find(std::uint32_t item);
+  std::size_t size() const { return parent_.size(); }
   void join(std::uint32_t a, std::uint32_t b);
 
  private:
@@ -48,17 +49,16 @@ struct EdgeUse {
 /// All edge uses sorted by edge, so that the uses of one edge lie together.
 std::vector<EdgeUse> edge_uses(const std::vector<Triangle>& triangles);
 
-/// Triangles across each edge: neighbour[t][c] lies across the edge from corner c to the next;
-/// kNoIndex at borders and where more than two triangles meet.
-struct Adjacency {
-  std::vector<std::array<std::uint32_t, 3>> neighbour;
-  std::size_t non_manifold_edges = 0;
+/// How triangles hang together over shared edges, those where more than two meet among them.
+struct Components {
+  std::vector<std::uint32_t> of_triangle;  ///< 0 upwards in order of the first triangle
+  std::uint32_t count = 0;
+  /// The first triangle at each edge where more than two meet, in order.
+  std::vector<std::uint32_t> at_non_manifold_edges;
 };
-Adjacency adjacency(const std::vector<Triangle>& triangles);
 
-/// Component number per triangle over shared edges (non-manifold ones too), 0 upwards in order of
-/// the first triangle.
-std::vector<std::uint32_t> components(const std::vector<Triangle>& triangles);
+/// No triangle may have a vertex twice.
+Components components(const std::vector<Triangle>& triangles);
 
 /// Number of connected sets of border edges: 2 for a ring, 1 for an open strip, more with holes.
 std::size_t count_borders(const std::vector<Triangle>& triangles);
