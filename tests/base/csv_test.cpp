@@ -9,7 +9,7 @@
 
 #include "base/error.h"
 
-namespace {
+namespace csv_test {
 
 std::string file_with(const std::string& text) {
   const std::string path = testing::TempDir() + "csv_test.csv";
@@ -68,4 +68,4 @@ TEST(Csv, AHeaderMayBeginWithAHash) {
   EXPECT_FALSE(twice.present[2]);
 }
 
-}  // namespace
+}  // namespace csv_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace {
+namespace error_test {
 
 std::string what(const std::string& words) { return base::Error(words).what(); }
 
@@ -20,4 +20,4 @@ TEST(Error, OfAVeryLongWordKeepsItsBeginningAndItsEnd) {
   EXPECT_TRUE(text.ends_with("xxx' is no number; remove the line"));
 }
 
-}  // namespace
+}  // namespace error_test

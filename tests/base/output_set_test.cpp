@@ -18,7 +18,7 @@
 #include "base/write_file.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace output_set_test {
 
 namespace fs = std::filesystem;
 using base::OutputSet;
@@ -274,4 +274,4 @@ TEST(OutputSet, GivenUpRemovesTheLockAfterAllThatItGuards) {
   EXPECT_THAT(removed, ElementsAre(".kerbstone.new", ".kerbstone.lock"));
 }
 
-}  // namespace
+}  // namespace output_set_test

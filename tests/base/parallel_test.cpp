@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-namespace {
+namespace parallel_test {
 
 TEST(Parallel, VisitsEveryIndexOnceWhateverTheNumberOfThreads) {
   for (const unsigned threads : {0u, 1u, 2u, 7u, 64u}) {
@@ -50,4 +50,4 @@ TEST(Parallel, BeginsNothingAfterAnError) {
   }
 }
 
-}  // namespace
+}  // namespace parallel_test

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace {
+namespace random_test {
 
 // The first numbers of the generator from state 1234567, as published with it (S. Vigna,
 // splitmix64.c, and the tests of other implementations).
@@ -34,4 +34,4 @@ TEST(Random, MomentsAreThoseOfTheDistributions) {
   EXPECT_NEAR(normal4, 3.0, 5.0 * std::sqrt(96.0 / n));
 }
 
-}  // namespace
+}  // namespace random_test

@@ -11,7 +11,7 @@
 #include "base/sha256.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace read_file_test {
 
 using ::testing::HasSubstr;
 
@@ -65,4 +65,4 @@ TEST(ReadFile, RefusesAtOnceWhatIsNoFile) {
   }
 }
 
-}  // namespace
+}  // namespace read_file_test

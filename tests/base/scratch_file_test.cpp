@@ -8,7 +8,7 @@
 #include "base/error.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace scratch_file_test {
 
 TEST(ScratchFile, GivesBackWhatItWasGivenAndIsSeenByNobody) {
   const support::TemporaryFolder folder;
@@ -35,4 +35,4 @@ TEST(ScratchFile, IsRefusedWhereItCannotBe) {
   EXPECT_EQ(folder.read("there"), "kept");
 }
 
-}  // namespace
+}  // namespace scratch_file_test

@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-namespace {
+namespace statistics_test {
 
 TEST(Statistics, MedianIsTheUpperOfTheTwoInTheMiddle) {
   EXPECT_EQ(base::median(std::vector<double>{5.0}), 5.0);
@@ -30,4 +30,4 @@ TEST(Statistics, NoValuesHaveTheMedianThatIsGiven) {
   EXPECT_EQ(base::median_or(-1.0, {3.0}), 3.0);
 }
 
-}  // namespace
+}  // namespace statistics_test

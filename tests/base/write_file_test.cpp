@@ -20,7 +20,7 @@
 #include "base/error.h"
 #include "base/sha256.h"
 
-namespace {
+namespace write_file_test {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
@@ -265,4 +265,4 @@ TEST_F(WriteFile, HashesLikeThePublishedExamples) {
   EXPECT_THROW(base::sha256_of_file(folder_.string()), base::Error);
 }
 
-}  // namespace
+}  // namespace write_file_test

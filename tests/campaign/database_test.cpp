@@ -4,7 +4,7 @@
 #include "campaign/results.h"
 #include "campaign/results_folder.h"
 
-namespace {
+namespace database_test {
 
 std::string asked(const std::string& path, const char* question) {
   sqlite3* database = nullptr;
@@ -38,4 +38,4 @@ TEST(Database, AnswersQuestionsAndHasTheSameBytesAgain) {
   EXPECT_EQ(asked(path, "SELECT path, bytes, sha256 FROM output"), "road/a/a.crg|3|00ff|");
 }
 
-}  // namespace
+}  // namespace database_test

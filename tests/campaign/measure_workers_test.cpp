@@ -12,7 +12,7 @@
 #include "support/run_crgbuild.h"
 #include "support/run_tool.h"
 
-namespace {
+namespace measure_workers_test {
 
 namespace fs = std::filesystem;
 
@@ -71,4 +71,4 @@ TEST(MeasureWorkers, ItsFiguresGoTogether) {
   EXPECT_THAT(ran.out, ::testing::HasSubstr("2 jobs; the clock, one worker / two: "));
 }
 
-}  // namespace
+}  // namespace measure_workers_test

@@ -4,7 +4,7 @@
 #include "campaign/results.h"
 #include "campaign/results_folder.h"
 
-namespace {
+namespace page_test {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -36,4 +36,4 @@ TEST(Page, LinksAreNoMarkup) {
               HasSubstr("<a href='./road/it%27s%20a%20%22page%22.html'>x</a>"));
 }
 
-}  // namespace
+}  // namespace page_test

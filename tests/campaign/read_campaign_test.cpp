@@ -7,7 +7,7 @@
 #include "support/places.h"
 #include "support/run_tool.h"
 
-namespace {
+namespace read_campaign_test {
 
 using campaign::State;
 using ::testing::HasSubstr;
@@ -130,4 +130,4 @@ TEST(ReadCampaign, CollectSaysWhatIsNotDoneAndWritesThreeFiles) {
   EXPECT_EQ(support::run_tool(places::kerbstone(), {"collect", folder / "none"}).code, 1);
 }
 
-}  // namespace
+}  // namespace read_campaign_test

@@ -16,7 +16,7 @@
 #include "support/run_crgbuild.h"
 #include "support/run_tool.h"
 
-namespace {
+namespace script_test {
 
 namespace fs = std::filesystem;
 using support::ToolRun;
@@ -279,4 +279,4 @@ TEST_F(Script, RefusesInOneLine) {
               HasSubstr("tiles: they are of scans, not of a mesh"));
 }
 
-}  // namespace
+}  // namespace script_test

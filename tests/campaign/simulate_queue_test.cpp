@@ -8,7 +8,7 @@
 #include "support/run_crgbuild.h"
 #include "support/run_tool.h"
 
-namespace {
+namespace simulate_queue_test {
 
 using ::testing::ContainsRegex;
 
@@ -39,4 +39,4 @@ TEST(SimulateQueue, HoursThatCanBeCountedByHand) {
   EXPECT_THAT(ran.out, ContainsRegex("\n     10     2.000 "));  // an hour before the last
 }
 
-}  // namespace
+}  // namespace simulate_queue_test

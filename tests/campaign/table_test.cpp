@@ -3,7 +3,7 @@
 #include "campaign/results.h"
 #include "campaign/results_folder.h"
 
-namespace {
+namespace table_test {
 
 TEST(Table, OneRowPerFactAndQuotesWhereTheyAreNeeded) {
   const cli::Folder folder;
@@ -18,4 +18,4 @@ TEST(Table, OneRowPerFactAndQuotesWhereTheyAreNeeded) {
             "lap/a+car,lap,a+car,not run,message,,,\n");
 }
 
-}  // namespace
+}  // namespace table_test

@@ -15,7 +15,7 @@
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace circuit_test {
 
 using road::Circuit;
 using road::CircuitDesign;
@@ -436,4 +436,4 @@ TEST_F(ReadCircuit, NamesFileAndLine) {
               ThrowsMessage<road::Error>(HasSubstr("/nowhere/circuit.yaml: cannot open")));
 }
 
-}  // namespace
+}  // namespace circuit_test

@@ -10,7 +10,7 @@
 
 #include "mesh/error.h"
 
-namespace {
+namespace iso8608_test {
 
 using road::Roughness;
 using road::RoughnessOptions;
@@ -183,4 +183,4 @@ TEST(Iso8608, ShortRoadKeepsTheVarianceOfLongWaves) {
   EXPECT_NEAR(variance / count, 1.28e-5, 1e-8);
 }
 
-}  // namespace
+}  // namespace iso8608_test

@@ -18,7 +18,7 @@
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace synth_test {
 
 using Eigen::Vector3d;
 using road::Circuit;
@@ -384,4 +384,4 @@ TEST(Synth, RefusesWhatItCannotMake) {
               ThrowsMessage<road::Error>(HasSubstr("/proc/nothing/here")));
 }
 
-}  // namespace
+}  // namespace synth_test

@@ -10,7 +10,7 @@
 #include "support/run_crgbuild.h"
 
 namespace cli {
-namespace {
+namespace bad_input_test {
 
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
@@ -231,5 +231,5 @@ TEST(BadInput, OutputFolderThatCannotBeWritten) {
   EXPECT_THAT(stage.err, HasSubstr("no/such/folder/s.stl"));
 }
 
-}  // namespace
+}  // namespace bad_input_test
 }  // namespace cli

@@ -14,7 +14,7 @@
 #include "support/run_crgbuild.h"
 
 namespace cli {
-namespace {
+namespace commands_test {
 
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
@@ -489,5 +489,5 @@ TEST(FromEdges, WritesOneRoadNamedAfterItsFiles) {
   EXPECT_THAT(bad.err, HasSubstr("bad.csv:43"));
 }
 
-}  // namespace
+}  // namespace commands_test
 }  // namespace cli

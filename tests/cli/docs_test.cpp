@@ -15,7 +15,7 @@
 #include "support/run_crgbuild.h"
 
 namespace cli {
-namespace {
+namespace docs_test {
 
 using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
@@ -275,5 +275,5 @@ TEST(Scripts, PagePackagesRunOnTheNodeOfDebian12) {
   EXPECT_THAT(lock, Not(HasSubstr("://")));
 }
 
-}  // namespace
+}  // namespace docs_test
 }  // namespace cli

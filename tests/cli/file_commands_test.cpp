@@ -13,7 +13,7 @@
 #include "support/run_crgbuild.h"
 
 namespace cli {
-namespace {
+namespace file_commands_test {
 
 using ::testing::HasSubstr;
 
@@ -197,5 +197,5 @@ TEST(FileCommands, QueryAppliesWhatItIsTold) {
   EXPECT_EQ(both.code, 2);
 }
 
-}  // namespace
+}  // namespace file_commands_test
 }  // namespace cli

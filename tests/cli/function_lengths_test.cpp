@@ -14,7 +14,7 @@
 #include "support/run_crgbuild.h"
 
 namespace cli {
-namespace {
+namespace function_lengths_test {
 
 namespace fs = std::filesystem;
 using support::function_lengths;
@@ -107,5 +107,5 @@ TEST(Layout, FunctionsAreShort) {
                   << ": not there or short enough now; take it off tests/long_functions.txt";
 }
 
-}  // namespace
+}  // namespace function_lengths_test
 }  // namespace cli

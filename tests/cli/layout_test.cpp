@@ -17,7 +17,7 @@
 #include "support/run_crgbuild.h"
 
 namespace cli {
-namespace {
+namespace layout_test {
 
 namespace fs = std::filesystem;
 using support::listed;
@@ -332,5 +332,5 @@ TEST(Layout, CommandLineParserStaysInOneFilePerTool) {
   }
 }
 
-}  // namespace
+}  // namespace layout_test
 }  // namespace cli

@@ -15,7 +15,7 @@
 #include "support/run_crgbuild.h"
 
 namespace cli {
-namespace {
+namespace numbers_agree_test {
 
 using ::testing::HasSubstr;
 using Json = nlohmann::json;
@@ -176,5 +176,5 @@ TEST(Numbers, HeightsAreThoseOfTheSurfaceAndPlacesThoseOfTheHeader) {
   EXPECT_EQ(placed, Json::parse(crgbuild({"info", folder / "utm/s.crg", "--json"}).out)["wgs84"]);
 }
 
-}  // namespace
+}  // namespace numbers_agree_test
 }  // namespace cli

@@ -12,7 +12,7 @@
 #include "support/run_crgbuild.h"
 
 namespace cli {
-namespace {
+namespace own_roads_test {
 
 namespace fs = std::filesystem;
 
@@ -112,5 +112,5 @@ INSTANTIATE_TEST_SUITE_P(, OwnRoads, ::testing::ValuesIn(roads()), [](const auto
   return name;
 });
 
-}  // namespace
+}  // namespace own_roads_test
 }  // namespace cli

@@ -16,7 +16,7 @@
 #include "support/run_crgbuild.h"
 
 namespace cli {
-namespace {
+namespace real_tracks_test {
 
 struct Track {
   const char* name;
@@ -127,5 +127,5 @@ INSTANTIATE_TEST_SUITE_P(, RealTracks,
                            return name;
                          });
 
-}  // namespace
+}  // namespace real_tracks_test
 }  // namespace cli

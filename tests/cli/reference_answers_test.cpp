@@ -14,7 +14,7 @@
 #include "support/run_crgbuild.h"
 
 namespace cli {
-namespace {
+namespace reference_answers_test {
 
 namespace fs = std::filesystem;
 
@@ -171,5 +171,5 @@ TEST(ReferenceAnswers, QueryGivesThemAtEveryPointAlsoWithoutHeight) {
   fmt::print("{} points, {} of them without height\n", points, without_height);
 }
 
-}  // namespace
+}  // namespace reference_answers_test
 }  // namespace cli

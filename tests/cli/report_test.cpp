@@ -15,7 +15,7 @@
 #include "support/run_tool.h"
 
 namespace cli {
-namespace {
+namespace report_test {
 
 using ::testing::HasSubstr;
 using Json = nlohmann::json;
@@ -195,5 +195,5 @@ TEST(BuildVerdict, ARoadInPlaceOfAMeshIsToldWhatToDoWithIt) {
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
-}  // namespace
+}  // namespace report_test
 }  // namespace cli

@@ -17,7 +17,7 @@
 #include "support/run_crgbuild.h"
 
 namespace cli {
-namespace {
+namespace whole_set_test {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
@@ -228,5 +228,5 @@ TEST(WholeSet, AFolderThatCannotBeWrittenIsRefusedBeforeTheWork) {
   EXPECT_EQ(read(folder / "file"), "x");
 }
 
-}  // namespace
+}  // namespace whole_set_test
 }  // namespace cli

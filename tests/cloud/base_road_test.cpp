@@ -11,7 +11,7 @@
 #include "support/temporary_folder.h"
 
 namespace cloud {
-namespace {
+namespace base_road_test {
 
 double true_height(double x, double y) {
   return 0.3 * std::sin(0.05 * x) + 0.02 * y + 0.01 * std::sin(0.9 * x) * std::cos(0.7 * y);
@@ -168,5 +168,5 @@ TEST(BaseRoad, SaysThatThePointsAreElsewhere) {
   }
 }
 
-}  // namespace
+}  // namespace base_road_test
 }  // namespace cloud

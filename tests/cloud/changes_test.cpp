@@ -11,7 +11,7 @@
 #include "cloud/error.h"
 
 namespace cloud {
-namespace {
+namespace changes_test {
 
 struct Bump {
   double x, y, radius, height;
@@ -200,5 +200,5 @@ TEST(Changes, CloudsThatDoNotMeetAreRefused) {
                   ::testing::HasSubstr("0 cells of"), ::testing::HasSubstr("490000"))));
 }
 
-}  // namespace
+}  // namespace changes_test
 }  // namespace cloud

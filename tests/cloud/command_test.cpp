@@ -16,7 +16,7 @@
 #include "support/wavy_road.h"
 
 namespace cloud {
-namespace {
+namespace command_test {
 
 using ::testing::HasSubstr;
 
@@ -314,5 +314,5 @@ TEST(Command, SaysWhatIsMissing) {
   EXPECT_FALSE(std::filesystem::exists(folder.path("beside/refined.crg")));
 }
 
-}  // namespace
+}  // namespace command_test
 }  // namespace cloud

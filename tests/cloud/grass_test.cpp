@@ -11,7 +11,7 @@
 #include "support/temporary_folder.h"
 
 namespace cloud {
-namespace {
+namespace grass_test {
 
 struct Case {
   double grass_mean_m = 0.0;  ///< blades from nothing to twice this
@@ -194,5 +194,5 @@ TEST(Grass, InThinScansIsLeftOutAsWell) {
   EXPECT_LT(off / covered, 0.005);
 }
 
-}  // namespace
+}  // namespace grass_test
 }  // namespace cloud

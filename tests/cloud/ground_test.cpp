@@ -18,7 +18,7 @@
 #include "support/places.h"
 
 namespace cloud {
-namespace {
+namespace ground_test {
 
 /// A slope of 60 x 60 m with a box on it.
 Cloud slope_with_box() {
@@ -169,5 +169,5 @@ TEST(RealClouds, GroundOfTwoMillionPoints) {
   }
 }
 
-}  // namespace
+}  // namespace ground_test
 }  // namespace cloud

@@ -18,7 +18,7 @@
 #include "support/temporary_folder.h"
 
 namespace cloud {
-namespace {
+namespace laz_test {
 
 using support::as_laz;
 using support::busy_las;
@@ -290,5 +290,5 @@ TEST(Laz, MutantsAreReadOrRefused) {
   EXPECT_LT(longest_s, 10.0);
 }
 
-}  // namespace
+}  // namespace laz_test
 }  // namespace cloud

@@ -13,7 +13,7 @@
 #include "support/temporary_folder.h"
 
 namespace cloud {
-namespace {
+namespace left_out_test {
 
 TEST(NodeHeight, PointsScatterByTheirRange) {
   base::Random random(3);
@@ -168,5 +168,5 @@ TEST(LeftOut, OnePassTellsWhatScatterDoesNot) {
   EXPECT_LT(shifted.within_90, 0.95);
 }
 
-}  // namespace
+}  // namespace left_out_test
 }  // namespace cloud

@@ -7,7 +7,7 @@
 #include "verge_columns.h"
 
 namespace cloud {
-namespace {
+namespace low_grass_test {
 
 constexpr std::size_t kAlong = 40, kAcross = 40, kLane = 18, kLanes = 4;
 constexpr double kExpected_m2 = 1.2e-6;  // per degree of freedom: what a road scatters 8 m away
@@ -97,5 +97,5 @@ TEST(LowGrass, LeavesTheLaneAlone) {
   EXPECT_GT(marked(columns), 30 * kAlong);
 }
 
-}  // namespace
+}  // namespace low_grass_test
 }  // namespace cloud

@@ -6,7 +6,7 @@
 
 #include "support/temporary_folder.h"
 
-namespace {
+namespace map_scans_test {
 
 // Callers of refine(), Python among them, hear of its progress in their own thread alone.
 TEST(MapScans, ProgressIsToldInTheThreadThatMadeThem) {
@@ -38,4 +38,4 @@ TEST(MapScans, ProgressIsToldInTheThreadThatMadeThem) {
   for (const std::thread::id thread : threads) EXPECT_EQ(thread, std::this_thread::get_id());
 }
 
-}  // namespace
+}  // namespace map_scans_test

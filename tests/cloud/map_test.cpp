@@ -12,7 +12,7 @@
 #include "support/temporary_folder.h"
 
 namespace cloud {
-namespace {
+namespace map_test {
 
 using ::testing::HasSubstr;
 
@@ -385,5 +385,5 @@ TEST(Trajectory, RefusesWhatIsNoPath) {
   EXPECT_THAT(said(far), HasSubstr("2700 km driven in all; 2000 km at most wanted"));
 }
 
-}  // namespace
+}  // namespace map_test
 }  // namespace cloud

@@ -19,7 +19,7 @@
 #include "support/wavy_road.h"
 
 namespace cloud {
-namespace {
+namespace map_tiles_test {
 
 using nlohmann::json;
 using ::testing::HasSubstr;
@@ -344,5 +344,5 @@ TEST_F(Split, SaysWhatDoesNotFit) {
   EXPECT_THAT(said, HasSubstr("tried with "));
 }
 
-}  // namespace
+}  // namespace map_tiles_test
 }  // namespace cloud

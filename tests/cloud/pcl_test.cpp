@@ -20,7 +20,7 @@
 #include "support/street_scan.h"
 
 namespace cloud {
-namespace {
+namespace pcl_test {
 
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
@@ -372,5 +372,5 @@ TEST_F(Compared, Registration) {
   }
 }
 
-}  // namespace
+}  // namespace pcl_test
 }  // namespace cloud

@@ -10,7 +10,7 @@
 #include "cloud/error.h"
 
 namespace cloud {
-namespace {
+namespace read_ahead_test {
 
 constexpr int kMany = 200;
 
@@ -79,5 +79,5 @@ TEST(ReadAhead, AnEmptySourceHandsOutNothing) {
   read_ahead(counting(0), 2)([](Cloud&&) { FAIL(); });
 }
 
-}  // namespace
+}  // namespace read_ahead_test
 }  // namespace cloud

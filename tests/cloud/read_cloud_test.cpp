@@ -16,7 +16,7 @@
 #include "support/temporary_folder.h"
 
 namespace cloud {
-namespace {
+namespace read_cloud_test {
 
 using support::CloudSeed;
 using ::testing::HasSubstr;
@@ -334,5 +334,5 @@ TEST(RealClouds, Samp11IsQuantisedToHalfAMetre) {
   EXPECT_DOUBLE_EQ(facts.resolution_m[1], 0.5);
 }
 
-}  // namespace
+}  // namespace read_cloud_test
 }  // namespace cloud

@@ -13,7 +13,7 @@
 #include "support/street_scan.h"
 
 namespace cloud {
-namespace {
+namespace register_test {
 
 /// A street: ground and two walls along x; with `posts` also walls across it.
 Cloud street(bool posts, unsigned seed) {
@@ -132,5 +132,5 @@ TEST(RealClouds, StreetPair) {
       0.1);  // measured 0.004
 }
 
-}  // namespace
+}  // namespace register_test
 }  // namespace cloud

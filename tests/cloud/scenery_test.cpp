@@ -14,7 +14,7 @@
 #include "support/temporary_folder.h"
 
 namespace cloud {
-namespace {
+namespace scenery_test {
 
 /// 200 m, 24 m wide, with waves of 20 mm; its heights in the middle of x are known.
 crg::Crg wide_road() {
@@ -146,5 +146,5 @@ TEST(Scenery, RefusesWhatNoRoadHas) {
   }
 }
 
-}  // namespace
+}  // namespace scenery_test
 }  // namespace cloud

@@ -22,7 +22,7 @@
 #include "support/temporary_folder.h"
 
 namespace cloud {
-namespace {
+namespace tiles_test {
 
 using ::testing::HasSubstr;
 
@@ -427,5 +427,5 @@ TEST_F(TilesCommand, SaysWhatItCannotUse) {
   }
 }
 
-}  // namespace
+}  // namespace tiles_test
 }  // namespace cloud

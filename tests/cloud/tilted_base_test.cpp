@@ -14,7 +14,7 @@
 #include "support/temporary_folder.h"
 
 namespace cloud {
-namespace {
+namespace tilted_base_test {
 
 struct Drive {
   double u_begin_m = 560.0, u_end_m = 760.0;
@@ -156,5 +156,5 @@ TEST(TiltedBase, OnAStraightIntervalsHoldOverBasesAsGoodAsStated) {
   EXPECT_LT(within / count, 0.95);
 }
 
-}  // namespace
+}  // namespace tilted_base_test
 }  // namespace cloud

@@ -12,7 +12,7 @@
 #include "support/temporary_folder.h"
 
 namespace cloud {
-namespace {
+namespace write_surface_test {
 
 constexpr double kGrade = 0.06, kSlope = 0.03;
 
@@ -110,5 +110,5 @@ TEST(WriteSurface, RefusesOtherEndingsAndBrokenOrigins) {
   EXPECT_ANY_THROW(road::read_mesh(folder.path("broken.ply")));
 }
 
-}  // namespace
+}  // namespace write_surface_test
 }  // namespace cloud

@@ -16,7 +16,7 @@
 #include "support/temporary_folder.h"
 
 namespace cloud {
-namespace {
+namespace wrong_inputs_test {
 
 struct Wrong {
   std::string name;
@@ -192,5 +192,5 @@ TEST(WrongInputs, AreRefusedOrNamed) {
   EXPECT_EQ(accepted, 0u);
 }
 
-}  // namespace
+}  // namespace wrong_inputs_test
 }  // namespace cloud

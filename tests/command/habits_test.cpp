@@ -18,7 +18,7 @@
 #include "support/run_crgbuild.h"
 #include "support/run_tool.h"
 
-namespace {
+namespace habits_test {
 
 using cli::Folder;
 using support::all_tools, support::commands_of, support::run_on_terminal, support::run_tool;
@@ -760,4 +760,4 @@ TEST_F(Called, SignalsEndEveryToolAtAnyMoment) {
   EXPECT_GT(interrupted, 2 * moments);
 }
 
-}  // namespace
+}  // namespace habits_test

@@ -13,7 +13,7 @@
 
 #include "command/signals.h"
 
-namespace {
+namespace terminal_test {
 
 using command::Terminal;
 
@@ -72,4 +72,4 @@ TEST(Terminal, ASignalEndsTheProcessBeforeAndAfterItsDestruction) {
   }
 }
 
-}  // namespace
+}  // namespace terminal_test

@@ -12,7 +12,7 @@
 #include <vector>
 
 namespace crg {
-namespace {
+namespace big_endian_test {
 
 // Bytes as the format has them, written here digit by digit.
 template <typename Word>
@@ -61,5 +61,5 @@ TEST(BigEndian, OneNumberBeyondTheBoundIsSeenWhereverItStands) {
   }
 }
 
-}  // namespace
+}  // namespace big_endian_test
 }  // namespace crg

@@ -8,7 +8,7 @@
 #include "roads.h"
 
 namespace crg {
-namespace {
+namespace c_api_test {
 
 TEST(CApi, AnswersWhatTheCppInterfaceAnswers) {
   const ReferenceLine line = test::circuit(2001, 40.0, 0.1, 3);
@@ -105,5 +105,5 @@ TEST(CApi, RefusalsSayWhyAndOldCallersMayKnowLess) {
   crg_close(surface);
 }
 
-}  // namespace
+}  // namespace c_api_test
 }  // namespace crg

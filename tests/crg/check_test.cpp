@@ -7,7 +7,7 @@
 #include "roads.h"
 
 namespace crg {
-namespace {
+namespace check_test {
 
 Crg good_road() {
   const ReferenceLine line = test::circuit(801, 20.0, 0.1, 2);
@@ -182,5 +182,5 @@ TEST(Check, NotesOfTheReaderAppear) {
   expect_only(crg, "read", Severity::Note);
 }
 
-}  // namespace
+}  // namespace check_test
 }  // namespace crg

@@ -10,7 +10,7 @@
 #include "roads.h"
 
 namespace crg {
-namespace {
+namespace coarse_index_test {
 
 struct Guesses {
   double exact = 0.0;  ///< share that is the very segment
@@ -87,5 +87,5 @@ TEST(Cursor, ExpectsTheNextQueryAsFarOnAsTheLast) {
   }
 }
 
-}  // namespace
+}  // namespace coarse_index_test
 }  // namespace crg

@@ -14,7 +14,7 @@
 #include "support/places.h"
 
 namespace crg {
-namespace {
+namespace damaged_test {
 
 namespace fs = std::filesystem;
 
@@ -98,5 +98,5 @@ TEST(Damaged, AnIncludeThatCannotBeOpenedNamesTheIncludingFileAndItsLine) {
             folder.file("inner.crg:2: "));
 }
 
-}  // namespace
+}  // namespace damaged_test
 }  // namespace crg

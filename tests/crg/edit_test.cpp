@@ -10,7 +10,7 @@
 #include "roads.h"
 
 namespace crg {
-namespace {
+namespace edit_test {
 
 // A smooth height in map coordinates, so that the same place can be compared whatever its (u, v).
 Crg hilly(std::size_t rows = 301, double u_step = 0.2) {
@@ -128,5 +128,5 @@ TEST(Edit, ModifiersAreWorkedIn) {
   EXPECT_NEAR(Surface(back).z_at_uv(30.0, 0.0), Surface(hilly()).z_at_uv(30.0, 0.0) + 7.0, 1e-5);
 }
 
-}  // namespace
+}  // namespace edit_test
 }  // namespace crg

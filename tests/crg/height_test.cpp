@@ -9,7 +9,7 @@
 #include "roads.h"
 
 namespace crg {
-namespace {
+namespace height_test {
 
 double plane(double u, double v) { return 1.0 + 0.5 * u + 0.25 * v; }
 
@@ -180,5 +180,5 @@ TEST(Height, AnyNumberIsAPlace) {
   }
 }
 
-}  // namespace
+}  // namespace height_test
 }  // namespace crg

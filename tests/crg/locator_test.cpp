@@ -8,7 +8,7 @@
 #include "roads.h"
 
 namespace crg {
-namespace {
+namespace locator_test {
 
 struct Truth {
   double u_m = NAN, v_m = NAN, outside_m = INFINITY, distance_m = INFINITY;
@@ -131,5 +131,5 @@ TEST(Locator, EveryFinitePointHasAPlaceAndOthersHaveNone) {
   EXPECT_TRUE(std::isnan(surface.uv_of_xy(0.0, INFINITY, cursor).v_m));
 }
 
-}  // namespace
+}  // namespace locator_test
 }  // namespace crg

@@ -7,7 +7,7 @@
 #include "roads.h"
 
 namespace crg {
-namespace {
+namespace make_crg_test {
 
 double flat(double, double) { return 0.0; }
 
@@ -88,5 +88,5 @@ TEST(MakeCrg, RefusesWhatDoesNotFit) {
   EXPECT_THROW(make_crg(line, grid), Error);
 }
 
-}  // namespace
+}  // namespace make_crg_test
 }  // namespace crg

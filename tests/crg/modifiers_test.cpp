@@ -8,7 +8,7 @@
 #include "roads.h"
 
 namespace crg {
-namespace {
+namespace modifiers_test {
 
 Crg road(std::initializer_list<std::pair<const char*, double>> modifiers) {
   ReferenceLine line = test::line_along(
@@ -115,5 +115,5 @@ TEST(Modifiers, RefusesValuesThatMeanNothing) {
   EXPECT_THROW(Surface(road({{"GRID_NAN_MODE", 3.0}})), Error);
 }
 
-}  // namespace
+}  // namespace modifiers_test
 }  // namespace crg

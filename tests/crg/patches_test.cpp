@@ -9,7 +9,7 @@
 #include "roads.h"
 
 namespace crg {
-namespace {
+namespace patches_test {
 
 Crg base_road() {
   const ReferenceLine line = test::line_along(101, 1.0, [](double) { return 0.0; });
@@ -103,5 +103,5 @@ TEST(Patches, AnIndexFileNamesThem) {
   EXPECT_EQ(refused("patch a\n"), ": no line \"base FILE\"");
 }
 
-}  // namespace
+}  // namespace patches_test
 }  // namespace crg

@@ -41,7 +41,7 @@ thread_local std::size_t allocations = 0;
 }
 
 namespace crg {
-namespace {
+namespace query_promises_test {
 
 Surface road(Interpolation interpolation = Interpolation::Bilinear) {
   const ReferenceLine line = test::circuit(1501, 40.0, 0.2, 3);
@@ -156,5 +156,5 @@ TEST(QueryPromises, ThreadsShareFrictionPatchesAndStrips) {
   EXPECT_EQ(agreed, 6);
 }
 
-}  // namespace
+}  // namespace query_promises_test
 }  // namespace crg

@@ -12,7 +12,7 @@
 #include "roads.h"
 
 namespace crg {
-namespace {
+namespace read_test {
 
 using testing::HasSubstr;
 
@@ -280,5 +280,5 @@ TEST(Read, ReadFromDiskEqualsReadFromMemory) {
   }
 }
 
-}  // namespace
+}  // namespace read_test
 }  // namespace crg

@@ -14,7 +14,7 @@
 #include "support/places.h"
 
 namespace crg {
-namespace {
+namespace reference_test {
 
 struct Case {
   std::string sample;
@@ -271,5 +271,5 @@ TEST(Reference, AnswersAgreeOnOurRoads) {
   EXPECT_LE(beyond, 60U);
 }
 
-}  // namespace
+}  // namespace reference_test
 }  // namespace crg

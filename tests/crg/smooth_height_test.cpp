@@ -6,7 +6,7 @@
 #include "roads.h"
 
 namespace crg {
-namespace {
+namespace smooth_height_test {
 
 double waves(double u, double v) { return 0.05 * std::sin(0.9 * u) * std::cos(1.7 * v); }
 
@@ -94,5 +94,5 @@ TEST(SmoothHeight, HolesAndEdgesStayWhatTheyAre) {
   }
 }
 
-}  // namespace
+}  // namespace smooth_height_test
 }  // namespace crg

@@ -11,7 +11,7 @@
 #include "roads.h"
 
 namespace crg {
-namespace {
+namespace strip_test {
 
 Surface bumpy_circuit(double u_step_scale = 1.0) {
   // About 0.1 m between rows on a circuit with radii from 25 m.
@@ -114,5 +114,5 @@ TEST(Strip, FillsOnlyWhatThereIsRoomFor) {
   EXPECT_TRUE(std::isnan(dz[3]));
 }
 
-}  // namespace
+}  // namespace strip_test
 }  // namespace crg

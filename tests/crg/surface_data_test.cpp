@@ -9,7 +9,7 @@
 #include "roads.h"
 
 namespace crg {
-namespace {
+namespace surface_data_test {
 
 Crg road_of(ReferenceLine line, bool heights) {
   std::mt19937 random(7);
@@ -118,5 +118,5 @@ TEST(WholeFile, IsThereOnceHoweverManyAskAtOnce) {
   for (std::thread& thread : threads) thread.join();
 }
 
-}  // namespace
+}  // namespace surface_data_test
 }  // namespace crg

@@ -8,7 +8,7 @@
 #include "roads.h"
 
 namespace crg {
-namespace {
+namespace surface_test {
 
 Crg hilly_circuit() {
   ReferenceLine line = test::circuit(3001, 60.0, 0.2, 3);
@@ -237,5 +237,5 @@ TEST(Surface, ABatchAnswersAsSingleCallsDoWhereverThePointsLie) {
   }
 }
 
-}  // namespace
+}  // namespace surface_test
 }  // namespace crg

@@ -14,7 +14,7 @@
 #include "roads.h"
 
 namespace crg {
-namespace {
+namespace wheels_kernel_test {
 
 std::uint64_t bits(double value) {
   return std::isnan(value) ? 0 : std::bit_cast<std::uint64_t>(value);
@@ -104,5 +104,5 @@ TEST(Wheels, AnyNumberOfPoints) {
   EXPECT_EQ(z[6], -1.0);
 }
 
-}  // namespace
+}  // namespace wheels_kernel_test
 }  // namespace crg

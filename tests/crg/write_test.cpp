@@ -17,7 +17,7 @@
 #include "roads.h"
 
 namespace crg {
-namespace {
+namespace write_test {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -210,5 +210,5 @@ TEST(Write, KdbiHeadingsKeepTheirLineWhenWrittenAsKrbi) {
   EXPECT_LT(worst, 1e-7);  // measured 2e-8; plain rounding drifts by 1e-5
 }
 
-}  // namespace
+}  // namespace write_test
 }  // namespace crg

@@ -13,7 +13,7 @@
 #include "proof.h"
 
 namespace explain_test {
-namespace {
+namespace actuator_rows_test {
 
 /// Pressed further and further in 10 s, with a response at once: what the rows leave over at the
 /// end.
@@ -57,5 +57,5 @@ TEST(ActuatorRows, GainsAreFoundWhereTheyAct) {
     }
 }
 
-}  // namespace
+}  // namespace actuator_rows_test
 }  // namespace explain_test

@@ -18,7 +18,7 @@
 #include "vehicle/vehicle_file.h"
 
 namespace explain {
-namespace {
+namespace bad_input_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -284,5 +284,5 @@ TEST_F(BadInput, ACorrectedInputNeverReplacesAnInput) {
   EXPECT_EQ(folder_->read("none/vehicle.yaml"), before);
 }
 
-}  // namespace
+}  // namespace bad_input_test
 }  // namespace explain

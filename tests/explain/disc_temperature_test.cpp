@@ -6,7 +6,7 @@
 
 #include "simulated_drive.h"
 
-namespace {
+namespace disc_temperature_test {
 
 using explain_test::Drive;
 using vehicle::Parameter;
@@ -95,4 +95,4 @@ TEST(DiscTemperature, BeginsWithTheFirstLoggedTemperature) {
   EXPECT_TRUE(explain::disc_pad_heat({s, s}, car).empty());
 }
 
-}  // namespace
+}  // namespace disc_temperature_test

@@ -9,7 +9,7 @@
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 
-namespace {
+namespace docs_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -56,4 +56,4 @@ TEST(ExplainDocs, EveryCommandOfTheTourRuns) {
                           HasSubstr("one relation")));
 }
 
-}  // namespace
+}  // namespace docs_test

@@ -17,7 +17,7 @@
 #include "synthetic_drive.h"
 
 namespace explain {
-namespace {
+namespace fleet_scale_test {
 
 using explain_test::synthetic_drive, explain_test::World;
 
@@ -90,5 +90,5 @@ TEST(FleetScale, TenThousandDrivesTakeAMinuteAndAGigabyteAtMost) {
   EXPECT_TRUE(road && late) << ran.out.substr(0, 2000);
 }
 
-}  // namespace
+}  // namespace fleet_scale_test
 }  // namespace explain

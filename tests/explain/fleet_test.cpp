@@ -11,7 +11,7 @@
 #include "vehicle/error.h"
 
 namespace explain {
-namespace {
+namespace fleet_test {
 
 using explain_test::synthetic_drive, explain_test::SyntheticCar, explain_test::World;
 using ::testing::HasSubstr;
@@ -181,5 +181,5 @@ TEST(Fleet, ThePageSaysWhatWasFoundAndEscapesNames) {
   EXPECT_TRUE(page.ends_with("</html>\n"));
 }
 
-}  // namespace
+}  // namespace fleet_test
 }  // namespace explain

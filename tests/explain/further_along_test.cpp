@@ -5,7 +5,7 @@
 #include <cmath>
 
 namespace explain {
-namespace {
+namespace further_along_test {
 
 /// A car that speeds up by 2 m/s2 from 10 m/s: at t it is at 10 t + t2.
 Signals speeding_up() {
@@ -44,5 +44,5 @@ TEST(FurtherAlong, ReadsBetweenSteps) {
   EXPECT_TRUE(std::isnan(at_step(x, 1.5)));
 }
 
-}  // namespace
+}  // namespace further_along_test
 }  // namespace explain

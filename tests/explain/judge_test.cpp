@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace explain {
-namespace {
+namespace judge_test {
 
 Finding found(bool separable) {
   Finding f;
@@ -40,5 +40,5 @@ TEST(Judge, HasTheWordsOfTheFormat) {
   EXPECT_STREQ(name_of(Verdict::kUnknown), "unknown");
 }
 
-}  // namespace
+}  // namespace judge_test
 }  // namespace explain

@@ -9,7 +9,7 @@
 #include "simulated_drive.h"
 
 namespace explain {
-namespace {
+namespace led_car_test {
 
 using explain_test::racer;
 using P = vehicle::Parameter;
@@ -158,5 +158,5 @@ TEST(LedCar, SaysNothingWhereNothingLeadsItAndGoesOnAfter) {
     EXPECT_NEAR(led.force_y_mps2[i], drive.left_mps2[i], 0.3) << i;
 }
 
-}  // namespace
+}  // namespace led_car_test
 }  // namespace explain

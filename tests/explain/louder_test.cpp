@@ -11,7 +11,7 @@
 #include "signal_samples.h"
 
 namespace explain_test {
-namespace {
+namespace louder_test {
 
 double rms(const std::vector<double>& x) {
   double sum = 0, count = 0;
@@ -59,5 +59,5 @@ TEST(Louder, AFilterOfTheAccelerometerIsAmongWhatItCannotBeToldFrom) {
       << first.at("rivals").dump(1);
 }
 
-}  // namespace
+}  // namespace louder_test
 }  // namespace explain_test

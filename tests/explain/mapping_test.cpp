@@ -12,7 +12,7 @@
 #include "vehicle/error.h"
 
 namespace explain {
-namespace {
+namespace mapping_test {
 
 /// A car that goes round a circle of 100 m to the left with changing speed, written in the manner
 /// of another logger: km/h, degrees, heading from +y clockwise, right turns positive.
@@ -258,5 +258,5 @@ TEST(Mapping, ProposesForRealLogsWhatTheyHold) {
   EXPECT_EQ(of(vbo, "brake_pa").column, "Brake_Pressure_Front [bar]");
 }
 
-}  // namespace
+}  // namespace mapping_test
 }  // namespace explain

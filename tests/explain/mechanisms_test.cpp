@@ -18,7 +18,7 @@
 #include "support/temporary_folder.h"
 
 namespace explain {
-namespace {
+namespace mechanisms_test {
 
 using explain_test::racer;
 using P = vehicle::Parameter;
@@ -216,5 +216,5 @@ TEST(Mechanisms, WhatIsWrittenBackDrivesAsTheRelationsHadIt) {
   EXPECT_GE(tested.size(), 15u);
 }
 
-}  // namespace
+}  // namespace mechanisms_test
 }  // namespace explain

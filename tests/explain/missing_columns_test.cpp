@@ -14,7 +14,7 @@
 #include "support/run_tool.h"
 
 namespace explain_test {
-namespace {
+namespace missing_columns_test {
 
 /// Columns that a logger has together or not at all.
 const std::map<std::string, std::vector<std::string>> kGroups{
@@ -89,5 +89,5 @@ TEST(MissingColumns, AreNoMissingPhysics) {
   EXPECT_LE(named, 0.05 * runs);
 }
 
-}  // namespace
+}  // namespace missing_columns_test
 }  // namespace explain_test

@@ -16,7 +16,7 @@
 #include "support/run_tool.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace other_simulator_test {
 
 using nlohmann::json;
 
@@ -133,4 +133,4 @@ TEST(OtherSimulator, NothingIsNamedWhereNothingIsMissingAndWhatIsMissingFirst) {
   EXPECT_EQ(wrong, 0);
 }
 
-}  // namespace
+}  // namespace other_simulator_test

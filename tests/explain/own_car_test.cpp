@@ -15,7 +15,7 @@
 #include "support/temporary_folder.h"
 #include "vehicle/test_roads.h"
 
-namespace {
+namespace own_car_test {
 
 using nlohmann::json;
 
@@ -87,4 +87,4 @@ TEST(OwnCar, HasNothingMissing) {
   }
 }
 
-}  // namespace
+}  // namespace own_car_test

@@ -8,7 +8,7 @@
 #include "support/page_claims.h"
 
 namespace explain {
-namespace {
+namespace page_test {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -151,5 +151,5 @@ TEST(FindingsPage, SaysWhatFindingsJsonSays) {
   says_it();
 }
 
-}  // namespace
+}  // namespace page_test
 }  // namespace explain

@@ -17,7 +17,7 @@
 #include "support/places.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace proofs_test {
 
 using explain_test::finding;
 using explain_test::json;
@@ -480,4 +480,4 @@ TEST(Proofs, AKilledRunGoesOnAndGivesTheSameBytes) {
       0);
 }
 
-}  // namespace
+}  // namespace proofs_test

@@ -14,7 +14,7 @@
 #include "proof.h"
 #include "support/places.h"
 
-namespace {
+namespace refusals_test {
 
 using explain_test::Proof;
 using explain_test::unless_heavy;
@@ -198,4 +198,4 @@ TEST(TwoRecordings, HaveOneMapping) {
   for (const auto& m : mapping.columns) EXPECT_EQ(m.held, m.channel == "ax_mps2") << m.channel;
 }
 
-}  // namespace
+}  // namespace refusals_test

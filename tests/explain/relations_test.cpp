@@ -13,7 +13,7 @@
 #include "vehicle/test_roads.h"
 
 namespace explain {
-namespace {
+namespace relations_test {
 
 using Eigen::Vector3d;
 constexpr double kBank = 0.2, kHeight_m = 1.0, kDips = 6.0, kSpeed_mps = 22.0;
@@ -115,5 +115,5 @@ TEST(Relations, AGyroOnARoadThatLeansAndDipsIsRight) {
   }
 }
 
-}  // namespace
+}  // namespace relations_test
 }  // namespace explain

@@ -21,7 +21,7 @@
 #include "vehicle/lap.h"
 
 namespace explain {
-namespace {
+namespace road_profiles_test {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
@@ -195,5 +195,5 @@ TEST(RoadProfiles, WavesCloseWhereTheRoadDoes) {
   EXPECT_NEAR(wave_turns(3, false), 1.5, 1e-12);
 }
 
-}  // namespace
+}  // namespace road_profiles_test
 }  // namespace explain

@@ -8,7 +8,7 @@
 #include "base/random.h"
 
 namespace explain {
-namespace {
+namespace search_test {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -192,5 +192,5 @@ TEST(Search, WhatWasFoundIsNoNoise) {
   EXPECT_NEAR(beside, alone, 0.1 * alone);
 }
 
-}  // namespace
+}  // namespace search_test
 }  // namespace explain

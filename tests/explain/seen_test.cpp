@@ -4,7 +4,7 @@
 #include "explain/findings.h"
 
 namespace explain {
-namespace {
+namespace seen_test {
 
 using ::testing::HasSubstr, ::testing::Not;
 
@@ -62,5 +62,5 @@ TEST(Seen, AStretchOfRoadIsTheBestOfManyPlaces) {
   EXPECT_THAT(seen_and_not_named(f)[0].why, HasSubstr("laps left out"));
 }
 
-}  // namespace
+}  // namespace seen_test
 }  // namespace explain

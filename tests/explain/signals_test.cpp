@@ -13,7 +13,7 @@
 #include "vehicle/test_roads.h"
 
 namespace explain {
-namespace {
+namespace signals_test {
 
 using ::testing::HasSubstr;
 
@@ -153,5 +153,5 @@ TEST(Signals, SaysThatTheCarDrivesBackwards) {
   EXPECT_THAT(refusal(t, road), HasSubstr("against u"));
 }
 
-}  // namespace
+}  // namespace signals_test
 }  // namespace explain

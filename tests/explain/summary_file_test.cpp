@@ -10,7 +10,7 @@
 #include "vehicle/error.h"
 
 namespace explain {
-namespace {
+namespace summary_file_test {
 
 using ::testing::HasSubstr;
 
@@ -99,5 +99,5 @@ TEST(SummaryFile, NumbersThatAreNoneAreRefused) {
   expect_refused(to_bytes(s), "control characters");
 }
 
-}  // namespace
+}  // namespace summary_file_test
 }  // namespace explain

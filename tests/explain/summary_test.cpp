@@ -19,7 +19,7 @@
 #include "support/temporary_folder.h"
 
 namespace explain {
-namespace {
+namespace summary_test {
 
 using nlohmann::json;
 using support::run_tool;
@@ -193,5 +193,5 @@ TEST(Summary, LessThanTwoLapsAndOverwrittenInputsAreRefused) {
   EXPECT_THAT(ran.err, ::testing::HasSubstr("-o would overwrite it"));
 }
 
-}  // namespace
+}  // namespace summary_test
 }  // namespace explain

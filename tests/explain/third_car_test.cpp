@@ -12,7 +12,7 @@
 #include "vehicle/magic_formula.h"
 #include "vehicle/tyre_file.h"
 
-namespace {
+namespace third_car_test {
 
 using namespace trials;
 
@@ -137,4 +137,4 @@ TEST(ThirdCar, TheStatedTyreFileIsItsTyreWithinAFewPerCent) {
   }
 }
 
-}  // namespace
+}  // namespace third_car_test

@@ -18,7 +18,7 @@
 #include "support/temporary_folder.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace trials_test {
 
 using nlohmann::json;
 
@@ -339,4 +339,4 @@ TEST(Trials, TheSecondRealLapIsPredictedFromTheFirst) {
         << id;
 }
 
-}  // namespace
+}  // namespace trials_test

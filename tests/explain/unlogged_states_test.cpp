@@ -7,7 +7,7 @@
 #include "simulated_drive.h"
 #include "standing_car.h"
 
-namespace {
+namespace unlogged_states_test {
 
 using explain_test::Drive;
 using vehicle::Parameter;
@@ -88,4 +88,4 @@ TEST(UnloggedStates, RollOnTheStandingCarsRadius) {
                 1e-9);
 }
 
-}  // namespace
+}  // namespace unlogged_states_test

@@ -8,7 +8,7 @@
 
 #include "base/random.h"
 
-namespace {
+namespace whole_car_errors_test {
 
 using explain::HeldOut;
 using explain::SimulationCheck;
@@ -101,4 +101,4 @@ TEST(WholeCar, WhatWasNotDrivenSpeaksAgainstNothing) {
   EXPECT_EQ(why_not_used(none, true), "");
 }
 
-}  // namespace
+}  // namespace whole_car_errors_test

@@ -13,7 +13,7 @@
 #include "support/places.h"
 #include "vehicle/step.h"
 
-namespace {
+namespace write_car_test {
 
 using explain::Finding;
 using explain_test::finding;
@@ -329,4 +329,4 @@ INSTANTIATE_TEST_SUITE_P(SecondCar, WriteCarAgain,
                                            RoundTrip{"warm", "vehicle.tyre_thermal"}),
                          [](const auto& trip) { return trip.param.scenario; });
 
-}  // namespace
+}  // namespace write_car_test

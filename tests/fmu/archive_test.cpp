@@ -4,7 +4,7 @@
 
 #include "unit_under_test.h"
 
-namespace {
+namespace archive_test {
 
 TEST(Archive, HoldsWhatWasPutInAndIsTheSameEachTime) {
   std::string large;
@@ -18,4 +18,4 @@ TEST(Archive, HoldsWhatWasPutInAndIsTheSameEachTime) {
   for (const fmu::ArchiveFile& file : files) EXPECT_EQ(back.at(file.name), file.bytes);
 }
 
-}  // namespace
+}  // namespace archive_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace {
+namespace channel_name_test {
 
 TEST(ChannelName, TakesUnitAndWheelOut) {
   const auto expect = [](const char* channel, const char* name, const char* unit, bool of_wheel) {
@@ -22,4 +22,4 @@ TEST(ChannelName, TakesUnitAndWheelOut) {
   EXPECT_EQ(fmu::structured_name("brake_fl_pa").pattern, "brake_*_pa");
 }
 
-}  // namespace
+}  // namespace channel_name_test

@@ -10,7 +10,7 @@
 #include "shared_object.h"
 #include "vehicle/telemetry.h"
 
-namespace {
+namespace derivatives_test {
 
 using fmu::Instance, fmu::Type, fmu_tests::reference_of, fmu_tests::Unit;
 using ::testing::HasSubstr;
@@ -332,4 +332,4 @@ TEST(Derivatives, AreThereByBothVersionsOfTheStandard) {
   EXPECT_EQ(ask(unknowns.data(), nullptr), 3);
 }
 
-}  // namespace
+}  // namespace derivatives_test

@@ -11,7 +11,7 @@
 #include "support/run_tool.h"
 #include "unit_under_test.h"
 
-namespace {
+namespace export_unit_test {
 
 using fmu_tests::Unit;
 using support::run_tool, support::ToolRun;
@@ -182,4 +182,4 @@ TEST(ExportUnit, FmusimGoesOnFromASavedState) {
   }
 }
 
-}  // namespace
+}  // namespace export_unit_test

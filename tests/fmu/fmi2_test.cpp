@@ -9,7 +9,7 @@
 
 #include "shared_object.h"
 
-namespace {
+namespace fmi2_test {
 
 using fmu_tests::asked_of, fmu_tests::DrivenCar, fmu_tests::Fmi2, fmu_tests::Unit;
 using ::testing::ElementsAre, ::testing::HasSubstr, ::testing::IsEmpty;
@@ -323,4 +323,4 @@ TEST(Fmi2, OpponentsAreSeenFromTheCar) {
   EXPECT_LT(by_place.get("car.drag"), 0.95 * alone.get("car.drag"));
 }
 
-}  // namespace
+}  // namespace fmi2_test

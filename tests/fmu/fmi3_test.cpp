@@ -7,7 +7,7 @@
 
 #include "shared_object.h"
 
-namespace {
+namespace fmi3_test {
 
 using fmu_tests::DrivenCar, fmu_tests::SharedObject, fmu_tests::Unit;
 using ::testing::HasSubstr;
@@ -254,4 +254,4 @@ TEST(Fmi3, TheSharedObjectNeedsLibcAloneAndIsSmall) {
     EXPECT_EQ(bytes.find(std::string(1, '\0') + library), std::string::npos) << library;
 }
 
-}  // namespace
+}  // namespace fmi3_test

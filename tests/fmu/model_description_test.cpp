@@ -12,7 +12,7 @@
 #include "unit_under_test.h"
 #include "vehicle/state.h"
 
-namespace {
+namespace model_description_test {
 
 pugi::xml_document parsed(const fmu_tests::Unit& unit) {
   pugi::xml_document out;
@@ -226,4 +226,4 @@ TEST(ModelDescription, WhateverTheCarIsCalledStaysXml) {
   }
 }
 
-}  // namespace
+}  // namespace model_description_test

@@ -4,7 +4,7 @@
 
 #include "base/error.h"
 
-namespace {
+namespace resource_path_test {
 
 TEST(ResourcePath, TakesPathsAndFileUris) {
   EXPECT_EQ(fmu::resource_path("/tmp/a b"), "/tmp/a b");
@@ -19,4 +19,4 @@ TEST(ResourcePath, RefusesTheRest) {
     EXPECT_THROW((void)fmu::resource_path(location), base::Error) << location;
 }
 
-}  // namespace
+}  // namespace resource_path_test

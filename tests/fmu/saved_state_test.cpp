@@ -5,7 +5,7 @@
 
 #include "base/error.h"
 
-namespace {
+namespace saved_state_test {
 
 using fmu::SavedState;
 using ::testing::HasSubstr;
@@ -122,4 +122,4 @@ TEST(SavedState, RefusesWhatIsNone) {
   EXPECT_THAT(message(fmu::to_bytes(wrong, "{a}")), HasSubstr("parameter.chassis.mass_kg = nan"));
 }
 
-}  // namespace
+}  // namespace saved_state_test

@@ -5,7 +5,7 @@
 
 #include "base/error.h"
 
-namespace {
+namespace unit_definition_test {
 
 TEST(UnitDefinition, TakesUnitsApart) {
   const auto expect = [](const char* unit, int kg, int m, int s, int K, int rad, double factor) {
@@ -35,4 +35,4 @@ TEST(UnitDefinition, RefusesWhatItDoesNotKnow) {
         << unit;
 }
 
-}  // namespace
+}  // namespace unit_definition_test

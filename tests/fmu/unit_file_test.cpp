@@ -5,7 +5,7 @@
 
 #include "base/error.h"
 
-namespace {
+namespace unit_file_test {
 
 TEST(UnitFile, ComesBackAsItWas) {
   fmu::UnitFile unit;
@@ -35,4 +35,4 @@ TEST(UnitFile, RefusesByLine) {
   expect("token = x\nstart.fuel = 1e9\n", "start.fuel = '1e9'");
 }
 
-}  // namespace
+}  // namespace unit_file_test

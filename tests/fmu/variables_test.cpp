@@ -11,7 +11,7 @@
 #include "vehicle/parameters.h"
 #include "vehicle/state.h"
 
-namespace {
+namespace variables_test {
 
 using fmu::Source, fmu::Variable;
 
@@ -60,4 +60,4 @@ TEST(Variables, HaveStructuredNamesOfTheirOwnAndMeanings) {
   EXPECT_TRUE(arrays.contains("input.opponent.x"));
 }
 
-}  // namespace
+}  // namespace variables_test

@@ -12,7 +12,7 @@
 #include "base/error.h"
 #include "base/random.h"
 
-namespace {
+namespace actuator_fit_test {
 
 using identify::ActuatorFit, identify::ActuatorOrder;
 
@@ -267,4 +267,4 @@ TEST(ActuatorFit, RefusesWhatSaysNothing) {
   EXPECT_THAT(refusal(time, moving, still), HasSubstr("not finite"));
 }
 
-}  // namespace
+}  // namespace actuator_fit_test

@@ -18,7 +18,7 @@
 #include "support/recorded_car.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace aero_fit_test {
 
 using identify::AeroFitOptions, identify::DriveFit, identify::DriveWindows, identify::Found;
 using P = vehicle::Parameter;
@@ -208,4 +208,4 @@ TEST(AeroFit, AnotherSimulatorsCarAtOpenThrottle) {
   EXPECT_GE(inside, 0.8 * all);
 }
 
-}  // namespace
+}  // namespace aero_fit_test

@@ -14,7 +14,7 @@
 #include "support/places.h"
 #include "vehicle/tyre_file.h"
 
-namespace {
+namespace aligning_fit_test {
 
 using identify::TyreFit, identify::TyreSamples;
 using vehicle::TyreCoefficients;
@@ -183,4 +183,4 @@ TEST(AligningFit, RowsWithAndWithoutMomentsGoTogether) {
   EXPECT_TRUE(std::isnan(samples.mz_nm[2]));
 }
 
-}  // namespace
+}  // namespace aligning_fit_test

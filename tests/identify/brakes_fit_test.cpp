@@ -16,7 +16,7 @@
 #include "support/recorded_car.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace brakes_fit_test {
 
 using identify::BrakesFitOptions, identify::DriveFit, identify::Found;
 using P = vehicle::Parameter;
@@ -155,4 +155,4 @@ TEST(BrakesFit, WithoutPressuresNothingIsSaid) {
               testing::StartsWith("# front.brake_area_m2 not observable"));
 }
 
-}  // namespace
+}  // namespace brakes_fit_test

@@ -9,7 +9,7 @@
 #include "vehicle/manoeuvre.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace car_rig_test {
 
 using P = vehicle::Parameter;
 
@@ -102,4 +102,4 @@ TEST(CarRig, TopSpeedIsThatOfTheEngine) {
   EXPECT_LT(identify::top_speed(car), 0.75 * top);
 }
 
-}  // namespace
+}  // namespace car_rig_test

@@ -9,7 +9,7 @@
 #include "support/places.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace car_smoother_test {
 
 using identify::CarMotion, identify::CarPoint, identify::PlaceVector, identify::StepMatrix;
 using namespace vehicle;  // NOLINT: names of one library
@@ -293,4 +293,4 @@ TEST(CarSmoother, OneMeasurementCountsAsItsPrecisionSays) {
   EXPECT_NEAR(s.row[0].point_sd[vx], 0.24, 1e-6);
 }
 
-}  // namespace
+}  // namespace car_smoother_test

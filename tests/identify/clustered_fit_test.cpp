@@ -8,7 +8,7 @@
 #include "base/error.h"
 #include "base/random.h"
 
-namespace {
+namespace clustered_fit_test {
 
 using identify::ClusteredFit, identify::Equation;
 
@@ -86,4 +86,4 @@ TEST(ClusteredFit, QuantilesAreThoseOfTheTables) {
   EXPECT_NEAR(identify::t90(1e9), 1.644854, 1e-6);
 }
 
-}  // namespace
+}  // namespace clustered_fit_test

@@ -17,7 +17,7 @@
 #include "support/run_crgbuild.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace damper_fit_test {
 
 using identify::DriveFit, identify::Found;
 using P = vehicle::Parameter;
@@ -104,4 +104,4 @@ TEST(DamperFit, SaysWhatAnotherSimulatorsLogsLack) {
   }
 }
 
-}  // namespace
+}  // namespace damper_fit_test

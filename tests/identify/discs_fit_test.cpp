@@ -13,7 +13,7 @@
 #include "support/places.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace discs_fit_test {
 
 using identify::DiscsFitOptions, identify::DriveFit, identify::Found;
 using P = vehicle::Parameter;
@@ -152,4 +152,4 @@ TEST(DiscsFit, WhatIsMissingIsSaid) {
               testing::HasSubstr("# rear.disc_area_m2 not observable: 20 s"));
 }
 
-}  // namespace
+}  // namespace discs_fit_test

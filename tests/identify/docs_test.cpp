@@ -14,7 +14,7 @@
 #include "vehicle/magic_formula.h"
 #include "vehicle/tyre_file.h"
 
-namespace {
+namespace docs_test {
 
 namespace fs = std::filesystem;
 
@@ -97,4 +97,4 @@ TEST(IdentifyDocs, EveryCommandRuns) {
   EXPECT_THAT(moments, ::testing::HasSubstr("801 rows, 799 looked at, 2 left out"));
 }
 
-}  // namespace
+}  // namespace docs_test

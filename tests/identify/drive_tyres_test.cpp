@@ -26,7 +26,7 @@
 #include "vehicle/tyre_file.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace drive_tyres_test {
 
 using identify::DriveTyres, identify::TyreFit;
 
@@ -315,4 +315,4 @@ TEST(DriveTyres, AnotherSimulatorsCar) {
   EXPECT_GE(kept_back, 15);
 }
 
-}  // namespace
+}  // namespace drive_tyres_test

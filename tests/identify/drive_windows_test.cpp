@@ -12,7 +12,7 @@
 #include "support/places.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace drive_windows_test {
 
 using identify::DriveWindow, identify::DriveWindows, identify::NormalFrom;
 
@@ -164,4 +164,4 @@ TEST_F(DriveWindowsTest, AMissingChannelIsNamed) {
   EXPECT_THAT(identify::normal_words(plane, true), testing::HasSubstr("level plane"));
 }
 
-}  // namespace
+}  // namespace drive_windows_test

@@ -17,7 +17,7 @@
 #include "support/recorded_car.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace engine_fit_test {
 
 using identify::EngineFit, identify::EngineFitOptions, identify::EngineCell;
 using P = vehicle::Parameter;
@@ -287,4 +287,4 @@ TEST(EngineFit, AMapOfFarTooManyPlacesIsRefused) {
   }
 }
 
-}  // namespace
+}  // namespace engine_fit_test

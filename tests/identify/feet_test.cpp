@@ -7,7 +7,7 @@
 
 #include "base/random.h"
 
-namespace {
+namespace feet_test {
 
 using identify::kPlaceBrake, identify::kPlaceThrottle;
 
@@ -50,4 +50,4 @@ TEST(Feet, MoveBetweenRowsAsTheirChannelsDo) {
   EXPECT_EQ(channels.rows[20].noise[kPlaceBrake + 1], 1e-2);
 }
 
-}  // namespace
+}  // namespace feet_test

@@ -11,7 +11,7 @@
 #include "support/places.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace force_channels_test {
 
 using namespace vehicle;  // NOLINT: names of one library
 
@@ -98,4 +98,4 @@ TEST(ForceChannels, SaysHowManyRowsOfAReleasedPedalWereNoise) {
               ::testing::Not(::testing::Contains(::testing::HasSubstr("are taken as"))));
 }
 
-}  // namespace
+}  // namespace force_channels_test

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace {
+namespace forces_files_test {
 
 using identify::Forces;
 
@@ -68,4 +68,4 @@ TEST(ForcesFiles, SaysWhatIsNotObserved) {
   EXPECT_THAT(basis("fz of single wheels"), HasSubstr("recorded travel"));
 }
 
-}  // namespace
+}  // namespace forces_files_test

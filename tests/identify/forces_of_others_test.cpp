@@ -16,7 +16,7 @@
 #include "support/places.h"
 #include "support/recorded_car.h"
 
-namespace {
+namespace forces_of_others_test {
 
 using nlohmann::json;
 
@@ -169,4 +169,4 @@ TEST(ForcesOfOthers, LoadsAndLateralSpeedAreThoseThatWereKeptBack) {
   }
 }
 
-}  // namespace
+}  // namespace forces_of_others_test

@@ -16,7 +16,7 @@
 #include "trial_drive.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace forces_of_trials_test {
 
 using test_drive::Trial;
 
@@ -210,4 +210,4 @@ TEST(ForcesOfTrials, HoldTheirIntervals) {
   }
 }
 
-}  // namespace
+}  // namespace forces_of_trials_test

@@ -23,7 +23,7 @@
 #include "support/run_crgbuild.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace forces_test {
 
 using identify::Forces, identify::ForcesOptions;
 using test_drive::Comparison, test_drive::Drive;
@@ -372,4 +372,4 @@ TEST(Forces, OfCarsThatAreOffHoldTheirIntervals) {
   EXPECT_LT(sum, 0.95);
 }
 
-}  // namespace
+}  // namespace forces_test

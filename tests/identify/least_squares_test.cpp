@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 
-namespace {
+namespace least_squares_test {
 
 using identify::Unknown;
 
@@ -59,4 +59,4 @@ TEST(LeastSquares, WeightsOfColumns) {
   EXPECT_EQ(found[2], 0.0);
 }
 
-}  // namespace
+}  // namespace least_squares_test

@@ -8,7 +8,7 @@
 #include "base/random.h"
 #include "vehicle/map.h"
 
-namespace {
+namespace map_fit_test {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -76,4 +76,4 @@ TEST(MapFit, DeviationsHold) {
   RecordProperty("inside", inside);
 }
 
-}  // namespace
+}  // namespace map_fit_test

@@ -19,7 +19,7 @@
 #include "support/recorded_car.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace mass_fit_test {
 
 using identify::DriveFit, identify::DriveWindows, identify::Found;
 using recording::Recording;
@@ -308,4 +308,4 @@ TEST_F(MassFitOneDrive, TheSheetIsTheCarWithoutItsFuel) {
               driven_->truth[P::chassis_cog_behind_front_m], 0.006);
 }
 
-}  // namespace
+}  // namespace mass_fit_test

@@ -13,7 +13,7 @@
 #include "support/places.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace pad_map_fit_test {
 
 using identify::BrakesFitOptions, identify::PadCell, identify::PadMapFit;
 using P = vehicle::Parameter;
@@ -119,4 +119,4 @@ TEST(PadMapFit, WithoutTemperaturesNoPlaceIsSeen) {
   EXPECT_THAT(fit.fit.remarks.front(), testing::HasSubstr("without temperatures"));
 }
 
-}  // namespace
+}  // namespace pad_map_fit_test

@@ -9,7 +9,7 @@
 #include "base/random.h"
 #include "base/statistics.h"
 
-namespace {
+namespace pedal_stops_test {
 
 struct Log {
   std::vector<double> time_s, truth, value;
@@ -67,4 +67,4 @@ TEST(PedalStops, AnOpenThrottleHasItsStopAbove) {
   EXPECT_GT(std::count(rests.row.begin(), rests.row.end(), true), 1100);
 }
 
-}  // namespace
+}  // namespace pedal_stops_test

@@ -7,7 +7,7 @@
 
 #include "crg/surface.h"
 
-namespace {
+namespace proving_road_test {
 
 TEST(ProvingRoad, HasItsTurnsBanksDipAndCrestAndDoesNotCrossItself) {
   const crg::Surface road(identify::proving_road());
@@ -42,4 +42,4 @@ TEST(ProvingRoad, HasItsTurnsBanksDipAndCrestAndDoesNotCrossItself) {
           << i << " " << j;
 }
 
-}  // namespace
+}  // namespace proving_road_test

@@ -11,7 +11,7 @@
 #include "support/run_tool.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace real_log_test {
 
 using nlohmann::json;
 using ::testing::HasSubstr;
@@ -65,4 +65,4 @@ TEST(RealLog, ShowsAnEngineAndBrakesAndSaysWhatItCannot) {
   }
 }
 
-}  // namespace
+}  // namespace real_log_test

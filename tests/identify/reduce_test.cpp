@@ -16,7 +16,7 @@
 #include "support/run_crgbuild.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace reduce_test {
 
 using identify::LapError, identify::PartError, identify::PlanarState, identify::ReduceBounds,
     identify::Reduction;
@@ -199,4 +199,4 @@ TEST(Reduce, BothCarsAndALockedDifferential) {
   }
 }
 
-}  // namespace
+}  // namespace reduce_test

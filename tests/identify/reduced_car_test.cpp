@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace {
+namespace reduced_car_test {
 
 using identify::CurveInput, identify::PlanarState, identify::ReducedCar, identify::WheelCurve;
 
@@ -163,4 +163,4 @@ TEST(ReducedCar, SlipsFollowOverTheRelaxationLength) {
   EXPECT_NEAR(fy / whole, 1.0 - std::exp(-1.0), 0.01);  // 25 ms at 20 m/s: 0.5 m
 }
 
-}  // namespace
+}  // namespace reduced_car_test

@@ -9,7 +9,7 @@
 #include "support/places.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace rolling_doubt_test {
 
 TEST(RollingDoubt, CountsByRadiusAndRollingResistance) {
   const vehicle::Vehicle v =
@@ -55,4 +55,4 @@ TEST(RollingDoubt, CountsByRadiusAndRollingResistance) {
   EXPECT_LT(drives.wheel[2].kappa.sd[1], 10.0 * steady.wheel[2].kappa.sd[1] + 1e-9);
 }
 
-}  // namespace
+}  // namespace rolling_doubt_test

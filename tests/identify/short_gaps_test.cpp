@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace {
+namespace short_gaps_test {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -53,4 +53,4 @@ TEST(ShortGaps, NoLineOverAGapOfTheRows) {
   EXPECT_TRUE(std::isnan((*filled.table.find("vx_mps"))[20]));
 }
 
-}  // namespace
+}  // namespace short_gaps_test

@@ -17,7 +17,7 @@
 #include "support/recorded_car.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace suspension_fit_test {
 
 using identify::DriveFit, identify::Found;
 using P = vehicle::Parameter;
@@ -161,4 +161,4 @@ TEST(SuspensionFit, WhatTheDriveDoesNotShow) {
   }
 }
 
-}  // namespace
+}  // namespace suspension_fit_test

@@ -7,7 +7,7 @@
 #include "support/places.h"
 #include "vehicle/tyre_file.h"
 
-namespace {
+namespace tyre_conditions_test {
 
 using identify::SlipKind;
 
@@ -71,4 +71,4 @@ TEST(TyreConditions, EveryRowIsInOneCellAndTheNextIsWhereNoneWas) {
   EXPECT_GT(std::abs(found.next.condition.tan_alpha), 0.06);
 }
 
-}  // namespace
+}  // namespace tyre_conditions_test

@@ -15,7 +15,7 @@
 #include "support/places.h"
 #include "vehicle/tyre_file.h"
 
-namespace {
+namespace tyre_fit_test {
 
 using identify::TyreFit, identify::TyreSamples;
 using vehicle::TyreCoefficients;
@@ -234,4 +234,4 @@ TEST(TyreFit, TooLittleIsRefused) {
   }
 }
 
-}  // namespace
+}  // namespace tyre_fit_test

@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 
-namespace {
+namespace tyre_samples_test {
 
 using ::testing::HasSubstr;
 
@@ -63,4 +63,4 @@ TEST(TyreSamples, AreThinnedEvenly) {
   EXPECT_EQ(identify::thinned(samples, 10).rows(), 10u);
 }
 
-}  // namespace
+}  // namespace tyre_samples_test

@@ -6,7 +6,7 @@
 #include "support/places.h"
 #include "vehicle/tyre_file.h"
 
-namespace {
+namespace tyre_scan_test {
 
 using vehicle::TyreCoefficients;
 
@@ -45,4 +45,4 @@ TEST(TyreScan, WhatNoTyreDoesIsFound) {
               ::testing::HasSubstr("longitudinal force turns its sign behind its peak"));
 }
 
-}  // namespace
+}  // namespace tyre_scan_test

@@ -8,7 +8,7 @@
 #include "base/random.h"
 #include "identify/tyre_unknowns.h"
 
-namespace {
+namespace tyre_varied_test {
 
 using identify::Needs;
 
@@ -59,4 +59,4 @@ TEST(TyreVaried, UprightWheelsHaveNoCamberToFollow) {
   EXPECT_FALSE(v.by_need[static_cast<std::size_t>(Needs::kPressure)]);
 }
 
-}  // namespace
+}  // namespace tyre_varied_test

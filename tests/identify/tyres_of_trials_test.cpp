@@ -18,7 +18,7 @@
 #include "trial_drive.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace tyres_of_trials_test {
 
 using test_drive::Trial;
 
@@ -100,4 +100,4 @@ TEST(TyresOfTrials, AreThoseOfTheCars) {
   }
 }
 
-}  // namespace
+}  // namespace tyres_of_trials_test

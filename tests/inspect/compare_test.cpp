@@ -9,7 +9,7 @@
 #include "crg/file.h"
 #include "support/oval_road.h"
 
-namespace {
+namespace compare_test {
 
 using test_support::mesh_of;
 using test_support::Oval;
@@ -168,4 +168,4 @@ TEST(Compare, ACloudShowsWhatTheFileLacks) {
   EXPECT_GT(c.share_without_reference, 0.8);
 }
 
-}  // namespace
+}  // namespace compare_test

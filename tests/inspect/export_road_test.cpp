@@ -20,7 +20,7 @@
 #include "mesh/read_mesh.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace export_road_test {
 
 using ::testing::HasSubstr;
 
@@ -235,4 +235,4 @@ TEST(ExportRoad, TheRoadDataFileNamesTheCrg) {
   EXPECT_TRUE(made.lost.empty());
 }
 
-}  // namespace
+}  // namespace export_road_test

@@ -10,7 +10,7 @@
 #include "crg/file.h"
 #include "support/oval_road.h"
 
-namespace {
+namespace findings_test {
 
 using test_support::Oval;
 using test_support::oval_road;
@@ -258,4 +258,4 @@ TEST(KerbStrips, AreFoundWithPlaceHeightAndWidth) {
   }
 }
 
-}  // namespace
+}  // namespace findings_test

@@ -10,7 +10,7 @@
 #include "crg/file.h"
 #include "mesh/error.h"
 
-namespace {
+namespace height_raster_test {
 
 double hill(double x_m, double y_m) {
   return 300.0 + 6.0 * std::sin(x_m / 40.0) + 0.03 * y_m + 0.2 * std::cos(y_m / 9.0);
@@ -128,4 +128,4 @@ TEST(HeightRaster, TooManySamplesAreRefusedWithACellThatFits) {
   }
 }
 
-}  // namespace
+}  // namespace height_raster_test

@@ -10,7 +10,7 @@
 
 #include "crg/file.h"
 
-namespace {
+namespace matlab_file_test {
 
 struct Matrix {
   std::int32_t rows, columns;
@@ -81,4 +81,4 @@ TEST(MatlabFile, HasEveryHeightInItsPlace) {
   EXPECT_EQ(all.at("u_step_m").by_column[0], 0.5);
 }
 
-}  // namespace
+}  // namespace matlab_file_test

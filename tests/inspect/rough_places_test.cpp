@@ -16,7 +16,7 @@
 #include "support/ring_strips.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace rough_places_test {
 
 /// A ring of 100 m radius with one vertex row every metre at each of v_m; z of (angle, v).
 road::Mesh ring(const std::vector<double>& v_m,
@@ -202,4 +202,4 @@ TEST(RoughPlaces, BothDecksOfAFigureOfEightAreRight) {
   }
 }
 
-}  // namespace
+}  // namespace rough_places_test

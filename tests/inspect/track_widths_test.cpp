@@ -10,7 +10,7 @@
 #include "mesh/error.h"
 
 namespace road {
-namespace {
+namespace track_widths_test {
 
 struct Bend {
   crg::ReferenceLine line;
@@ -70,5 +70,5 @@ TEST(TrackWidths, AHoleEndsTheRoadAndOneOnTheLineIsRefused) {
   }
 }
 
-}  // namespace
+}  // namespace track_widths_test
 }  // namespace road

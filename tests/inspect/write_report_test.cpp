@@ -18,7 +18,7 @@
 #include "support/oval_road.h"
 #include "support/places.h"
 
-namespace {
+namespace write_report_test {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -347,4 +347,4 @@ TEST(ReportPage, TextCannotEndTheDataOrBecomeMarkup) {
     EXPECT_EQ(page.find(outside), std::string::npos) << outside;
 }
 
-}  // namespace
+}  // namespace write_report_test

@@ -18,7 +18,7 @@
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace build_test {
 
 std::string bytes_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -218,4 +218,4 @@ TEST(Build, MovesTheTrackByItsAlignmentWithoutChangingItsShape) {
   }
 }
 
-}  // namespace
+}  // namespace build_test

@@ -11,7 +11,7 @@
 #include "support/strip_road.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace built_test {
 
 double height_m(double s, double v) { return 0.02 * s + 0.001 * v * v; }
 
@@ -62,4 +62,4 @@ TEST(Built, IsWrittenAsItStandsAndCheckedByReadingItBack) {
   EXPECT_EQ(built.summary.outputs.size(), 5u);
 }
 
-}  // namespace
+}  // namespace built_test

@@ -9,7 +9,7 @@
 #include "support/strip_road.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace clean_cache_test {
 
 using road::Reuse;
 
@@ -79,4 +79,4 @@ TEST(CleanCache, SmallMeshesLeaveNone) {
   EXPECT_FALSE(std::filesystem::exists(folder.path("out/small.clean.cache")));
 }
 
-}  // namespace
+}  // namespace clean_cache_test

@@ -13,7 +13,7 @@
 #include "support/mesh_files.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace foreign_mesh_test {
 
 namespace fs = std::filesystem;
 using road::Mesh;
@@ -260,4 +260,4 @@ TEST_F(ForeignMesh, ReadsTheSameInAProcessOfItsOwn) {
   }
 }
 
-}  // namespace
+}  // namespace foreign_mesh_test

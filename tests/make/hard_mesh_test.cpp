@@ -16,7 +16,7 @@
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace hard_mesh_test {
 
 std::string torcs(const std::string& name) {
   return places::torcs_tracks() + "/road/" + name + "/" + name + ".acc";
@@ -124,4 +124,4 @@ TEST(HardMesh, JitterAndMissingOrDoubledTrianglesMakeNoNewFailure) {
   }
 }
 
-}  // namespace
+}  // namespace hard_mesh_test

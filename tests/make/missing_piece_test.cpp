@@ -10,7 +10,7 @@
 #include "mesh/export_mesh.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace missing_piece_test {
 
 using ::testing::HasSubstr;
 
@@ -87,4 +87,4 @@ TEST(MissingPiece, IsDoubtedAndTheSuggestionLeadsToTheClosedRoad) {
   EXPECT_NEAR(line.length_m, 628.3, 1.0);
 }
 
-}  // namespace
+}  // namespace missing_piece_test

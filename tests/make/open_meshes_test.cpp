@@ -27,7 +27,7 @@
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace open_meshes_test {
 
 struct Wanted {
   const char* file;
@@ -261,4 +261,4 @@ INSTANTIATE_TEST_SUITE_P(All, MeshWithoutRoad,
                            return name;
                          });
 
-}  // namespace
+}  // namespace open_meshes_test

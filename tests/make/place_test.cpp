@@ -19,7 +19,7 @@
 #include "support/temporary_folder.h"
 
 namespace road {
-namespace {
+namespace place_test {
 
 using Eigen::Vector3d;
 using ::testing::HasSubstr;
@@ -363,5 +363,5 @@ TEST_F(Geographic, WrongPlacesAreRefusedWithAReason) {
             2);
 }
 
-}  // namespace
+}  // namespace place_test
 }  // namespace road

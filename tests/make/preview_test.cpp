@@ -13,7 +13,7 @@
 #include "support/ring_strips.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace preview_test {
 
 using ::testing::HasSubstr;
 
@@ -124,4 +124,4 @@ TEST(Preview, IsAGlbThatReadsBackAsTheSameMesh) {
   EXPECT_NEAR(high - low, 0.05, 1e-4);
 }
 
-}  // namespace
+}  // namespace preview_test

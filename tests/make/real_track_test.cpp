@@ -18,7 +18,7 @@
 #include "support/temporary_folder.h"
 #include "support/torcs_track.h"
 
-namespace {
+namespace real_track_test {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -249,4 +249,4 @@ INSTANTIATE_TEST_SUITE_P(Torcs, RealTrack, testing::Values("g-track-1", "e-track
                            return name;
                          });
 
-}  // namespace
+}  // namespace real_track_test

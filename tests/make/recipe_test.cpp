@@ -12,7 +12,7 @@
 #include "mesh/error.h"
 
 namespace road {
-namespace {
+namespace recipe_test {
 
 using ::testing::HasSubstr;
 
@@ -227,5 +227,5 @@ TEST(Recipe, ForAMeshTakesItsStem) {
   EXPECT_EQ(recipe.mesh_path, "/some/where/g-track-1.ac");
 }
 
-}  // namespace
+}  // namespace recipe_test
 }  // namespace road

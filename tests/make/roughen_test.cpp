@@ -14,7 +14,7 @@
 #include "support/strip_road.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace roughen_test {
 
 using road::RecipeKey;
 
@@ -194,4 +194,4 @@ TEST(Roughen, IsOffUnlessItIsAskedFor) {
   EXPECT_NE(road.result.summary_json.find("\"roughen\": null"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace roughen_test

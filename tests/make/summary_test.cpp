@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 namespace road {
-namespace {
+namespace summary_test {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
@@ -112,5 +112,5 @@ TEST(Summary, CentrelineWidthIsTheFullWidth) {
   EXPECT_DOUBLE_EQ(report.width_max_m, 14.0);
 }
 
-}  // namespace
+}  // namespace summary_test
 }  // namespace road

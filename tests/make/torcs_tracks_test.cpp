@@ -21,7 +21,7 @@
 #include "support/temporary_folder.h"
 #include "support/torcs_track.h"
 
-namespace {
+namespace torcs_tracks_test {
 
 namespace fs = std::filesystem;
 using Eigen::Vector2d;
@@ -314,4 +314,4 @@ INSTANTIATE_TEST_SUITE_P(All, TorcsTracks, testing::ValuesIn(tracks()), [](const
   return name;
 });
 
-}  // namespace
+}  // namespace torcs_tracks_test

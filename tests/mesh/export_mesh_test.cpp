@@ -11,7 +11,7 @@
 #include "mesh/error.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace export_mesh_test {
 
 using Eigen::Vector3d;
 using road::Mesh;
@@ -137,4 +137,4 @@ TEST(ExportMesh, RefusesWhatItCannotWrite) {
               ThrowsMessage<road::Error>(HasSubstr("/nowhere/x")));
 }
 
-}  // namespace
+}  // namespace export_mesh_test

@@ -20,7 +20,7 @@
 #include "support/mesh_files.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace mutate_mesh_test {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -196,4 +196,4 @@ TEST(MutateMesh, DamagedObjAndItsMaterialsAreReadOrRefused) {
                "map_Kd wall.png\nmap_Bump wall_bump.png\n");
 }
 
-}  // namespace
+}  // namespace mutate_mesh_test

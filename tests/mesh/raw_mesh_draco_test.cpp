@@ -17,7 +17,7 @@
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace raw_mesh_draco_test {
 
 using road::Mesh;
 using support::DracoMethod;
@@ -256,4 +256,4 @@ TEST(ReadDraco, ReadsAnOpenMeshWhole) {
   }
 }
 
-}  // namespace
+}  // namespace raw_mesh_draco_test

@@ -16,7 +16,7 @@
 #include "mesh/read_mesh.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace raw_mesh_obj_test {
 
 using ::testing::HasSubstr;
 
@@ -300,4 +300,4 @@ TEST(ReadObj, NamesTheLineOfAFaceThatCannotBe) {
   EXPECT_EQ(road::read_mesh(folder.file("b.obj", "f 1 2 3\n" + vertices)).triangles.size(), 1u);
 }
 
-}  // namespace
+}  // namespace raw_mesh_obj_test

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace {
+namespace ray_surface_test {
 
 /// A square of side 2 * half_m around (x, y) with z = z0 + slope * (x - x0).
 void add_square(road::Mesh& mesh, double x_m, double y_m, double half_m, double z_m,
@@ -106,4 +106,4 @@ TEST(RaySurface, AnEmptyMeshHasNoHits) {
   EXPECT_FALSE(surface.nearest_hit(0, 0, 0, 10).has_value());
 }
 
-}  // namespace
+}  // namespace ray_surface_test

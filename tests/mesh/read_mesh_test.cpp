@@ -16,7 +16,7 @@
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace read_mesh_test {
 
 using road::Mesh;
 using road::MeshReadOptions;
@@ -492,4 +492,4 @@ TEST(ReadMeshTorcs, ReadsEveryTrack) {
   EXPECT_EQ(read, 38u);
 }
 
-}  // namespace
+}  // namespace read_mesh_test

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <string>
 
-namespace {
+namespace api_bench_test {
 
 struct Ran {
   int code;
@@ -54,4 +54,4 @@ TEST(ApiBench, RefusesWhatIsNoSuchLibrary) {
   EXPECT_NE(other.out.find("libm.so.6: no crgMsgSetLevel; wanted"), std::string::npos) << other.out;
 }
 
-}  // namespace
+}  // namespace api_bench_test

@@ -17,7 +17,7 @@
 #include "crgBaseLib.h"
 #include "support/places.h"
 
-namespace {
+namespace evaluate_test {
 
 namespace fs = std::filesystem;
 using crg::test::Folder;
@@ -198,4 +198,4 @@ TEST(Evaluate, OneContactPointPerThreadAnswersAsAlone) {
   EXPECT_EQ(crgDataSetRelease(set), 1);
 }
 
-}  // namespace
+}  // namespace evaluate_test

@@ -9,7 +9,7 @@
 #include "crg/roads.h"
 #include "crgBaseLib.h"
 
-namespace {
+namespace manage_test {
 
 using crg::test::Folder;
 
@@ -195,4 +195,4 @@ TEST_F(Manage, ReleaseEndsTheContactPointsToo) {
   EXPECT_EQ(crgContactPointCreate(second), -1);
 }
 
-}  // namespace
+}  // namespace manage_test

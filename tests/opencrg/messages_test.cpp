@@ -8,7 +8,7 @@
 #include "crg/roads.h"
 #include "crgBaseLib.h"
 
-namespace {
+namespace messages_test {
 
 std::vector<std::pair<int, std::string>> seen;
 
@@ -123,4 +123,4 @@ TEST(Memory, CallersFunctionsAreUsed) {
   crgFreeSetCallback(nullptr);
 }
 
-}  // namespace
+}  // namespace messages_test

@@ -13,7 +13,7 @@
 #include "crgBaseLib.h"
 #include "support/places.h"
 
-namespace {
+namespace own_roads_test {
 
 namespace fs = std::filesystem;
 
@@ -130,4 +130,4 @@ TEST(OwnRoads, AnswersAsTheReferenceThroughTheSameCalls) {
   crgMsgSetLevel(dCrgMsgLevelNotice);
 }
 
-}  // namespace
+}  // namespace own_roads_test

@@ -12,7 +12,7 @@
 #include "support/temporary_folder.h"
 
 namespace recording {
-namespace {
+namespace bag_folder_test {
 
 using support::raw;
 
@@ -109,5 +109,5 @@ TEST(BagFolder, SaysWhatIsMissingOrLeadsOut) {
   EXPECT_THAT(refusal(folder.path("")), testing::HasSubstr("neither an SQLite database nor MCAP"));
 }
 
-}  // namespace
+}  // namespace bag_folder_test
 }  // namespace recording

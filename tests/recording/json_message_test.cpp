@@ -7,7 +7,7 @@
 #include <map>
 
 namespace recording {
-namespace {
+namespace json_message_test {
 
 std::map<std::string, double> numbers(const std::string& text, bool good = true) {
   Topic topic;
@@ -50,5 +50,5 @@ TEST(JsonMessage, DepthAndLengthHaveAnEnd) {
   EXPECT_EQ(numbers(many + "]").size(), kMostElements + 1);
 }
 
-}  // namespace
+}  // namespace json_message_test
 }  // namespace recording

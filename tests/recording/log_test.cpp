@@ -14,7 +14,7 @@
 #include "support/places.h"
 
 namespace recording {
-namespace {
+namespace log_test {
 
 std::string corpus(const std::string& file) {
   return places::source() + "/tests/corpus/logs/" + file;
@@ -172,5 +172,5 @@ TEST(Log, ReadsRealLogsAsTheyAre) {
   EXPECT_THROW((void)read_log((folder / "iracing_invalid.ibt").string()), base::Error);
 }
 
-}  // namespace
+}  // namespace log_test
 }  // namespace recording

@@ -11,7 +11,7 @@
 #include "support/places.h"
 
 namespace recording {
-namespace {
+namespace mcap_test {
 
 using namespace support;
 
@@ -187,5 +187,5 @@ TEST(Mcap, RefusesInOneLine) {
               testing::HasSubstr("nested more than"));
 }
 
-}  // namespace
+}  // namespace mcap_test
 }  // namespace recording

@@ -6,7 +6,7 @@
 #include "base/error.h"
 
 namespace recording {
-namespace {
+namespace message_types_test {
 
 TEST(MessageTypes, ReadsFieldsAndLeavesConstantsAndDefaults) {
   const MessageTypes types = parse_message_types(
@@ -46,5 +46,5 @@ TEST(MessageTypes, TheStandardOnesAreWhole) {
   EXPECT_EQ(standard_unit("sensor_msgs/Imu", "orientation"), "");
 }
 
-}  // namespace
+}  // namespace message_types_test
 }  // namespace recording

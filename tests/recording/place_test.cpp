@@ -8,7 +8,7 @@
 #include "base/error.h"
 
 namespace recording {
-namespace {
+namespace place_test {
 
 Mapping satellites() {
   Mapping out;
@@ -54,5 +54,5 @@ TEST(Place, WantsAnOrigin) {
   EXPECT_THROW(put_on_plane(log, mapping, "log"), base::Error);
 }
 
-}  // namespace
+}  // namespace place_test
 }  // namespace recording

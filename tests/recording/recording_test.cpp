@@ -14,7 +14,7 @@
 #include "recording/log_table.h"
 #include "support/places.h"
 
-namespace {
+namespace recording_test {
 
 using namespace recording;  // NOLINT: a test of this library
 using ::testing::ElementsAre;
@@ -224,4 +224,4 @@ TEST(Recording, ReadsTheLogOfARealRaceCar) {
   for (std::size_t i = 1; i < yaw.size(); ++i) ASSERT_LT(std::abs(yaw[i] - yaw[i - 1]), 1.0);
 }
 
-}  // namespace
+}  // namespace recording_test

@@ -12,7 +12,7 @@
 #include "support/temporary_folder.h"
 
 namespace recording {
-namespace {
+namespace rosbag2_test {
 
 std::string corpus(const std::string& file) {
   return places::source() + "/tests/corpus/logs/" + file;
@@ -123,5 +123,5 @@ TEST(Rosbag2, TakesMessagesAsTheyAre) {
   EXPECT_THAT(log.notes, testing::ElementsAre("/a: 3 of 4 messages contradict their schema"));
 }
 
-}  // namespace
+}  // namespace rosbag2_test
 }  // namespace recording

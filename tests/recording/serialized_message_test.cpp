@@ -9,7 +9,7 @@
 #include "support/mcap_file.h"
 
 namespace recording {
-namespace {
+namespace serialized_message_test {
 
 using support::raw;
 
@@ -115,5 +115,5 @@ TEST(SerializedMessage, RefusesTypesWithoutEnd) {
   EXPECT_EQ(refused("Root[] again"), "laid");
 }
 
-}  // namespace
+}  // namespace serialized_message_test
 }  // namespace recording

@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 
-namespace {
+namespace table_test {
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -53,4 +53,4 @@ TEST(Table, RefusesWithPlaceAndReason) {
   EXPECT_THAT(table_refusal("a\ninf\n"), HasSubstr("finite"));
 }
 
-}  // namespace
+}  // namespace table_test

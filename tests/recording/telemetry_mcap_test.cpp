@@ -15,7 +15,7 @@
 #include "support/temporary_folder.h"
 
 namespace recording {
-namespace {
+namespace telemetry_mcap_test {
 
 TEST(TelemetryMcap, ATableComesBackToTheBit) {
   Table table;
@@ -63,5 +63,5 @@ TEST(TelemetryMcap, CrgdriveWritesWhereTheNameAsks) {
   EXPECT_EQ(read_recording(folder.path("drive.mcap"), {}).table.rows(), csv.rows());
 }
 
-}  // namespace
+}  // namespace telemetry_mcap_test
 }  // namespace recording

@@ -7,7 +7,7 @@
 #include <numbers>
 
 namespace recording {
-namespace {
+namespace topics_test {
 
 const Channel& of(const Log& log, const std::string& name) {
   for (const Channel& channel : log.channels)
@@ -102,5 +102,5 @@ TEST(Topics, ThereIsAnEndToFields) {
   EXPECT_EQ(topic.columns.size(), kMostFields);
 }
 
-}  // namespace
+}  // namespace topics_test
 }  // namespace recording

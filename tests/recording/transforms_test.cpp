@@ -7,7 +7,7 @@
 #include "support/mcap_file.h"
 
 namespace recording {
-namespace {
+namespace transforms_test {
 
 using support::raw;
 
@@ -132,5 +132,5 @@ TEST(Transforms, MessagesThatAreCutOffAreCounted) {
   EXPECT_THAT(log.notes, testing::ElementsAre("/tf: 2 of 4 messages contradict their schema"));
 }
 
-}  // namespace
+}  // namespace transforms_test
 }  // namespace recording

@@ -7,7 +7,7 @@
 #include "support/mcap_file.h"
 
 namespace recording {
-namespace {
+namespace unpack_test {
 
 std::string unpacked(const std::string& packer, const std::string& bytes, std::size_t most) {
   try {
@@ -49,5 +49,5 @@ TEST(Unpack, AllPartsTogetherHaveABound) {
   EXPECT_EQ(most_unpacked(std::size_t{1} << 40), std::size_t{8} << 30);
 }
 
-}  // namespace
+}  // namespace unpack_test
 }  // namespace recording

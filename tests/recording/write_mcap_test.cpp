@@ -14,7 +14,7 @@
 #include "support/mcap_file.h"
 
 namespace recording {
-namespace {
+namespace write_mcap_test {
 
 /// A reader from the specification, for this test: it goes through every record, and from the
 /// footer back through the indexes.
@@ -222,5 +222,5 @@ TEST(WriteMcap, ADriveWithoutRowsIsAFileToo) {
   EXPECT_EQ(parsed.order.back(), 2);
 }
 
-}  // namespace
+}  // namespace write_mcap_test
 }  // namespace recording

@@ -12,7 +12,7 @@
 #include "report/picture.h"
 
 namespace report {
-namespace {
+namespace class_map_test {
 
 /// Two triangles over [x, x2] x [y, y2].
 void add_box(std::vector<ClassTriangle>& out, double x, double y, double x2, double y2, double z,
@@ -96,5 +96,5 @@ TEST(Picture, ReadsBackWhatItWroteAndRefusesDamage) {
   EXPECT_THROW(encode_png(2, 2, std::vector<std::uint8_t>(5)), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace class_map_test
 }  // namespace report

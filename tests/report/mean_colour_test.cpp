@@ -8,7 +8,7 @@
 #include "report/picture.h"
 #include "support/coloured_ring.h"
 
-namespace {
+namespace mean_colour_test {
 
 using ::testing::HasSubstr;
 
@@ -86,4 +86,4 @@ TEST(MeanColour, CountsThePixelsOfAllPictures) {
   EXPECT_EQ(left, 0u) << "time was spent on it";
 }
 
-}  // namespace
+}  // namespace mean_colour_test

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace {
+namespace plot_page_test {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -99,4 +99,4 @@ TEST(PlotPage, TakesTextForTextAndStrangeNumbersForGaps) {
   EXPECT_THAT(html, Not(HasSubstr("inf")));
 }
 
-}  // namespace
+}  // namespace plot_page_test

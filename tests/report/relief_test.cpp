@@ -10,7 +10,7 @@
 #include <vector>
 
 namespace report {
-namespace {
+namespace relief_test {
 
 /// A circle of radius 100 m, 12 m of road with 1 m kerbs and 3 m of run-off on both sides.
 struct Ring {
@@ -108,5 +108,5 @@ TEST(Relief, RefusesWhatIsNoRoad) {
   EXPECT_THROW(relief_png(ReliefInput{}), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace relief_test
 }  // namespace report

@@ -12,7 +12,7 @@
 #include "mesh/error.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace align_test {
 
 TEST(Align, FindsAKnownRotationAndTranslation) {
   // 30 degrees and a UTM-sized shift; sin 30 = 1/2 and cos 30 = sqrt(3)/2 by hand.
@@ -413,4 +413,4 @@ TEST(Align, FollowsATrajectoryWithoutPointPairs) {
   EXPECT_THROW(road::fit_to_trajectory({}, true, elsewhere), road::Error);
 }
 
-}  // namespace
+}  // namespace align_test

@@ -12,7 +12,7 @@
 #include "support/strip_road.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace centreline_test {
 
 using road::SurfaceClass;
 using support::circle;
@@ -315,4 +315,4 @@ TEST(Centreline, CsvKeepsStationsAndClosure) {
   EXPECT_NEAR(again.length_m, line.length_m, 1e-2);
 }
 
-}  // namespace
+}  // namespace centreline_test

@@ -17,7 +17,7 @@
 #include "support/mesh_files.h"
 #include "support/ring_strips.h"
 
-namespace {
+namespace clean_by_colour_test {
 
 using support::ColouredStrip;
 using support::kAsphalt;
@@ -208,4 +208,4 @@ TEST(CleanByColour, APictureThatChangesIsBuiltAgain) {
   EXPECT_TRUE(is_reused());
 }
 
-}  // namespace
+}  // namespace clean_by_colour_test

@@ -15,7 +15,7 @@
 #include "support/mutate_mesh.h"
 #include "support/places.h"
 
-namespace {
+namespace clean_test {
 
 using road::CleanOptions;
 using road::CleanReport;
@@ -455,4 +455,4 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
-}  // namespace
+}  // namespace clean_test

@@ -8,7 +8,7 @@
 #include "mesh_topology.h"
 #include "road/clean.h"
 
-namespace {
+namespace components_test {
 
 using road::CleanOptions;
 using road::CleanReport;
@@ -117,4 +117,4 @@ TEST(Components, OfASoupWithFaultsAreThoseOfTheRoad) {
   EXPECT_EQ(report.non_manifold_edges, 1u);
 }
 
-}  // namespace
+}  // namespace components_test

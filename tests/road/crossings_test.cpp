@@ -12,7 +12,7 @@
 #include "road/sample.h"
 #include "support/strip_road.h"
 
-namespace {
+namespace crossings_test {
 
 constexpr double kSize_m = 150.0;
 
@@ -123,4 +123,4 @@ TEST(Sample, RefusesStepsThatFloat32DoesNotResolve) {
   }
 }
 
-}  // namespace
+}  // namespace crossings_test

@@ -18,7 +18,7 @@
 #include "road/track_crg.h"
 
 namespace road {
-namespace {
+namespace edges_test {
 
 using Eigen::Vector3d;
 using ::testing::AllOf;
@@ -316,5 +316,5 @@ TEST(Edges, SurveyedCircuits) {
   }
 }
 
-}  // namespace
+}  // namespace edges_test
 }  // namespace road

@@ -14,7 +14,7 @@
 #include "make/plausible.h"
 #include "mesh/ray_surface.h"
 
-namespace {
+namespace fork_test {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -157,4 +157,4 @@ TEST(Fork, TwoPartsThatAreAlikeAreAQuestion) {
   }
 }
 
-}  // namespace
+}  // namespace fork_test

@@ -15,7 +15,7 @@
 #include "support/temporary_folder.h"
 
 namespace road {
-namespace {
+namespace friction_test {
 
 using ::testing::HasSubstr;
 
@@ -152,5 +152,5 @@ TEST(Friction, ZonesAreRefusedWithTheirLine) {
   EXPECT_THAT(refused("0,1,1,,0.5"), HasSubstr("z.csv:2: a cell is empty"));
 }
 
-}  // namespace
+}  // namespace friction_test
 }  // namespace road

@@ -13,7 +13,7 @@
 #include "support/ring_strips.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace gaps_test {
 
 using support::add_ring_strip;
 
@@ -131,4 +131,4 @@ TEST(Cracks, AreNoHoles) {
   for (double s = 101.0; s < 299.0; s += 0.5) EXPECT_FALSE(built.has_height(s, 5.15)) << s;
 }
 
-}  // namespace
+}  // namespace gaps_test

@@ -23,7 +23,7 @@
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace guide_test {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -745,4 +745,4 @@ TEST(Question, AboutTwoRingsHasTwoAnswersThatLeadOn) {
   }
 }
 
-}  // namespace
+}  // namespace guide_test

@@ -8,7 +8,7 @@
 #include "road/reference_line.h"
 #include "support/strip_road.h"
 
-namespace {
+namespace kerb_test {
 
 using road::SurfaceClass;
 
@@ -88,4 +88,4 @@ TEST(Kerb, AddsNoMoreColumnsThanAllowed) {
   EXPECT_LE(result.report.columns_added, result.before.grid.columns() / 100 + 1);
 }
 
-}  // namespace
+}  // namespace kerb_test

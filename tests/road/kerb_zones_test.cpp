@@ -13,7 +13,7 @@
 #include "support/temporary_folder.h"
 
 namespace road {
-namespace {
+namespace kerb_zones_test {
 
 using ::testing::HasSubstr;
 
@@ -107,5 +107,5 @@ TEST(KerbZones, WrongRowsAreRefusedWithTheirLine) {
   EXPECT_EQ(refused("9,1,1,1,1"), "accepted");
 }
 
-}  // namespace
+}  // namespace kerb_zones_test
 }  // namespace road

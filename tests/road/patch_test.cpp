@@ -19,7 +19,7 @@
 #include "support/strip_road.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace patch_test {
 
 using road::SurfaceClass;
 
@@ -122,4 +122,4 @@ TEST(Patch, ASmoothKerbNeedsNone) {
   EXPECT_TRUE(road::patch_kerbs(sampled, surface, mesh, line, report.kerbs).empty());
 }
 
-}  // namespace
+}  // namespace patch_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace {
+namespace projection_test {
 
 using road::Projection;
 
@@ -48,4 +48,4 @@ TEST(Projection, HasItsNameInProj) {
             "+proj=utm +zone=56 +south +datum=WGS84 +units=m +no_defs");
 }
 
-}  // namespace
+}  // namespace projection_test

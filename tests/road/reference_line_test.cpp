@@ -6,7 +6,7 @@
 
 #include "mesh/error.h"
 
-namespace {
+namespace reference_line_test {
 
 road::Centreline circle_stations(double radius_m, int stations, bool closed, double share = 1.0) {
   road::Centreline line;
@@ -99,4 +99,4 @@ TEST(ReferenceLine, RefusesWhatIsNoLine) {
                road::Error);
 }
 
-}  // namespace
+}  // namespace reference_line_test

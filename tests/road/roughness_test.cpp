@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace {
+namespace roughness_test {
 
 constexpr double kStep = 0.1;
 constexpr double kTurn = 2.0 * std::numbers::pi;
@@ -223,4 +223,4 @@ TEST(Facets, ARoughRoadHasNone) {
   EXPECT_FALSE(road::facet_spacing(flat, kStep));
 }
 
-}  // namespace
+}  // namespace roughness_test

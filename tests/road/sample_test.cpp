@@ -9,7 +9,7 @@
 #include "road/reference_line.h"
 #include "support/strip_road.h"
 
-namespace {
+namespace sample_test {
 
 using road::Provenance;
 using road::SurfaceClass;
@@ -237,4 +237,4 @@ TEST(Sample, RefusesImpossibleGrids) {
   EXPECT_THROW(sample(road, {.v_step_m = 1e-6}), road::Error) << "asked before the memory is taken";
 }
 
-}  // namespace
+}  // namespace sample_test

@@ -7,7 +7,7 @@
 
 #include "mesh/error.h"
 
-namespace {
+namespace smooth_test {
 
 using road::Provenance;
 using road::SurfaceClass;
@@ -188,4 +188,4 @@ TEST(Smooth, SaysWhichWavesItTook) {
   }
 }
 
-}  // namespace
+}  // namespace smooth_test

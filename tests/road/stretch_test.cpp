@@ -12,7 +12,7 @@
 #include "support/temporary_folder.h"
 
 namespace road {
-namespace {
+namespace stretch_test {
 
 crg::ReferenceLine circle(double step_m, std::size_t nodes, bool closed) {
   crg::ReferenceLine line;
@@ -136,5 +136,5 @@ TEST(Stretch, IsBuiltWithTheHeightsOfTheWholeBuild) {
   EXPECT_THROW(build(recipe, inputs_of(recipe), options), Error);
 }
 
-}  // namespace
+}  // namespace stretch_test
 }  // namespace road

@@ -12,7 +12,7 @@
 #include "support/temporary_folder.h"
 #include "unit_driver.h"
 
-namespace {
+namespace command_actuators_test {
 
 using sim_tests::Driver, sim_tests::description_2, sim_tests::scalar_2, sim_tests::write_unit;
 using ::testing::HasSubstr;
@@ -105,4 +105,4 @@ TEST(CommandActuators, ADeadTimeOfTooManyStepsIsRefused) {
   }
 }
 
-}  // namespace
+}  // namespace command_actuators_test

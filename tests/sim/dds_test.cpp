@@ -29,7 +29,7 @@
 #include "some_unit.h"
 #include "support/places.h"
 
-namespace {
+namespace dds_test {
 
 using sim_tests::description_2, sim_tests::scalar_2, sim_tests::write_unit;
 using ::testing::ElementsAre;
@@ -481,7 +481,7 @@ TEST(Dds, HearsThisMachineAlone) {
 
 TEST(Dds, SaysItsVersion) { EXPECT_THAT(sim::dds_version(), HasSubstr("0.")); }
 
-}  // namespace
+}  // namespace dds_test
 #else
 TEST(Dds, IsBuilt) { GTEST_SKIP() << "built without Cyclone DDS"; }
 #endif

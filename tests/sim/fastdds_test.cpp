@@ -12,7 +12,7 @@
 #include "some_unit.h"
 #include "support/places.h"
 
-namespace {
+namespace fastdds_test {
 
 #ifdef FASTDDS_PEER
 using sim_tests::description_2, sim_tests::scalar_2, sim_tests::write_unit;
@@ -63,4 +63,4 @@ TEST(FastDds, IsInstalled) {
 }
 #endif
 
-}  // namespace
+}  // namespace fastdds_test

@@ -25,7 +25,7 @@
 #include "gamepad/pads.h"
 #endif
 
-namespace {
+namespace gamepad_test {
 
 using ::testing::HasSubstr;
 
@@ -243,4 +243,4 @@ TEST(Gamepad, SdlIsInstalled) {
 }
 #endif
 
-}  // namespace
+}  // namespace gamepad_test

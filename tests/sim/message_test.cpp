@@ -7,7 +7,7 @@
 #include <cstring>
 #include <limits>
 
-namespace {
+namespace message_test {
 
 const std::vector<std::string> kNames{"throttle", "gear"};
 
@@ -181,4 +181,4 @@ TEST(Message, MeasurementsAreWrittenInBothForms) {
   EXPECT_EQ(third, 1.0 / 3.0);
 }
 
-}  // namespace
+}  // namespace message_test

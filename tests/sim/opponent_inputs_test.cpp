@@ -12,7 +12,7 @@
 #include "some_unit.h"
 #include "support/places.h"
 
-namespace {
+namespace opponent_inputs_test {
 
 using sim_tests::description_2, sim_tests::description_3, sim_tests::scalar_2, sim_tests::value_3,
     sim_tests::write_unit;
@@ -128,4 +128,4 @@ run -o behind.csv --opponent ahead.csv@-400m
   EXPECT_LT(std::abs(last("behind.csv") - last("alone.csv")), 0.02);
 }
 
-}  // namespace
+}  // namespace opponent_inputs_test

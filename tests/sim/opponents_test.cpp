@@ -6,7 +6,7 @@
 #include "support/temporary_folder.h"
 #include "vehicle/error.h"
 
-namespace {
+namespace opponents_test {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -38,4 +38,4 @@ TEST(Opponents, RefusesInOneLine) {
   }
 }
 
-}  // namespace
+}  // namespace opponents_test

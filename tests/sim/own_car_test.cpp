@@ -16,7 +16,7 @@
 #include "support/temporary_folder.h"
 #include "unit_driver.h"
 
-namespace {
+namespace own_car_test {
 
 using ::testing::HasSubstr;
 
@@ -198,4 +198,4 @@ TEST(OwnCar, RefusesInOneLineAsAUnitDoes) {
   EXPECT_THAT(refusal(vehicle(), options), HasSubstr("start.speed = 1000000000, wanted"));
 }
 
-}  // namespace
+}  // namespace own_car_test

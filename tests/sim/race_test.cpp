@@ -15,7 +15,7 @@
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace race_test {
 
 using ::testing::HasSubstr;
 
@@ -146,4 +146,4 @@ sleep 1; kill -9 $red; wait $blue; wait)",
   EXPECT_LT(std::abs(column(folder_.read("out/red.csv"), "car.vx").back()), 0.1);
 }
 
-}  // namespace
+}  // namespace race_test

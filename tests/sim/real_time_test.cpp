@@ -25,7 +25,7 @@
 #include "support/temporary_folder.h"
 #include "unit_driver.h"
 
-namespace {
+namespace real_time_test {
 
 using ::testing::HasSubstr;
 
@@ -203,4 +203,4 @@ TEST_F(RealTime, TenMinutesWithAStackAndSensorsOfTheRoad) {
   EXPECT_LE(late, timer.late() * 5 / 4);
 }
 
-}  // namespace
+}  // namespace real_time_test

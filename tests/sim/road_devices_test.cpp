@@ -11,7 +11,7 @@
 #include "support/oval_road.h"
 #include "vehicle/vec3.h"
 
-namespace {
+namespace road_devices_test {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr sim::Pose kAtRest{};
@@ -385,4 +385,4 @@ TEST(RoadDevices, RefusesWhatCannotBe) {
   }
 }
 
-}  // namespace
+}  // namespace road_devices_test

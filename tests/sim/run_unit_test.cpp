@@ -13,7 +13,7 @@
 #include "support/places.h"
 #include "support/run_tool.h"
 
-namespace {
+namespace run_unit_test {
 
 using sim_tests::description_2, sim_tests::description_3, sim_tests::scalar_2, sim_tests::value_3,
     sim_tests::write_unit;
@@ -254,4 +254,4 @@ TEST(RunUnit, TheCarAsAnotherImporterRunsIt) {
   fmt::print("{} values, largest relative difference {:.2g}\n", values, worst);
 }
 
-}  // namespace
+}  // namespace run_unit_test

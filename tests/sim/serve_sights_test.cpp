@@ -10,7 +10,7 @@
 #include "some_unit.h"
 #include "unit_driver.h"
 
-namespace {
+namespace serve_sights_test {
 
 using sim_tests::Driver, sim_tests::description_2, sim_tests::scalar_2, sim_tests::write_unit;
 using ::testing::ElementsAre;
@@ -279,4 +279,4 @@ TEST(ServeUnit, WhatFollowsATableActsByTheClockAndAfterAResetAgain) {
   EXPECT_THROW(sim::serve_unit(unit, options), base::Error) << "a command too";
 }
 
-}  // namespace
+}  // namespace serve_sights_test

@@ -11,7 +11,7 @@
 #include "support/places.h"
 #include "unit_driver.h"
 
-namespace {
+namespace serve_states_test {
 
 using sim_tests::Driver, sim_tests::description_2, sim_tests::description_3, sim_tests::scalar_2,
     sim_tests::value_3, sim_tests::write_unit;
@@ -269,4 +269,4 @@ TEST(ServeStates, TheCarDrivesOnAsTheFirstTime) {
   }
 }
 
-}  // namespace
+}  // namespace serve_states_test

@@ -22,7 +22,7 @@
 #include "support/run_tool.h"
 #include "unit_driver.h"
 
-namespace {
+namespace serve_unit_test {
 
 using sim_tests::Driver, sim_tests::description_2, sim_tests::scalar_2, sim_tests::write_unit;
 using ::testing::HasSubstr;
@@ -533,4 +533,4 @@ INSTANTIATE_TEST_SUITE_P(ServeUnit, RealTrack, testing::Values("g-track-1", "e-t
                            return name;
                          });
 
-}  // namespace
+}  // namespace serve_unit_test

@@ -13,7 +13,7 @@
 #include "some_unit.h"
 #include "unit_driver.h"
 
-namespace {
+namespace serve_units_test {
 
 using sim_tests::Driver, sim_tests::description_2, sim_tests::scalar_2, sim_tests::write_unit;
 using ::testing::Each;
@@ -260,4 +260,4 @@ TEST(ServeUnits, RefusesInOneLine) {
   }
 }
 
-}  // namespace
+}  // namespace serve_units_test

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-namespace {
+namespace sights_test {
 
 using nlohmann::json;
 
@@ -100,4 +100,4 @@ TEST(Sights, EdgesAndPlansAreOneDatagram) {
   EXPECT_EQ(take<std::uint32_t>(bytes), 2u);
 }
 
-}  // namespace
+}  // namespace sights_test

@@ -9,7 +9,7 @@
 
 #include "real_time.h"
 
-namespace {
+namespace together_test {
 
 using sim::Standing, sim::Together;
 
@@ -103,4 +103,4 @@ TEST(Together, AllBeginAtOneTimeAndLookWithoutWaiting) {
   EXPECT_FALSE(together.look(0, 100001, {})[1].is_there);
 }
 
-}  // namespace
+}  // namespace together_test

@@ -9,7 +9,7 @@
 
 #include "base/error.h"
 
-namespace {
+namespace topics_test {
 
 using namespace sim;  // NOLINT: a test of this library
 using ::testing::ElementsAre;
@@ -154,4 +154,4 @@ TEST(Topics, TurnsAreByYawThenPitchThenRoll) {
                                 testing::DoubleNear(std::sqrt(0.5), 1e-15)));
 }
 
-}  // namespace
+}  // namespace topics_test

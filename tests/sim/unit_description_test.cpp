@@ -6,7 +6,7 @@
 #include "base/error.h"
 #include "some_unit.h"
 
-namespace {
+namespace unit_description_test {
 
 using sim_tests::description_2, sim_tests::description_3, sim_tests::scalar_2, sim_tests::value_3;
 using ::testing::HasSubstr;
@@ -78,4 +78,4 @@ TEST(UnitDescription, RefusesInOneLine) {
               HasSubstr("type 'Complex'"));
 }
 
-}  // namespace
+}  // namespace unit_description_test

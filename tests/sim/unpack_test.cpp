@@ -10,7 +10,7 @@
 #include "fmu/archive.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace unpack_test {
 
 using ::testing::HasSubstr;
 
@@ -78,4 +78,4 @@ TEST(Unpack, RefusesHostileArchivesInOneLine) {
   EXPECT_THAT(refusal(folder.path("u.fmu")), HasSubstr("resources/a is damaged"));
 }
 
-}  // namespace
+}  // namespace unpack_test

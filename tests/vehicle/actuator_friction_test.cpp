@@ -8,7 +8,7 @@
 
 #include "test_car.h"
 
-namespace {
+namespace actuator_friction_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using P = Parameter;
@@ -179,4 +179,4 @@ TEST(ActuatorFriction, HasExactDerivatives) {
   }
 }
 
-}  // namespace
+}  // namespace actuator_friction_test

@@ -5,7 +5,7 @@
 
 #include "test_car.h"
 
-namespace {
+namespace actuator_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using P = Parameter;
@@ -65,4 +65,4 @@ TEST(Actuator, RespondsToAStepAsTheClosedForm) {
   }
 }
 
-}  // namespace
+}  // namespace actuator_test

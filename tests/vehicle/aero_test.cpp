@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace {
+namespace aero_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using P = Parameter;
@@ -35,4 +35,4 @@ TEST(Aero, MapsActByTheirAmount) {
   EXPECT_EQ(laws::map_factor<double>(1, Map2{}, 0.05, 0.02), 1);
 }
 
-}  // namespace
+}  // namespace aero_test

@@ -25,7 +25,7 @@ std::atomic<long> allocations{0};
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
-namespace {
+namespace allocation_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -72,4 +72,4 @@ TEST(Allocation, NoneWhileTheCarDrives) {
   }
 }
 
-}  // namespace
+}  // namespace allocation_test

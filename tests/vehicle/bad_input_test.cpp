@@ -12,7 +12,7 @@
 #include "support/run_crgbuild.h"
 #include "test_roads.h"
 
-namespace {
+namespace bad_input_test {
 
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
@@ -102,4 +102,4 @@ TEST_F(BadInput, OfADriveIsNamed) {
       "ran away beyond 1000");
 }
 
-}  // namespace
+}  // namespace bad_input_test

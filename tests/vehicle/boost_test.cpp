@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace {
+namespace boost_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 const laws::BoostParameters<double> kBoost{0.35, 0.12, 600, 0.15};
@@ -42,4 +42,4 @@ TEST(Boost, HoldsBackDrivingTorqueAlone) {
   EXPECT_DOUBLE_EQ(laws::boosted_torque<double>(-30, 0.5, 0.4), -30);
 }
 
-}  // namespace
+}  // namespace boost_test

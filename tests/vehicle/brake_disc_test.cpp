@@ -8,7 +8,7 @@
 
 #include "test_car.h"
 
-namespace {
+namespace brake_disc_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using P = Parameter;
@@ -127,4 +127,4 @@ TEST(BrakeDisc, CoolsTheCoreThroughTheVanes) {
   EXPECT_ANY_THROW(make_car(files, p, terms));
 }
 
-}  // namespace
+}  // namespace brake_disc_test

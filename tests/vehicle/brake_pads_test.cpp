@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace {
+namespace brake_pads_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -38,4 +38,4 @@ TEST(BrakePads, HoldHeatForTheirTime) {
   EXPECT_EQ(laws::pad_heat_rate<double>(0, 1e6, 10), -1e5);
 }
 
-}  // namespace
+}  // namespace brake_pads_test

@@ -3,7 +3,7 @@
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 
-namespace {
+namespace clip_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -25,4 +25,4 @@ TEST(Clip, StepsWithoutAKink) {
   EXPECT_NEAR(laws::smooth_step(Jet(1.0 - 1e-9, 0)).v[0], 0.0, 1e-8);
 }
 
-}  // namespace
+}  // namespace clip_test

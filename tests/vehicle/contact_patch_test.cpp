@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace {
+namespace contact_patch_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -45,4 +45,4 @@ TEST(ContactPatch, UnwindsWhatTheCarcassCannotHold) {
   EXPECT_GT(laws::patch_unwinding<double>(1.0, 0.1, 0.4, 0.59), 0);
 }
 
-}  // namespace
+}  // namespace contact_patch_test

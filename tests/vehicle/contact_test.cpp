@@ -8,7 +8,7 @@
 #include "test_roads.h"
 #include "vehicle/error.h"
 
-namespace {
+namespace contact_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -87,4 +87,4 @@ TEST(Contact, RefusesStripsThatCannotBe) {
                  Error);
 }
 
-}  // namespace
+}  // namespace contact_test

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace {
+namespace disc_heat_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -78,4 +78,4 @@ TEST(DiscHeat, TakesMoreHeatWhenHot) {
   EXPECT_NEAR(rates(p, amount, 199, 300, -1000, 100, 0).surface_kps, 500, 1e-9);
 }
 
-}  // namespace
+}  // namespace disc_heat_test

@@ -9,7 +9,7 @@
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 
-namespace {
+namespace docs_test {
 
 using ::testing::HasSubstr;
 
@@ -76,4 +76,4 @@ TEST_F(CarDocs, SensorsMeasureAManoeuvre) {
   EXPECT_THAT(cli::read(folder / "sine.csv"), HasSubstr("devices.yaml"));
 }
 
-}  // namespace
+}  // namespace docs_test

@@ -4,7 +4,7 @@
 
 #include "test_car.h"
 
-namespace {
+namespace driveline_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using P = Parameter;
@@ -76,4 +76,4 @@ TEST(Driveline, ThePedalTakesTheClutchsTorque) {
   EXPECT_NEAR(slipping.clutch_nm, 0.1 * p[P::clutch_torque_nm], 0.1);
 }
 
-}  // namespace
+}  // namespace driveline_test

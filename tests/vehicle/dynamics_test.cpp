@@ -9,7 +9,7 @@
 
 #include "test_car.h"
 
-namespace {
+namespace dynamics_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using P = Parameter;
@@ -541,4 +541,4 @@ TEST(Dynamics, BrakesFadeWithTheHeatOfTheirPadsAndHotDiscsConductBetter) {
   EXPECT_NEAR(into_core(700) / into_core(500), 1.4, 1e-9);
 }
 
-}  // namespace
+}  // namespace dynamics_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace {
+namespace engine_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using P = Parameter;
@@ -43,4 +43,4 @@ TEST(Engine, MatchesItsSpeedDuringAShift) {
   EXPECT_EQ(laws::rev_match_torque<double>(p, 50, 600, 500), 50);
 }
 
-}  // namespace
+}  // namespace engine_test

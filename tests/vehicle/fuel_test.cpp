@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace {
+namespace fuel_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -15,4 +15,4 @@ TEST(Fuel, BurnsByUsefulPower) {
   EXPECT_EQ(laws::fuel_kgps<double>(p, -30, 500), 4e-4);
 }
 
-}  // namespace
+}  // namespace fuel_test

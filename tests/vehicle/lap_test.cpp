@@ -19,7 +19,7 @@
 #include "vehicle/start.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace lap_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -277,4 +277,4 @@ TEST(Lap, RunsFromTheCommandLine) {
   std::filesystem::remove_all(folder);
 }
 
-}  // namespace
+}  // namespace lap_test

@@ -12,7 +12,7 @@
 #include "support/places.h"
 #include "tyre_files.h"
 
-namespace {
+namespace magic_formula_test {
 
 using vehicle::AlphaConvention;
 using vehicle::tyre_forces;
@@ -348,4 +348,4 @@ TEST(MagicFormula, RollsOnItsFreeRadiusWhereTheFileSaysSo) {
   EXPECT_DOUBLE_EQ(vehicle::rolling_radius(zero, 3000.0, 0.3, 0.015), 0.3);
 }
 
-}  // namespace
+}  // namespace magic_formula_test

@@ -18,7 +18,7 @@
 #include "vehicle/error.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace manoeuvre_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -141,4 +141,4 @@ TEST(Manoeuvre, CanBeWatchedLive) {
             0);
 }
 
-}  // namespace
+}  // namespace manoeuvre_test

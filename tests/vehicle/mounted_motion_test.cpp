@@ -10,7 +10,7 @@
 #include "vehicle/error.h"
 #include "vehicle/signal_sensors.h"
 
-namespace {
+namespace mounted_motion_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using ::testing::ElementsAre;
@@ -128,4 +128,4 @@ TEST(MountedMotion, WhatNoPlaceChangesIsRefused) {
               HasSubstr("at_m has 400"));
 }
 
-}  // namespace
+}  // namespace mounted_motion_test

@@ -15,7 +15,7 @@
 #include "vehicle/step.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace mutants_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -65,4 +65,4 @@ TEST(Mutants, EndInAnErrorOrInACarThatRolls) {
   EXPECT_GT(errors, 100);
 }
 
-}  // namespace
+}  // namespace mutants_test

@@ -12,7 +12,7 @@
 #include "vehicle/lap.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace opponent_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -197,4 +197,4 @@ TEST(Opponent, CarsOfOneRunAreRefusedThatCannotGoTogether) {
               ::testing::ThrowsMessage<Error>(::testing::HasSubstr("a quarter of the line")));
 }
 
-}  // namespace
+}  // namespace opponent_test

@@ -8,7 +8,7 @@
 
 #include "support/places.h"
 
-namespace {
+namespace parameters_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -50,4 +50,4 @@ TEST(Terms, AreNamedOnce) {
   EXPECT_EQ(default_amplitudes()[Term::locked_differential], 0.0);
 }
 
-}  // namespace
+}  // namespace parameters_test

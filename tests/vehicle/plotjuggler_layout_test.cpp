@@ -10,7 +10,7 @@
 #include "recording/telemetry_mcap.h"
 #include "support/places.h"
 
-namespace {
+namespace plotjuggler_layout_test {
 
 /// The curves that a layout draws over time or over one another.
 std::set<std::string> curves_of(const std::string& file) {
@@ -60,4 +60,4 @@ TEST(PlotJugglerLayout, NamesWhatADriveHolds) {
   for (const std::string& name : csv) EXPECT_EQ(columns.count(name), 1U) << name;
 }
 
-}  // namespace
+}  // namespace plotjuggler_layout_test

@@ -8,7 +8,7 @@
 
 #include "test_car.h"
 
-namespace {
+namespace poles_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -90,4 +90,4 @@ TEST(Poles, TellWhatHappensInTime) {
   EXPECT_LT(damped_longer, 2.0);
 }
 
-}  // namespace
+}  // namespace poles_test

@@ -11,7 +11,7 @@
 #include "test_roads.h"
 #include "vehicle/error.h"
 
-namespace {
+namespace racing_line_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -95,4 +95,4 @@ TEST(RacingLine, IsAsFastAsTheTyresAllowInASteadyTurn) {
   for (std::size_t i = 0; i < line.v_m.size(); ++i) EXPECT_LE(slow.speed_mps[i], line.speed_mps[i]);
 }
 
-}  // namespace
+}  // namespace racing_line_test

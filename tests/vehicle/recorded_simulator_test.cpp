@@ -17,7 +17,7 @@
 #include "support/recorded_car.h"
 #include "vehicle/replay.h"
 
-namespace {
+namespace recorded_simulator_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -143,4 +143,4 @@ TEST(RecordedSimulator, IsFollowedWithinTheNoiseOfTheLogs) {
   }
 }
 
-}  // namespace
+}  // namespace recorded_simulator_test

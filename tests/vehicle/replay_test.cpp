@@ -15,7 +15,7 @@
 #include "vehicle/lap.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace replay_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -290,4 +290,4 @@ TEST_F(Replay, GoesOnFromBeforeACarThatRanAway) {
   EXPECT_GT(behind, 100u);
 }
 
-}  // namespace
+}  // namespace replay_test

@@ -9,7 +9,7 @@
 #include "vehicle/manoeuvre.h"
 #include "vehicle/work.h"
 
-namespace {
+namespace reverse_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using P = Parameter;
@@ -105,4 +105,4 @@ TEST(Reverse, ManoeuvreDrivesBackwardOrSaysWhyNot) {
       ::testing::ThrowsMessage<Error>(::testing::HasSubstr("no reverse gear")));
 }
 
-}  // namespace
+}  // namespace reverse_test

@@ -9,7 +9,7 @@
 #include "vehicle/error.h"
 #include "vehicle/signal_sensors.h"
 
-namespace {
+namespace road_sensors_test {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
@@ -85,4 +85,4 @@ TEST(RoadSensors, WhatCannotBeIsRefusedWithItsLine) {
   EXPECT_THAT(refusal("edges:\n  c: {beams_deg: [0]}\n"), HasSubstr("beams_deg"));
 }
 
-}  // namespace
+}  // namespace road_sensors_test

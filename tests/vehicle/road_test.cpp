@@ -9,7 +9,7 @@
 #include "test_car.h"
 #include "test_roads.h"
 
-namespace {
+namespace road_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -135,4 +135,4 @@ TEST(Road, StopsAtAHoleOrGoesOnAsAsked) {
   }
 }
 
-}  // namespace
+}  // namespace road_test

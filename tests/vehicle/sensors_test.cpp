@@ -17,7 +17,7 @@
 #include "vehicle/manoeuvre.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace sensors_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using ::testing::HasSubstr;
@@ -184,4 +184,4 @@ TEST(Sensors, ComeFromAFileThatIsCheckedAndMeasureAManoeuvre) {
   EXPECT_LT(worst, 0.1);
 }
 
-}  // namespace
+}  // namespace sensors_test

@@ -10,7 +10,7 @@
 #include "support/temporary_folder.h"
 #include "vehicle/error.h"
 
-namespace {
+namespace signal_sensors_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using ::testing::HasSubstr;
@@ -237,4 +237,4 @@ TEST(SignalSensors, RefusesWithThePlace) {
   EXPECT_THAT(refusal("topics:\n  t: {type: a/B}\n"), HasSubstr("fields"));
 }
 
-}  // namespace
+}  // namespace signal_sensors_test

@@ -12,7 +12,7 @@
 #include "vehicle/vehicle_file.h"
 #include "vehicle/work.h"
 
-namespace {
+namespace standstill_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -174,4 +174,4 @@ TEST(Standstill, ABrakedCarStaysWhereItIs) {
   fmt::print("moved by {:.3g} mm in {} s\n", 1e3 * furthest_m, seconds);
 }
 
-}  // namespace
+}  // namespace standstill_test

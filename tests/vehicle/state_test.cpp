@@ -7,7 +7,7 @@
 
 #include "vehicle/step.h"
 
-namespace {
+namespace state_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -55,4 +55,4 @@ TEST(State, KeepsTemperaturesAndPressuresOverWindows) {
   }
 }
 
-}  // namespace
+}  // namespace state_test

@@ -11,7 +11,7 @@
 #include "vehicle/lap.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace steady_engine_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -86,4 +86,4 @@ TEST(SteadyEngine, DriverJudgesByTheEngineThatDrives) {
   EXPECT_NEAR(stated.top_mps / planned_mps, 1.0, 0.05);
 }
 
-}  // namespace
+}  // namespace steady_engine_test

@@ -13,7 +13,7 @@
 #include "vehicle/manoeuvre.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace steering_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using P = Parameter;
@@ -90,4 +90,4 @@ TEST(Steering, MapsThatCannotBeAreRefused) {
   refused(rack(), 14.0, "steering.ratio = 14");
 }
 
-}  // namespace
+}  // namespace steering_test

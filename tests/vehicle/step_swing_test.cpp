@@ -16,7 +16,7 @@
 #include "vehicle/poles.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace step_swing_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using P = Parameter;
@@ -147,4 +147,4 @@ TEST(StepSwing, TellsWhatAStepDoesNotResolveAndThePolesAgree) {
   }
 }
 
-}  // namespace
+}  // namespace step_swing_test

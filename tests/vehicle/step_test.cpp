@@ -14,7 +14,7 @@
 #include "test_car.h"
 #include "vehicle/error.h"
 
-namespace {
+namespace step_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using P = Parameter;
@@ -558,4 +558,4 @@ TEST(Step, RefusesCarsThatCannotBe) {
   EXPECT_THROW(make_car(bad, test_parameters(), default_amplitudes()), Error);
 }
 
-}  // namespace
+}  // namespace step_test

@@ -14,7 +14,7 @@
 #include "vehicle/error.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace suspension_points_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -219,4 +219,4 @@ TEST(SuspensionPoints, AreReadFromTheVehicleFile) {
               ::testing::ThrowsMessage<Error>(::testing::HasSubstr("lacks 'link_5'")));
 }
 
-}  // namespace
+}  // namespace suspension_points_test

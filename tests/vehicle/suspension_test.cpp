@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace {
+namespace suspension_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using P = Parameter;
@@ -82,4 +82,4 @@ TEST(Suspension, DampersGiveWayBeyondTheirKnee) {
   EXPECT_EQ(force(0.0), 0.0);
 }
 
-}  // namespace
+}  // namespace suspension_test

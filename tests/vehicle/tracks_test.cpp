@@ -11,7 +11,7 @@
 #include "vehicle/lap.h"
 #include "vehicle/vehicle_file.h"
 
-namespace {
+namespace tracks_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -81,4 +81,4 @@ INSTANTIATE_TEST_SUITE_P(, Tracks,
                            return name;
                          });
 
-}  // namespace
+}  // namespace tracks_test

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace {
+namespace trend_test {
 
 // Least squares through (-0.2, 1), (-0.1, 2), (0, 2) by hand: mean 5/3 at -0.1, slope 5.
 TEST(Trend, IsTheLineThroughTheLastFifthOfASecond) {
@@ -21,4 +21,4 @@ TEST(Trend, SaysNothingOfWhatWasNotLogged) {
   EXPECT_EQ(vehicle::trend(time, values, 1, 1), (std::pair{3.0, 0.0}));
 }
 
-}  // namespace
+}  // namespace trend_test

@@ -11,7 +11,7 @@
 #include "vehicle/poles.h"
 #include "vehicle/work.h"
 
-namespace {
+namespace turbocharger_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using laws::kAirHeat;
@@ -529,4 +529,4 @@ TEST(Turbocharger, HasPolesInsideTheUnitCircle) {
     }
 }
 
-}  // namespace
+}  // namespace turbocharger_test

@@ -11,7 +11,7 @@
 #include "vehicle/magic_formula.h"
 #include "vehicle/step_swing.h"
 
-namespace {
+namespace turn_slip_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using Point = TyreInput<double>;
@@ -184,4 +184,4 @@ TEST(TurnSlip, SteeringOnTheSpotDoesNotChatter) {
   }
 }
 
-}  // namespace
+}  // namespace turn_slip_test

@@ -11,7 +11,7 @@
 #include "tyre_files.h"
 #include "vehicle/error.h"
 
-namespace {
+namespace tyre_file_test {
 
 using ::testing::AllOf;
 using ::testing::Contains;
@@ -143,4 +143,4 @@ TEST(TyreFile, ReadsTheSampleFiles) {
   EXPECT_EQ(file.coefficients.pdy1, 1.0085);
 }
 
-}  // namespace
+}  // namespace tyre_file_test

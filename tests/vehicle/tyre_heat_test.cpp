@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace {
+namespace tyre_heat_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 using P = Parameter;
@@ -57,4 +57,4 @@ TEST(TyreHeat, BalancesSlidingAgainstAirAndRoad) {
             laws::tread_rate<double>(p, 5500, k, 0, speed, true));
 }
 
-}  // namespace
+}  // namespace tyre_heat_test

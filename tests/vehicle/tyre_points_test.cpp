@@ -15,7 +15,7 @@
 #include "test_car.h"
 #include "vehicle/error.h"
 
-namespace {
+namespace tyre_points_test {
 
 using ::testing::HasSubstr;
 
@@ -140,4 +140,4 @@ TEST(TyrePoints, RunFromTheCommandLine) {
   std::filesystem::remove_all(folder);
 }
 
-}  // namespace
+}  // namespace tyre_points_test

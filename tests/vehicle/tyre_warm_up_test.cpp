@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace {
+namespace tyre_warm_up_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
@@ -33,4 +33,4 @@ TEST(TyreWarmUp, GivesBackWhatWasMissing) {
   EXPECT_NEAR(laws::warm_up_stiffness<double>(0.1), 0.95, 1e-12);
 }
 
-}  // namespace
+}  // namespace tyre_warm_up_test

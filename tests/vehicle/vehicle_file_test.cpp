@@ -18,7 +18,7 @@
 #include "tyre_files.h"
 #include "vehicle/error.h"
 
-namespace {
+namespace vehicle_file_test {
 
 namespace fs = std::filesystem;
 using namespace vehicle;  // NOLINT: a test of this library
@@ -288,4 +288,4 @@ TEST_F(VehicleFile, ReadsTheCarsOfThisProject) {
   EXPECT_TRUE(av21.assumed[static_cast<std::size_t>(P::chassis_yaw_inertia_kgm2)]);
 }
 
-}  // namespace
+}  // namespace vehicle_file_test

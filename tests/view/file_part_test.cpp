@@ -7,7 +7,7 @@
 #include "support/temporary_folder.h"
 #include "wish.h"
 
-namespace {
+namespace file_part_test {
 
 int status(const std::string& path, const std::string& begin, const std::string& bytes) {
   try {
@@ -44,4 +44,4 @@ TEST(FilePart, OfAnythingElseIsRefusedBeforeMemoryIsTaken) {
   EXPECT_EQ(status(path, "0", "16000001"), 400);
 }
 
-}  // namespace
+}  // namespace file_part_test

@@ -8,7 +8,7 @@
 #include "base/error.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace folders_test {
 
 namespace fs = std::filesystem;
 
@@ -94,4 +94,4 @@ TEST_F(Folders, AFolderThatIsNoneIsRefused) {
   EXPECT_THROW(view::Folders(std::vector<std::string>{}), base::Error);
 }
 
-}  // namespace
+}  // namespace folders_test

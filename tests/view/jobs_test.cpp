@@ -11,7 +11,7 @@
 #include "base/error.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace jobs_test {
 
 /// False after a minute.
 bool comes_true(const std::function<bool()>& condition) {
@@ -95,4 +95,4 @@ TEST(Jobs, ManyAfterOneAnotherKeepTheNewest) {
   EXPECT_EQ(jobs.output(1), "");
 }
 
-}  // namespace
+}  // namespace jobs_test

@@ -6,7 +6,7 @@
 
 #include "support/temporary_folder.h"
 
-namespace {
+namespace kept_test {
 
 TEST(Kept, ReadsAFileAgainOnlyWhenItHasChanged) {
   const support::TemporaryFolder folder;
@@ -33,4 +33,4 @@ TEST(Kept, ReadsAFileAgainOnlyWhenItHasChanged) {
   EXPECT_EQ(reads, 5) << "two are kept: the one that nobody asked for went";
 }
 
-}  // namespace
+}  // namespace kept_test

@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-namespace {
+namespace live_link_test {
 
 TEST(LiveLink, TellsAndHearsTheNewest) {
   const int port = view::free_udp_port();
@@ -76,4 +76,4 @@ TEST(LiveLink, ARunThatHasEndedIsForgotten) {
   EXPECT_EQ(link.tell("watch"), "");
 }
 
-}  // namespace
+}  // namespace live_link_test

@@ -11,7 +11,7 @@
 #include "crg/file.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace numbers_test {
 
 struct Unpacked {
   nlohmann::json head;
@@ -219,4 +219,4 @@ TEST(PackedDifference, ComparesHeightsAtTheSamePlacesOfTheMap) {
   EXPECT_THAT(over.of.at("u_m"), ::testing::ElementsAre(99.0, 99.5, 100.0, 0.0, 0.5, 1.0));
 }
 
-}  // namespace
+}  // namespace numbers_test

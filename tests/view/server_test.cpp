@@ -17,7 +17,7 @@
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
-namespace {
+namespace server_test {
 
 using ::testing::HasSubstr;
 
@@ -287,4 +287,4 @@ TEST(RandomToken, DiffersEachTime) {
   EXPECT_GE(view::random_token().size(), view::kShortestToken);
 }
 
-}  // namespace
+}  // namespace server_test

@@ -10,7 +10,7 @@
 #include "support/temporary_folder.h"
 #include "wish.h"
 
-namespace {
+namespace tile_heights_test {
 
 /// A road of 100 m along x at y = 50,000, 4 m wide to each side, that rises by 2 % and leans by 1
 /// %; its own borders would go on for ever.
@@ -72,4 +72,4 @@ TEST(TileHeights, OfPointsThatAreNotThereAreRefused) {
   }
 }
 
-}  // namespace
+}  // namespace tile_heights_test

@@ -8,7 +8,7 @@
 
 #include "support/temporary_folder.h"
 
-namespace {
+namespace wish_test {
 
 using nlohmann::ordered_json;
 using ::testing::ElementsAre;
@@ -151,4 +151,4 @@ TEST_F(Wish, DrivesHaveATableAndAPortOfTheirOwn) {
       << "sensors without a road";
 }
 
-}  // namespace
+}  // namespace wish_test

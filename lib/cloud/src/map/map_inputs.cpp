@@ -9,6 +9,10 @@
 #include "cloud/error.h"
 #include "cloud/pcl.h"
 #include "crg/options.h"
+#include "mesh/read_mesh.h"
+#include "road/clean.h"
+#include "road/reference_line.h"
+#include "road/sample.h"
 #include "road/track_crg.h"
 
 namespace cloud {

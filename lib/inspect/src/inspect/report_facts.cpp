@@ -11,6 +11,7 @@
 
 #include "inspect/compare.h"
 #include "inspect/input_file.h"
+#include "inspect/sizes.h"
 
 namespace road {
 namespace {

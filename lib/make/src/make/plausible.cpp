@@ -10,7 +10,7 @@
 #include <set>
 #include <unordered_set>
 
-#include "name_pattern.h"
+#include "road/name_pattern.h"
 
 namespace road {
 namespace {

@@ -10,8 +10,8 @@
 #include "road/clean.h"
 #include "make/plausible.h"
 #include "mesh/ray_surface.h"
-#include "roads_of.h"
-#include "route.h"
+#include "road/roads_of.h"
+#include "road/route.h"
 
 namespace road {
 namespace {

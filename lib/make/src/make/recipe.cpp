@@ -10,7 +10,7 @@
 #include <set>
 
 #include "key_kinds.h"
-#include "name_pattern.h"
+#include "road/name_pattern.h"
 #include "recipe_keys.h"
 #include "mesh/error.h"
 

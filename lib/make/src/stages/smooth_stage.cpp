@@ -55,7 +55,7 @@ void report(const BuildSummary& summary, Json& out) {
 }  // namespace stage_smooth
 
 std::string json_text(const SmoothReport& report, const SmoothOptions& options) {
-  return base::json_text(json_of(report, options));
+  return base::json_text(stage_smooth::json_of(report, options));
 }
 
 GridStage smooth_stage() {

@@ -17,7 +17,7 @@
 #include "guide_rows.h"
 #include "middles.h"
 #include "mesh/error.h"
-#include "road_graph.h"
+#include "road/road_graph.h"
 #include "start_of_line.h"
 #include "stations.h"
 #include "walk_road.h"

@@ -8,7 +8,7 @@
 #include "road/guide.h"
 #include "mesh/mesh.h"
 #include "mesh/ray_surface.h"
-#include "road_graph.h"
+#include "road/road_graph.h"
 #include "stations.h"
 
 namespace road {

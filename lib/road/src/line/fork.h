@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "mesh/ray_surface.h"
-#include "road_graph.h"
+#include "road/road_graph.h"
 #include "stations.h"
 
 namespace road {

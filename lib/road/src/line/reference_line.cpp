@@ -10,7 +10,7 @@
 
 #include "base/statistics.h"
 #include "mesh/error.h"
-#include "road_graph.h"
+#include "road/road_graph.h"
 
 namespace road {
 

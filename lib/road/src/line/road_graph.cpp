@@ -1,4 +1,4 @@
-#include "road_graph.h"
+#include "road/road_graph.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "road_graph.h"
+#include "road/road_graph.h"
 #include "tidy_graph.h"
 
 namespace road {

@@ -1,4 +1,4 @@
-#include "route.h"
+#include "road/route.h"
 
 #include <fmt/format.h>
 

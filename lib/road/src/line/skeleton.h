@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "road_graph.h"
+#include "road/road_graph.h"
 #include "surface_cells.h"
 
 namespace road {

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-#include "road_graph.h"
+#include "road/road_graph.h"
 
 namespace road {
 

@@ -1,7 +1,7 @@
 // Stations along a way that the graph of a surface shows. Private to trace_centreline.
 #pragma once
 
-#include "road_graph.h"
+#include "road/road_graph.h"
 #include "stations.h"
 
 namespace road {

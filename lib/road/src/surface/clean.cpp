@@ -13,9 +13,9 @@
 #include "mesh_topology.h"
 #include "road/centreline.h"
 #include "mesh/error.h"
-#include "road_graph.h"
-#include "roads_of.h"
-#include "route.h"
+#include "road/road_graph.h"
+#include "road/roads_of.h"
+#include "road/route.h"
 
 namespace road {
 namespace {

@@ -11,7 +11,7 @@
 #include "colour_tone.h"
 #include "mesh/error.h"
 #include "mesh/ray_surface.h"
-#include "road_graph.h"
+#include "road/road_graph.h"
 #include "stations.h"
 
 namespace road {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "clean_soup.h"
-#include "road_graph.h"
+#include "road/road_graph.h"
 
 namespace road {
 

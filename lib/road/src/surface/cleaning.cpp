@@ -6,7 +6,7 @@
 #include "clean_parts.h"
 #include "mesh_topology.h"
 #include "mesh/error.h"
-#include "road_graph.h"
+#include "road/road_graph.h"
 
 namespace road {
 namespace {

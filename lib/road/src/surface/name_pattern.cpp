@@ -1,4 +1,4 @@
-#include "name_pattern.h"
+#include "road/name_pattern.h"
 
 #include <fmt/format.h>
 #include <re2/re2.h>

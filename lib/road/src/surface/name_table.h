@@ -6,7 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "name_pattern.h"
+#include "road/name_pattern.h"
 #include "road/clean.h"
 
 namespace road {

@@ -8,7 +8,7 @@
 #include "base/statistics.h"
 #include "cleaning.h"
 #include "mesh/error.h"
-#include "road_graph.h"
+#include "road/road_graph.h"
 
 namespace road {
 namespace {

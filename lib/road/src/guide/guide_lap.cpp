@@ -8,7 +8,7 @@
 
 #include "mesh/error.h"
 #include "road/guide.h"
-#include "road_graph.h"
+#include "road/road_graph.h"
 
 namespace road {
 namespace {

@@ -1,11 +1,10 @@
-// Sizes of a line and of a grid, and where its ends lie on the Earth.
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "base/statistics.h"
-#include "make/summary.h"
+#include "inspect/sizes.h"
 
 namespace road {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "road/guide.h"
-#include "road_graph.h"
+#include "road/road_graph.h"
 
 namespace road {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "road/clean.h"
-#include "road_graph.h"
+#include "road/road_graph.h"
 
 namespace road {
 
