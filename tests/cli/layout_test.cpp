@@ -94,10 +94,9 @@ TEST(Layout, CommandLinesStayInOneFilePerTool) {
 
 // What builds slowly, may be missing one day or is replaced by another stays behind few sources.
 TEST(Layout, EachHeavyLibraryStaysInTwoFilesOfALibrary) {
-  // JSON alone stands in more: what is drawn of roads and read of meshes, guides and pages has a
-  // grammar of its own in each.
+  // JSON alone stands in more: the page's files, numbers and messages.
   const std::map<std::pair<std::string, std::string>, std::size_t> more = {
-      {{"road", "nlohmann/json.hpp"}, 6}, {{"view", "nlohmann/json.hpp"}, 3}};
+      {{"view", "nlohmann/json.hpp"}, 3}};
   const fs::path lib = fs::path(places::source()) / "lib";
   for (const char* heavy :
        {"assimp/", "CGAL/", "embree3/", "GeographicLib/", "yaml-cpp/", "nlohmann/json.hpp", "pcl/",
@@ -143,8 +142,9 @@ TEST(Layout, CycloneDdsStaysInTwoSourceFiles) {
 TEST(Layout, BaseKnowsNoNeighbourAndAloneHashes) {
   const fs::path base = fs::path(places::source()) / "lib/base";
   for (const auto& [file, name] : includes_below(base))
-    EXPECT_FALSE(name.starts_with("road/") || name.starts_with("crg/") ||
-                 name.starts_with("vehicle/") || name.starts_with("report/"))
+    EXPECT_FALSE(name.starts_with("mesh/") || name.starts_with("road/") ||
+                 name.starts_with("crg/") || name.starts_with("vehicle/") ||
+                 name.starts_with("report/"))
         << file << " includes " << name;
   for (const char* folder : {"lib", "tools"})
     for (const auto& [file, name] : includes_below(fs::path(places::source()) / folder))
@@ -166,48 +166,6 @@ TEST(Layout, ToolsWriteFilesThroughBaseAlone) {
       if (entry->path().extension() != ".cpp" && entry->path().extension() != ".h") continue;
       EXPECT_FALSE(std::regex_search(read(entry->path()), writer)) << name;
     }
-}
-
-bool has_test(const std::string& name) {
-  const fs::path tests = fs::path(places::source()) / "tests";
-  return fs::exists(tests / (name + "_test.cpp")) || fs::exists(tests / (name + "_test.py"));
-}
-
-/// Every source of a library, as the shared tests name it: "road/build". Those in a folder below
-/// src without a test of their own are tested together, under the name of that folder.
-std::set<std::string> sources_of(const fs::path& library,
-                                 const std::map<std::string, std::string>& shared) {
-  std::set<std::string> names;
-  for (const auto& entry : fs::recursive_directory_iterator(library / "src")) {
-    if (entry.path().extension() != ".cpp") continue;
-    const fs::path name = library.filename();
-    const std::string own = (name / entry.path().stem()).generic_string(),
-                      room = (name / entry.path().parent_path().filename()).generic_string();
-    names.insert(!has_test(own) && !shared.contains(own) && has_test(room) ? room : own);
-  }
-  return names;
-}
-
-TEST(Layout, EverySourceHasItsTest) {
-  const fs::path top = places::source();
-  std::map<std::string, std::string> shared = listed("shared_tests.txt");
-  std::size_t sources = 0;
-  for (const auto& library : fs::directory_iterator(top / "lib"))
-    for (const std::string& name : sources_of(library.path(), shared)) {
-      ++sources;
-      const auto other = shared.find(name);
-      if (other == shared.end()) {
-        EXPECT_TRUE(has_test(name))
-            << "lib/" << name << ": write tests/" << name
-            << "_test.cpp, or name the test that it shares in tests/shared_tests.txt";
-        continue;
-      }
-      EXPECT_FALSE(has_test(name)) << name << " has a test of its own name";
-      EXPECT_TRUE(has_test(other->second)) << name << ": no test " << other->second;
-      shared.erase(other);
-    }
-  EXPECT_GT(sources, 150u);
-  for (const auto& [name, test] : shared) ADD_FAILURE() << name << ": no such source in lib";
 }
 
 /// Every source below lib and tools, as a path from the top.
@@ -269,8 +227,8 @@ TEST(Layout, LinesKeepToTheColumnsOfTheFormat) {
 
 TEST(Layout, ReportKnowsNeitherRoadNorCrg) {
   for (const auto& [file, name] : includes_below(fs::path(places::source()) / "lib/report"))
-    EXPECT_FALSE(name.starts_with("road/") || name.starts_with("crg/") ||
-                 name.starts_with("vehicle/"))
+    EXPECT_FALSE(name.starts_with("mesh/") || name.starts_with("road/") ||
+                 name.starts_with("crg/") || name.starts_with("vehicle/"))
         << file << " includes " << name;
 }
 

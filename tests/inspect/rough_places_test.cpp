@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "crg/surface.h"
-#include "make/build.h"
+#include "make/make_track.h"
 #include "mesh/export_mesh.h"
 #include "support/analytic_roads.h"
 #include "support/mutate_mesh.h"
@@ -50,7 +50,7 @@ nlohmann::json build(const road::Mesh& mesh, const support::TemporaryFolder& fol
   road::Recipe recipe = road::recipe_for_mesh(file);
   recipe.read.up = road::UpAxis::z;
   recipe.kerb.max_extra_columns_share = 0.0;  // a grid as coarse as it comes
-  const auto built = road::build_track(recipe, folder.path("out_" + ending));
+  const auto built = road::make_track(recipe, folder.path("out_" + ending));
   if (crg_path != nullptr) *crg_path = built.crg_path;
   return nlohmann::json::parse(built.summary_json);
 }
@@ -150,7 +150,7 @@ TEST(RoughPlaces, SmoothingBeyondItsBoundIsNamed) {
   recipe.smooth.window_u_m = 6.0;
   recipe.smooth.max_change_road_m = 0.04;
   const auto summary =
-      nlohmann::json::parse(road::build_track(recipe, folder.path("out")).summary_json);
+      nlohmann::json::parse(road::make_track(recipe, folder.path("out")).summary_json);
   const auto& all = summary["validation"]["rough_places"];
   ASSERT_FALSE(all.empty());
   EXPECT_EQ(with_reason(all, "own nodes are off the mesh").size(), all.size());

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "make/build.h"
+#include "make/make_track.h"
 #include "mesh/export_mesh.h"
 #include "support/strip_road.h"
 #include "support/temporary_folder.h"
@@ -29,9 +29,9 @@ TEST(CleanCache, AMeshThatHasNotChangedIsNotCleanedAgain) {
   recipe.read.up = road::UpAxis::z;
   recipe.read.unit = road::Unit::m;
   const auto build = [&](const road::Recipe& r, const std::string& out, Reuse reuse) {
-    return road::build_track(r, folder.path(out), {}, nullptr, reuse);
+    return road::make_track(r, folder.path(out), {}, nullptr, reuse);
   };
-  EXPECT_FALSE(build(recipe, "out", Reuse::stages).clean_reused);
+  EXPECT_FALSE(make_road(recipe, "out", Reuse::stages).clean_reused);
 
   road::Recipe smoother = recipe;
   smoother.smooth.window_u_m = 1.0;
@@ -75,7 +75,7 @@ TEST(CleanCache, SmallMeshesLeaveNone) {
   road::export_mesh(strip.mesh, folder.path("small.obj"));
   road::Recipe recipe = road::recipe_for_mesh(folder.path("small.obj"));
   recipe.read.up = road::UpAxis::z;
-  road::build_track(recipe, folder.path("out"), {}, nullptr, Reuse::stages);
+  road::make_track(recipe, folder.path("out"), {}, nullptr, Reuse::stages);
   EXPECT_FALSE(std::filesystem::exists(folder.path("out/small.clean.cache")));
 }
 

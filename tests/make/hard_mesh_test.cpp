@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "crg/surface.h"
-#include "make/build.h"
+#include "make/make_track.h"
 #include "mesh/export_mesh.h"
 #include "mesh/ray_surface.h"
 #include "support/mutate_mesh.h"
@@ -33,9 +33,9 @@ TEST(HardMesh, KerbProfilesSurviveEveryStage) {
   const support::TemporaryFolder folder;
   road::Recipe recipe = road::recipe_for_mesh(path);
   recipe.smooth.window_u_m = 1.0;  // every stage has its turn
-  const auto built = road::build_track(recipe, folder.path("refined"));
+  const auto built = road::make_track(recipe, folder.path("refined"));
   recipe.kerb.max_extra_columns_share = 0.0;
-  const auto plain = road::build_track(recipe, folder.path("plain"));
+  const auto plain = road::make_track(recipe, folder.path("plain"));
   const double ratio = static_cast<double>(std::filesystem::file_size(built.crg_path)) /
                        static_cast<double>(std::filesystem::file_size(plain.crg_path));
 
@@ -89,7 +89,7 @@ TEST(HardMesh, JitterAndMissingOrDoubledTrianglesMakeNoNewFailure) {
   const support::TemporaryFolder folder;
   const road::Mesh mesh = road::read_mesh(path);
   const auto whole = nlohmann::json::parse(
-      road::build_track(road::recipe_for_mesh(path), folder.path("whole")).summary_json);
+      road::make_track(road::recipe_for_mesh(path), folder.path("whole")).summary_json);
   road::Mesh damaged = support::jitter(mesh, 1e-3, 7);
   damaged = support::delete_triangles(std::move(damaged), 0.005, 8);
   damaged = support::duplicate_triangles(std::move(damaged), 0.005, 9);
@@ -98,7 +98,7 @@ TEST(HardMesh, JitterAndMissingOrDoubledTrianglesMakeNoNewFailure) {
     road::export_mesh(damaged, file, {road::UpAxis::z, road::Unit::m});
     road::Recipe recipe = road::recipe_for_mesh(file);
     recipe.read.up = road::UpAxis::z;
-    const auto built = road::build_track(recipe, folder.path(ending));
+    const auto built = road::make_track(recipe, folder.path(ending));
     const auto s = nlohmann::json::parse(built.summary_json);
     EXPECT_TRUE(built.validation_failures.empty())
         << ending << ": " << built.validation_failures.front();

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "make/build.h"
+#include "make/make_track.h"
 #include "mesh/export_mesh.h"
 #include "support/temporary_folder.h"
 
@@ -76,12 +76,12 @@ TEST(MissingPiece, IsDoubtedAndTheSuggestionLeadsToTheClosedRoad) {
   recipe.read.up = road::UpAxis::z;
   recipe.read.unit = road::Unit::m;
   recipe.reference_line.u_step_m = recipe.sample.v_step_m = 0.5;
-  const road::BuildResult open = road::build_track(recipe, folder.path("open"));
+  const road::BuildResult open = road::make_track(recipe, folder.path("open"));
   ASSERT_EQ(open.validation_failures.size(), 1u);
   EXPECT_THAT(open.validation_failures[0], HasSubstr("face each other over 29.9 m"));
   EXPECT_THAT(open.validation_failures[0], HasSubstr("--bridge-gap-m 32"));
   recipe.clean.max_gap_m = 32.0;
-  const road::BuildResult closed = road::build_track(recipe, folder.path("closed"));
+  const road::BuildResult closed = road::make_track(recipe, folder.path("closed"));
   EXPECT_TRUE(closed.validation_failures.empty()) << closed.validation_failures[0];
   const road::Centreline line = road::read_centreline_csv(closed.centreline_path);
   EXPECT_NEAR(line.length_m, 628.3, 1.0);

@@ -14,7 +14,7 @@
 #include "crg/edit.h"
 #include "crg/file.h"
 #include "crg/surface.h"
-#include "make/build.h"
+#include "make/make_track.h"
 #include "road/centreline.h"
 #include "road/clean.h"
 #include "mesh/error.h"
@@ -92,7 +92,7 @@ TEST_P(OpenMesh, HasTheHeightsOfItsMesh) {
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent";
   const support::TemporaryFolder folder;
   const road::Recipe recipe = road::recipe_for_mesh(path);
-  const road::BuildResult built = road::build_track(recipe, folder.path("out"));
+  const road::BuildResult built = road::make_track(recipe, folder.path("out"));
   // The road alone: beside it lie folds and torn borders that 0.1 m steps do not follow.
   const Found found = find(GetParam().file);
   const double half_m =

@@ -11,7 +11,7 @@
 #include <random>
 
 #include "crg/surface.h"
-#include "make/build.h"
+#include "make/make_track.h"
 #include "mesh/error.h"
 #include "mesh/export_mesh.h"
 #include "support/places.h"
@@ -50,7 +50,7 @@ TEST(Place, MovedScaledAndExportedAgainIsTheSameRoad) {
   Recipe first = recipe_for_mesh(path);
   first.centreline.start_near_m = Eigen::Vector2d(mesh.origin_m.x() + mesh.vertices_m[0].x(),
                                                   mesh.origin_m.y() + mesh.vertices_m[0].y());
-  const BuildResult built = build_track(first, folder.path("first"));
+  const BuildResult built = make_track(first, folder.path("first"));
 
   // About z alone, and tilted by 1.5 degrees and scaled by 1.01 before.
   for (const bool tilted : {false, true}) {
@@ -79,7 +79,7 @@ TEST(Place, MovedScaledAndExportedAgainIsTheSameRoad) {
     const Vector3d start = change(mesh.origin_m + mesh.vertices_m[0]);
     second.centreline.start_near_m = Eigen::Vector2d(start.x(), start.y());
     second.control_points_path = folder.file("points.csv", control_points(local, global));
-    const BuildResult again = build_track(second, folder.path("second"));
+    const BuildResult again = make_track(second, folder.path("second"));
 
     const crg::Surface a(crg::read(built.crg_path)), b(crg::read(again.crg_path));
     const auto& line = a.reference_line();
@@ -164,7 +164,7 @@ TEST_F(Geographic, HeaderSaysWhereOnEarth) {
   Recipe recipe = recipe_for_mesh(mesh_);
   recipe.control_points_path = points_;
   recipe.centreline.start_near_m = Eigen::Vector2d(0.0, 0.0);
-  const BuildResult built = build_track(recipe, folder_.path("utm"));
+  const BuildResult built = make_track(recipe, folder_.path("utm"));
   const crg::Crg file = crg::read(built.crg_path);
   const auto projection = std::find_if(file.projection.begin(), file.projection.end(),
                                        [](const auto& e) { return e.key == "PROJ_NM"; });
@@ -184,7 +184,7 @@ TEST_F(Geographic, HeaderSaysWhereOnEarth) {
 
   // The same with a local projection: no scale of 0.9996, the origin at the first point.
   recipe.projection = Projection::Kind::tm;
-  const crg::Crg local = crg::read(build_track(recipe, folder_.path("tm")).crg_path);
+  const crg::Crg local = crg::read(make_track(recipe, folder_.path("tm")).crg_path);
   EXPECT_LT(std::hypot(crg::find_value(local.road, "REFERENCE_LINE_START_X").value(),
                        crg::find_value(local.road, "REFERENCE_LINE_START_Y").value()),
             0.06);
@@ -246,7 +246,7 @@ TEST_F(Geographic, AGuideAloneLaysTheMesh) {
   for (const bool with_height : {true, false}) {
     Recipe recipe = recipe_for_mesh(folder_.file("bean.obj", bean_obj()));
     recipe.guide_path = folder_.file("driven.csv", driven_bean(with_height));
-    const BuildResult built = build_track(recipe, folder_.path("bean"));
+    const BuildResult built = make_track(recipe, folder_.path("bean"));
     const auto align = nlohmann::json::parse(built.summary_json)["align"];
     EXPECT_EQ(align["by"], "guide");
     EXPECT_EQ(align["projection"], "UTM_32N");
@@ -278,9 +278,9 @@ TEST_F(Geographic, AGuideIsLaidOnTheOneRoadThatHasItsShape) {
   // Of two circuits side by side, neither of them clearly the one that is meant, the second.
   const std::string both = bean_obj(0, 1.05, -400.0) + bean_obj(800);
   Recipe recipe = recipe_for_mesh(folder_.file("two.obj", both));
-  EXPECT_THROW(build_track(recipe, folder_.path("asked")), Error);
+  EXPECT_THROW(make_track(recipe, folder_.path("asked")), Error);
   recipe.guide_path = folder_.file("driven.csv", driven_bean(true));
-  const BuildResult built = build_track(recipe, folder_.path("two"));
+  const BuildResult built = make_track(recipe, folder_.path("two"));
   const auto align = nlohmann::json::parse(built.summary_json)["align"];
   EXPECT_NEAR(align["yaw_deg"].get<double>(), kYaw * 180.0 / M_PI, 0.2);
   const crg::Surface road(crg::read(built.crg_path));
@@ -305,7 +305,7 @@ std::string driven_stadium(const crg::ReferenceLine& line) {
 }
 
 TEST_F(Geographic, AShapeThatIsTheSameAfterHalfATurnIsRefused) {
-  const BuildResult plain = build_track(recipe_for_mesh(mesh_), folder_.path("plain"));
+  const BuildResult plain = make_track(recipe_for_mesh(mesh_), folder_.path("plain"));
   const std::string driven = folder_.file(
       "lap.csv", driven_stadium(crg::integrate_reference_line(crg::read(plain.crg_path))));
   for (const char* flag : {"--trajectory", "--guide"}) {
@@ -325,13 +325,13 @@ TEST_F(Geographic, TrajectoryTakesThePlaceOfControlPoints) {
   Recipe recipe = recipe_for_mesh(folder_.file("bean.obj", bean_obj()));
   recipe.trajectory_path = folder_.file("lap.csv", driven);
   const auto align =
-      nlohmann::json::parse(build_track(recipe, folder_.path("driven")).summary_json)["align"];
+      nlohmann::json::parse(make_track(recipe, folder_.path("driven")).summary_json)["align"];
   EXPECT_EQ(align["by"], "trajectory");
   EXPECT_EQ(align["projection"], "UTM_32N");
   EXPECT_NEAR(align["yaw_deg"].get<double>(), kYaw * 180.0 / M_PI, 0.2);
   EXPECT_NEAR(align["rms_m"].get<double>(), 0.87, 0.15);
   recipe.trajectory_path = folder_.file("short.csv", "lat_deg,lon_deg,h_m\n48,11,500\n");
-  EXPECT_THROW(build_track(recipe, folder_.path("short")), Error);
+  EXPECT_THROW(make_track(recipe, folder_.path("short")), Error);
 }
 
 TEST_F(Geographic, WrongPlacesAreRefusedWithAReason) {

@@ -12,7 +12,7 @@
 
 #include "base/csv.h"
 #include "crg/surface.h"
-#include "make/build.h"
+#include "make/make_track.h"
 #include "support/brute_force.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
@@ -85,7 +85,7 @@ class RealTrack : public testing::TestWithParam<const char*> {
 };
 
 TEST_P(RealTrack, HoldsItsBounds) {
-  const auto result = road::build_track(recipe(), dir_);
+  const auto result = road::make_track(recipe(), dir_);
   const Edges edges = read_edges(edges_path_);
   const crg::Surface road(crg::read(result.crg_path));
   const crg::ReferenceLine& line = road.reference_line();
@@ -234,7 +234,7 @@ TEST_P(RealTrack, IsTheSameForAnyNumberOfThreads) {
     auto r = recipe();
     r.sample.threads = r.kerb.threads = r.smooth.threads = threads;
     r.smooth.window_u_m = 0.5;
-    const auto result = road::build_track(r, dir_ + "_" + std::to_string(threads));
+    const auto result = road::make_track(r, dir_ + "_" + std::to_string(threads));
     built.push_back(bytes(result.crg_path) + bytes(result.stl_path) +
                     bytes(result.centreline_path) + bytes(result.picture_path));
   }

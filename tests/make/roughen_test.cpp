@@ -7,7 +7,7 @@
 
 #include "crg/file.h"
 #include "crg/surface.h"
-#include "make/built.h"
+#include "make/make_road.h"
 #include "mesh/error.h"
 #include "mesh/export_mesh.h"
 #include "road/roughness.h"
@@ -45,7 +45,7 @@ struct Written {
   road::BuildResult result;
 };
 Written built(const support::TemporaryFolder& folder, const road::Recipe& recipe) {
-  road::Built built = road::build(recipe, road::inputs_of(recipe), {});
+  road::MadeRoad built = road::make_road(recipe, road::inputs_of(recipe), {});
   base::OutputSet outputs(folder.path("out"), road::kBuildCommand);
   Written out{{}, road::write(built, outputs)};
   outputs.commit(recipe.name);
@@ -146,10 +146,10 @@ TEST(Roughen, OfAStretchIsThatOfTheWholeRoad) {
   const support::TemporaryFolder folder;
   road::Recipe recipe = ring(folder);
   set(recipe, "roughness_class", "D");
-  const road::Built whole = road::build(recipe, road::inputs_of(recipe), {});
-  road::BuildOptions options;
+  const road::MadeRoad whole = road::make_road(recipe, road::inputs_of(recipe), {});
+  road::MakeOptions options;
   options.stretch = road::URange{kLength_m - 30.0, 20.0};
-  const road::Built part = road::build(recipe, road::inputs_of(recipe), options);
+  const road::MadeRoad part = road::make_road(recipe, road::inputs_of(recipe), options);
   const auto& a = whole.sampled.grid;
   const auto& b = part.sampled.grid;
   ASSERT_EQ(a.v_m.size(), b.v_m.size());

@@ -14,7 +14,7 @@
 #include <random>
 
 #include "crg/surface.h"
-#include "make/build.h"
+#include "make/make_track.h"
 #include "mesh/export_mesh.h"
 #include "support/brute_force.h"
 #include "support/places.h"
@@ -197,7 +197,7 @@ TEST_P(TorcsTracks, FollowTheirDesignWithNamesAndWithout) {
     road::Recipe recipe =
         road::recipe_for_mesh(nameless ? out.path(name + ".stl") : mesh_path.string());
     if (nameless) recipe.read.up = road::UpAxis::z;
-    const road::BuildResult built = road::build_track(recipe, out.path("out"));
+    const road::BuildResult built = road::make_track(recipe, out.path("out"));
     const auto summary = nlohmann::json::parse(built.summary_json);
     const crg::Surface road(crg::read(built.crg_path));
     const crg::ReferenceLine& line = road.reference_line();
@@ -290,9 +290,9 @@ TEST_P(TorcsTracks, GiveTheSameLineAlongAGuide) {
       fs::exists(folder / (name + ".acc")) ? folder / (name + ".acc") : folder / (name + ".ac");
   const support::TemporaryFolder out;
   road::Recipe recipe = road::recipe_for_mesh(mesh_path.string());
-  const crg::Surface alone(crg::read(road::build_track(recipe, out.path("alone")).crg_path));
+  const crg::Surface alone(crg::read(road::make_track(recipe, out.path("alone")).crg_path));
   recipe.guide_path = out.file("guide.csv", rough_line(alone.reference_line()));
-  const road::BuildResult built = road::build_track(recipe, out.path("guided"));
+  const road::BuildResult built = road::make_track(recipe, out.path("guided"));
   const auto summary = nlohmann::json::parse(built.summary_json);
   const crg::Surface guided(crg::read(built.crg_path));
   const crg::ReferenceLine& line = guided.reference_line();

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "make/build.h"
+#include "make/make_track.h"
 #include "road/centreline.h"
 #include "road/clean.h"
 #include "mesh/error.h"
@@ -198,7 +198,7 @@ TEST(CleanByColour, APictureThatChangesIsBuiltAgain) {
   const TemporaryFolder folder;
   road::Recipe recipe = road::recipe_for_mesh(support::coloured_obj(folder, kRoad));
   const auto is_reused = [&] {
-    return road::build_track(recipe, folder.path("out"), {}, nullptr, road::Reuse::everything)
+    return road::make_track(recipe, folder.path("out"), {}, nullptr, road::Reuse::everything)
         .reused;
   };
   EXPECT_FALSE(is_reused());

@@ -11,7 +11,7 @@
 #include <numbers>
 
 #include "crg/surface.h"
-#include "make/build.h"
+#include "make/make_track.h"
 #include "mesh/error.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"

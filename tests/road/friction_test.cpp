@@ -9,7 +9,7 @@
 
 #include "crg/surface.h"
 #include "report/picture.h"
-#include "make/build.h"
+#include "make/make_track.h"
 #include "mesh/error.h"
 #include "support/run_crgbuild.h"
 #include "support/temporary_folder.h"
@@ -32,7 +32,7 @@ TEST(Friction, ClassesAndZonesBecomeGripUnderTheWheels) {
   recipe.friction.zones_path = folder.file(
       "zones.csv",
       "u_begin_m,u_end_m,v_begin_m,v_end_m,friction\n50,60,-2,0,0.6\n300,10,-1,1,0.7\n");
-  const BuildResult built = build_track(recipe, folder.path("out"));
+  const BuildResult built = make_track(recipe, folder.path("out"));
   EXPECT_EQ(built.friction_path, folder.path("out/s.friction.crg"));
   crg::SurfaceOptions options;
   options.friction_map = crg::read(built.friction_path);
@@ -59,7 +59,7 @@ TEST(Friction, AGreyPaintedOverThePictureOfClassesIsGrip) {
   const support::TemporaryFolder folder;
   Recipe recipe = recipe_for_mesh(folder.file("s.obj", cli::Stadium{}.obj()));
   recipe.centreline.start_near_m = Eigen::Vector2d(0.0, 0.0);
-  const BuildResult first = build_track(recipe, folder.path("out"));
+  const BuildResult first = make_track(recipe, folder.path("out"));
   EXPECT_TRUE(first.friction_path.empty());
   // Paints a wet patch of 20 m x 3 m in grey 55 at (60..80, -1.5..1.5), and one in blue, which is
   // no grip.
@@ -80,7 +80,7 @@ TEST(Friction, AGreyPaintedOverThePictureOfClassesIsGrip) {
   recipe.friction.picture_path =
       folder.file("wet.png", report::encode_png(picture.width_px, picture.height_px, picture.rgba));
   try {
-    build_track(recipe, folder.path("out"));
+    make_track(recipe, folder.path("out"));
     FAIL() << "took a picture without a place";
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("wet.png: no world file beside it (wet.pgw)"));
@@ -88,7 +88,7 @@ TEST(Friction, AGreyPaintedOverThePictureOfClassesIsGrip) {
   folder.file("wet.pgw", folder.read("out/s.classes.pgw"));
   recipe.T_global_mesh.emplace();
   recipe.T_global_mesh->translation_m = {1000.0, 0.0, 0.0};
-  const BuildResult built = build_track(recipe, folder.path("out"));
+  const BuildResult built = make_track(recipe, folder.path("out"));
   crg::SurfaceOptions options;
   options.friction_map = crg::read(built.friction_path);
   const crg::Surface road(crg::read(built.crg_path), options);
@@ -112,7 +112,7 @@ TEST(Friction, AGreyPaintedOverThePictureOfClassesIsGrip) {
   recipe.mesh_path = folder.path("none.obj");
   folder.file("none.obj", "no mesh");
   try {
-    build_track(recipe, folder.path("refused"));
+    make_track(recipe, folder.path("refused"));
     FAIL() << "took a damaged picture";
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find("wet.png"), std::string::npos) << error.what();
@@ -130,7 +130,7 @@ TEST(Friction, NamesTellConcreteAndGravelApart) {
   Recipe recipe = recipe_for_mesh(folder.file("s.obj", obj));
   recipe.friction.wanted = true;
   const auto summary =
-      nlohmann::json::parse(build_track(recipe, folder.path("out")).summary_json)["friction"];
+      nlohmann::json::parse(make_track(recipe, folder.path("out")).summary_json)["friction"];
   EXPECT_GT(summary["nodes"]["gravel"].get<int>(), 1000);
   // Rays on the very border of the mesh meet no triangle; there the class decides.
   EXPECT_LT(summary["nodes"].value("grass", 0), summary["nodes"]["gravel"].get<int>() / 20);

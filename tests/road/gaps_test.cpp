@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "crg/surface.h"
-#include "make/build.h"
+#include "make/make_track.h"
 #include "mesh/export_mesh.h"
 #include "support/ring_strips.h"
 #include "support/temporary_folder.h"
@@ -43,7 +43,7 @@ Built build(const road::Mesh& mesh, const support::TemporaryFolder& folder) {
   road::export_mesh(mesh, folder.path("ring.obj"), {road::UpAxis::z, road::Unit::m});
   road::Recipe recipe = road::recipe_for_mesh(folder.path("ring.obj"));
   recipe.read.up = road::UpAxis::z;
-  const auto built = road::build_track(recipe, folder.path("out"));
+  const auto built = road::make_track(recipe, folder.path("out"));
   return {crg::Surface(crg::read(built.crg_path)), nlohmann::json::parse(built.summary_json)};
 }
 

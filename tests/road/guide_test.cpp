@@ -10,7 +10,7 @@
 #include <numbers>
 #include <random>
 
-#include "make/build.h"
+#include "make/make_track.h"
 #include "road/centreline.h"
 #include "road/clean.h"
 #include "mesh/error.h"
@@ -721,7 +721,7 @@ TEST(Question, AboutTwoRingsHasTwoAnswersThatLeadOn) {
   road::Recipe recipe = road::recipe_for_mesh(folder.path("rings.obj"));
   std::vector<road::Candidate> answers;
   try {
-    road::build_track(recipe, folder.path("out"));
+    road::make_track(recipe, folder.path("out"));
     FAIL() << "there are two roads";
   } catch (const road::Question& question) {
     answers = question.candidates();
@@ -737,7 +737,7 @@ TEST(Question, AboutTwoRingsHasTwoAnswersThatLeadOn) {
     ASSERT_TRUE(answer.flags.starts_with("--route "));
     for (const road::RecipeKey& key : road::recipe_keys())
       if (key.name == "route") key.set(recipe, answer.flags.substr(8));
-    const road::BuildResult built = road::build_track(recipe, folder.path("out"));
+    const road::BuildResult built = road::make_track(recipe, folder.path("out"));
     EXPECT_TRUE(built.validation_failures.empty());
     const road::Centreline line = road::read_centreline_csv(built.centreline_path);
     EXPECT_NEAR(line.length_m, answer.length_m, 0.5);

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "crg/patches.h"
-#include "make/build.h"
+#include "make/make_track.h"
 #include "mesh/export_mesh.h"
 #include "road/reference_line.h"
 #include "support/strip_road.h"
@@ -84,7 +84,7 @@ TEST(Patch, TeethBetweenTheRowsGetAFinerRoadThatCarriesThem) {
   recipe.read.up = road::UpAxis::z;
   recipe.read.unit = road::Unit::m;
   recipe.validate.points = 2000;
-  const auto built = road::build_track(recipe, folder.path("out"));
+  const auto built = road::make_track(recipe, folder.path("out"));
   ASSERT_FALSE(built.patches_path.empty());
   const crg::PatchedSurface patched(crg::read_patch_index(built.patches_path));
   const crg::Surface plain(crg::read(built.crg_path));
@@ -104,7 +104,7 @@ TEST(Patch, TeethBetweenTheRowsGetAFinerRoadThatCarriesThem) {
                    plain.z_at_xy(30.0 * std::cos(heading_rad), 30.0 * std::sin(heading_rad), a));
   // Without patches the index of the first build goes.
   recipe.patch.max_error_m = 0.0;
-  const auto again = road::build_track(recipe, folder.path("out"));
+  const auto again = road::make_track(recipe, folder.path("out"));
   EXPECT_TRUE(again.patches_path.empty());
   EXPECT_FALSE(std::filesystem::exists(built.patches_path));
 }

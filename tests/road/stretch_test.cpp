@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "make/built.h"
+#include "make/make_road.h"
 #include "mesh/error.h"
 #include "mesh/export_mesh.h"
 #include "support/strip_road.h"
@@ -122,10 +122,10 @@ TEST(Stretch, IsBuiltWithTheHeightsOfTheWholeBuild) {
   recipe.read.up = UpAxis::z;
   recipe.read.unit = Unit::m;
   recipe.line_is_right = true;
-  const Built whole = build(recipe, inputs_of(recipe), {});
-  BuildOptions options;
+  const MadeRoad whole = make_road(recipe, inputs_of(recipe), {});
+  MakeOptions options;
   options.stretch = {60.0, 80.0};
-  const Built part = build(recipe, inputs_of(recipe), options);
+  const MadeRoad part = make_road(recipe, inputs_of(recipe), options);
   ASSERT_EQ(part.sampled.grid.rows(), 201u);
   EXPECT_EQ(part.line.size(), 201u);
   EXPECT_NEAR(part.line.u_begin_m, 60.0, 1e-9);
@@ -133,7 +133,7 @@ TEST(Stretch, IsBuiltWithTheHeightsOfTheWholeBuild) {
   EXPECT_EQ(compared.differ, 0u);
   EXPECT_GT(compared.nodes, 10'000u);
   recipe.trajectory_path = folder.file("lap.csv", "x_m,y_m,z_m\n0,0,0\n1,0,0\n");
-  EXPECT_THROW(build(recipe, inputs_of(recipe), options), Error);
+  EXPECT_THROW(make_road(recipe, inputs_of(recipe), options), Error);
 }
 
 }  // namespace stretch_test

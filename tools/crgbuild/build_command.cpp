@@ -169,7 +169,7 @@ int run_build(const BuildCommand& command, Terminal& terminal) {
                     command::shell_word(command.input), command::shell_word(command.output_dir)));
   const road::ReportedBuild build = [&] {
     try {
-      return road::build_reported(command, make_recipe(command.input, command.values),
+      return road::make_reported(command, make_recipe(command.input, command.values),
                                   terminal.progress());
     } catch (const road::Question& question) {
       print_answers(command, question, terminal);

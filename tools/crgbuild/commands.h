@@ -9,7 +9,7 @@
 
 #include "command/exit_code.h"
 #include "command/terminal.h"
-#include "make/build_reported.h"
+#include "make/make_reported.h"
 #include "make/preview.h"
 #include "make/recipe.h"
 #include "inspect/write_report.h"

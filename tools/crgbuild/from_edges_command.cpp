@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
-#include "make/build.h"
+#include "make/make_track.h"
 
 namespace crgbuild {
 
@@ -21,7 +21,7 @@ int run_from_edges(const FromEdgesCommand& command, Terminal& terminal) {
   recipe.format = from_flags.format;
   recipe.threads = from_flags.sample.threads;
   const road::BuildResult result =
-      road::build_from_edges(recipe, command.output_dir, terminal.progress());
+      road::make_from_edges(recipe, command.output_dir, terminal.progress());
   terminal.progress_done();
   if (terminal.json) {
     terminal.print(result.summary_json);

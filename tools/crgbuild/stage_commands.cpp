@@ -9,7 +9,7 @@
 #include "base/write_file.h"
 #include "commands.h"
 #include "crg/file.h"
-#include "make/build.h"
+#include "make/make_track.h"
 #include "make/place.h"
 #include "make/road_mesh_file.h"
 #include "make/summary.h"

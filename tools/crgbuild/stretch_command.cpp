@@ -7,7 +7,7 @@
 #include "base/write_file.h"
 #include "commands.h"
 #include "crg/file.h"
-#include "make/built.h"
+#include "make/make_road.h"
 #include "make/place.h"
 #include "road/track_crg.h"
 
@@ -17,13 +17,13 @@ int run_stretch(const StretchCommand& command, Terminal& terminal) {
   road::Recipe recipe = make_recipe(command.input, command.flags);
   recipe.patch.max_error_m = 0.0;
   recipe.friction.wanted = false;
-  road::BuildOptions options;
+  road::MakeOptions options;
   options.progress = terminal.progress();
   options.stretch = {command.u_begin_m, command.u_end_m};
   if (!command.build.empty())
     options.clean_cache_path =
         (std::filesystem::path(command.build) / road::clean_cache_name(recipe)).string();
-  road::Built built = road::build(recipe, road::inputs_of(recipe), options);
+  road::MadeRoad built = road::make_road(recipe, road::inputs_of(recipe), options);
   const double u_begin_m = built.line.u_begin_m,
                u_end_m =
                    u_begin_m + static_cast<double>(built.line.size() - 1) * built.line.u_step_m;

@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 #include "reports.h"
-#include "make/build_reported.h"
+#include "make/make_reported.h"
 #include "inspect/findings.h"
 
 namespace py = pybind11;
@@ -66,7 +66,7 @@ py::object build(const Path& recipe, const Path& output, bool report, bool force
   try {
     const base::Progress told = progress_of(progress);
     const py::gil_scoped_release free;
-    out.build = road::build_reported(request, told);
+    out.build = road::make_reported(request, told);
   } catch (const base::Error&) {
     raise_naming(request.input);
   }

@@ -12,7 +12,7 @@
 #include "base/error.h"
 #include "base/read_file.h"
 #include "crg/error.h"
-#include "make/build_reported.h"
+#include "make/make_reported.h"
 #include "make/question.h"
 
 namespace py = pybind11;

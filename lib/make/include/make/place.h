@@ -5,9 +5,9 @@
 #include <string>
 
 #include "crg/reference_line.h"
+#include "make/recipe.h"
 #include "road/align.h"
 #include "road/guide.h"
-#include "make/recipe.h"
 
 namespace road {
 

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "mesh/ray_surface.h"
 #include "road/centreline.h"
 #include "road/clean.h"
-#include "mesh/ray_surface.h"
 
 namespace road {
 

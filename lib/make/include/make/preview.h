@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "mesh/mesh.h"
 #include "make/recipe.h"
+#include "mesh/mesh.h"
 
 namespace road {
 

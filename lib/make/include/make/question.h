@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "mesh/error.h"
 #include "make/recipe.h"
+#include "mesh/error.h"
 
 namespace road {
 

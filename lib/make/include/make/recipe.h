@@ -8,18 +8,18 @@
 #include <vector>
 
 #include "crg/file.h"
-#include "road/align.h"
+#include "inspect/validate.h"
 #include "make/by_type.h"
+#include "mesh/read_mesh.h"
+#include "road/align.h"
 #include "road/centreline.h"
 #include "road/clean.h"
 #include "road/friction.h"
 #include "road/kerb.h"
 #include "road/patch.h"
-#include "mesh/read_mesh.h"
 #include "road/reference_line.h"
 #include "road/sample.h"
 #include "road/smooth.h"
-#include "inspect/validate.h"
 
 namespace road {
 

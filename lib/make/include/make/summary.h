@@ -5,20 +5,20 @@
 #include <string>
 #include <vector>
 
-#include "make/build.h"
-#include "make/by_type.h"
-#include "road/clean.h"
-#include "road/friction.h"
-#include "road/kerb.h"
-#include "make/place.h"
-#include "mesh/read_mesh.h"
-#include "make/recipe.h"
-#include "road/reference_line.h"
-#include "road/sample.h"
-#include "road/smooth.h"
 #include "inspect/input_file.h"
 #include "inspect/sizes.h"
 #include "inspect/validate.h"
+#include "make/by_type.h"
+#include "make/make_track.h"
+#include "make/place.h"
+#include "make/recipe.h"
+#include "mesh/read_mesh.h"
+#include "road/clean.h"
+#include "road/friction.h"
+#include "road/kerb.h"
+#include "road/reference_line.h"
+#include "road/sample.h"
+#include "road/smooth.h"
 
 namespace road {
 
@@ -54,7 +54,7 @@ struct BuildSummary {
   std::vector<PatchFile> patches;
   std::string friction_file;  ///< beside the road; empty: none
   FrictionReport friction;
-  ByType more;  ///< what a stage has for itself, see src/stages
+  ByType more;                         ///< what a stage has for itself, see src/stages
   std::optional<Placement> placement;  ///< empty: the file is in the mesh's own frame
   GridReport grid;                     ///< of the written file
   GeoEnds wgs84;                       ///< of the written file

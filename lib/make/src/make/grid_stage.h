@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "make/built.h"
-#include "road/friction.h"
+#include "make/make_road.h"
 #include "mesh/ray_surface.h"
+#include "road/friction.h"
 #include "stage_json.h"
 
 namespace road {
@@ -16,7 +16,7 @@ struct GridWork {
   const Recipe& recipe;  ///< in the frame of the mesh
   const std::optional<FrictionPaint>& paint;
   const RaySurface& surface;
-  Built& built;  ///< the stages change its sampled heights, and add to it
+  MadeRoad& built;  ///< the stages change its sampled heights, and add to it
 };
 
 struct GridStage {

@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "base/statistics.h"
-#include "road/centreline.h"
-#include "road/clean.h"
-#include "mesh/error.h"
 #include "make/place.h"
 #include "make/question.h"
+#include "mesh/error.h"
+#include "road/centreline.h"
+#include "road/clean.h"
 
 namespace road {
 

@@ -12,10 +12,10 @@
 #include <nlohmann/json.hpp>
 
 #include "base/parallel.h"
-#include "road/clean.h"
-#include "mesh/error.h"
 #include "make/place.h"
+#include "mesh/error.h"
 #include "mesh/read_mesh.h"
+#include "road/clean.h"
 
 namespace road {
 namespace {

@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "base/statistics.h"
-#include "report/question_map.h"
-#include "road/clean.h"
 #include "make/plausible.h"
 #include "mesh/ray_surface.h"
+#include "report/question_map.h"
+#include "road/clean.h"
 #include "road/roads_of.h"
 #include "road/route.h"
 

@@ -10,9 +10,9 @@
 #include <set>
 
 #include "key_kinds.h"
-#include "road/name_pattern.h"
-#include "recipe_keys.h"
 #include "mesh/error.h"
+#include "recipe_keys.h"
+#include "road/name_pattern.h"
 
 namespace road {
 namespace {

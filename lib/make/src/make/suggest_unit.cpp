@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "base/statistics.h"
-#include "road/centreline.h"
 #include "mesh/error.h"
 #include "mesh/read_mesh.h"
+#include "road/centreline.h"
 
 namespace road {
 namespace {

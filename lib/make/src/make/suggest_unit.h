@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
+#include "mesh/mesh.h"
 #include "road/centreline.h"
 #include "road/clean.h"
-#include "mesh/mesh.h"
 
 namespace road {
 

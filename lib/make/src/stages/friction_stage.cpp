@@ -45,7 +45,7 @@ void add_keys(std::vector<RecipeKey>& keys) {
 bool wanted(const Recipe& recipe) { return recipe.friction.wanted; }
 
 void run(const GridWork& work) {
-  Built& built = work.built;
+  MadeRoad& built = work.built;
   built.friction =
       friction_grid(built.sampled, work.surface, built.road, built.line, work.recipe.friction,
                     *work.paint, work.recipe.sample.threads, &built.summary.friction);

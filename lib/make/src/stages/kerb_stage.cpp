@@ -22,7 +22,7 @@ void add_keys(std::vector<RecipeKey>& keys) {
 }
 
 void run(const GridWork& work) {
-  Built& built = work.built;
+  MadeRoad& built = work.built;
   built.sampled = refine_kerbs(std::move(built.sampled), work.surface, built.road, built.line,
                                work.recipe.kerb, &built.summary.kerb);
 }

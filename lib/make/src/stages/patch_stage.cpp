@@ -14,7 +14,7 @@ void add_keys(std::vector<RecipeKey>& keys) {
 }
 
 void run(const GridWork& work) {
-  Built& built = work.built;
+  MadeRoad& built = work.built;
   built.patches = patch_kerbs(built.sampled, work.surface, built.road, built.line,
                               built.summary.kerb.kerbs, work.recipe.patch);
 }

@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "base/parallel.h"
+#include "circuit/iso8608.h"
 #include "grid_stage.h"
 #include "key_kinds.h"
 #include "mesh/error.h"
-#include "circuit/iso8608.h"
 
 namespace road {
 namespace stage_roughen {
@@ -93,7 +93,7 @@ std::vector<float> add(const Roughness& roughness, double u_begin_m, double u_st
 
 void run(const GridWork& work) {
   const Roughen& options = work.recipe.more.of<Roughen>();
-  Built& built = work.built;
+  MadeRoad& built = work.built;
   // The last row of a closed road is its first; a stretch has the steps of the whole.
   const double step_m = built.line.u_step_m,
                whole_length_m = std::round(built.summary.reference_line.length_m / step_m) * step_m;

@@ -5,14 +5,14 @@
 
 #include "base/sha256.h"
 #include "base/write_file.h"
-#include "build_steps.h"
 #include "crg/file.h"
 #include "crg/surface.h"
-#include "make/built.h"
-#include "mesh/error.h"
+#include "make/make_road.h"
 #include "make/place.h"
-#include "mesh/ray_surface.h"
 #include "make/road_mesh_file.h"
+#include "make_steps.h"
+#include "mesh/error.h"
+#include "mesh/ray_surface.h"
 #include "road/track_crg.h"
 
 namespace road {
@@ -49,7 +49,7 @@ std::string write_patches(std::vector<KerbPatch>& patches, const base::OutputSet
   return name;
 }
 
-void write_pictures(const Built& built, const base::OutputSet& outputs) {
+void write_pictures(const MadeRoad& built, const base::OutputSet& outputs) {
   const Recipe& recipe = built.summary.recipe;
   base::write_file(outputs.staged(picture_name(recipe)),
                    plan_picture(recipe.name, built.line, built.sampled, recipe.sample.threads));
@@ -58,7 +58,7 @@ void write_pictures(const Built& built, const base::OutputSet& outputs) {
   base::write_file(outputs.staged(recipe.name + ".classes.pgw"), classes.world_file);
 }
 
-void write_road(Built& built, const base::OutputSet& outputs) {
+void write_road(MadeRoad& built, const base::OutputSet& outputs) {
   BuildSummary& summary = built.summary;
   crg::Crg file = track_crg(built.line, std::move(built.sampled.grid));
   if (summary.placement) write_projection(summary.placement->projection, built.line, file);
@@ -67,7 +67,7 @@ void write_road(Built& built, const base::OutputSet& outputs) {
                    crg::to_bytes(file, summary.recipe.format));
 }
 
-void write_friction(Built& built, const base::OutputSet& outputs) {
+void write_friction(MadeRoad& built, const base::OutputSet& outputs) {
   crg::ReferenceLine level = built.line;
   level.z_m.clear();  // the values are frictions as they stand
   base::write_file(
@@ -75,7 +75,7 @@ void write_friction(Built& built, const base::OutputSet& outputs) {
       crg::to_bytes(track_crg(level, std::move(*built.friction)), built.summary.recipe.format));
 }
 
-ValidateReport validate_written(const Built& built, const base::OutputSet& outputs) {
+ValidateReport validate_written(const MadeRoad& built, const base::OutputSet& outputs) {
   const Recipe& recipe = built.summary.recipe;
   ValidateOptions options = recipe.validate;
   if (built.summary.placement) options.T_global_mesh = built.summary.placement->align.T_global_mesh;
@@ -88,7 +88,7 @@ ValidateReport validate_written(const Built& built, const base::OutputSet& outpu
 
 }  // namespace
 
-BuildResult write(Built& built, base::OutputSet& outputs, const base::Progress& progress) {
+BuildResult write(MadeRoad& built, base::OutputSet& outputs, const base::Progress& progress) {
   BuildSummary& summary = built.summary;
   const Recipe& recipe = summary.recipe;
   BuildResult result = paths_of(recipe, outputs);

@@ -1,4 +1,4 @@
-#include "make/build.h"
+#include "make/make_track.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -6,10 +6,10 @@
 #include "base/output_set.h"
 #include "base/read_file.h"
 #include "base/write_file.h"
-#include "build_steps.h"
 #include "crg/file.h"
+#include "make/make_road.h"
+#include "make_steps.h"
 #include "report/track_report.h"
-#include "make/built.h"
 #include "road/track_crg.h"
 
 namespace road {
@@ -41,7 +41,7 @@ std::optional<BuildResult> unchanged(const Recipe& recipe, const std::vector<Inp
   return result;
 }
 
-BuildEvidence evidence_of(Built built) {
+BuildEvidence evidence_of(MadeRoad built) {
   BuildEvidence evidence;
   if (built.before) evidence.before = track_crg(built.line, std::move(*built.before));
   evidence.mesh = std::move(built.mesh);
@@ -57,10 +57,10 @@ BuildEvidence evidence_of(Built built) {
 
 std::string clean_cache_name(const Recipe& recipe) { return recipe.name + ".clean.cache"; }
 
-BuildResult build_track(const Recipe& recipe, const std::string& output_dir,
-                        const Progress& progress, BuildEvidence* evidence, Reuse reuse) {
+BuildResult make_track(const Recipe& recipe, const std::string& output_dir,
+                       const Progress& progress, BuildEvidence* evidence, Reuse reuse) {
   base::OutputSet outputs(output_dir, kBuildCommand);
-  BuildResult result = build_track(recipe, outputs, progress, evidence, reuse);
+  BuildResult result = make_track(recipe, outputs, progress, evidence, reuse);
   commit_build(recipe, result, outputs);
   return result;
 }
@@ -69,21 +69,21 @@ void commit_build(const Recipe& recipe, const BuildResult& result, base::OutputS
   if (!result.reused) outputs.commit(recipe.name, result.kept, {kTimingName});
 }
 
-BuildResult build_track(const Recipe& recipe, base::OutputSet& outputs, const Progress& progress,
-                        BuildEvidence* evidence, Reuse reuse) {
+BuildResult make_track(const Recipe& recipe, base::OutputSet& outputs, const Progress& progress,
+                       BuildEvidence* evidence, Reuse reuse) {
   const Clock::time_point start = Clock::now();
   const std::vector<InputFile> inputs = inputs_of(recipe);
   if (reuse == Reuse::everything)
     if (auto result = unchanged(recipe, inputs, evidence != nullptr, outputs)) return *result;
 
   const std::string question = outputs.path(recipe.name + ".question.png");
-  BuildOptions options;
+  MakeOptions options;
   options.progress = progress;
   options.question_path = question;
   if (reuse != Reuse::nothing) options.clean_cache_path = outputs.path(clean_cache_name(recipe));
   options.clean_staged_path = outputs.staged(clean_cache_name(recipe));
   options.keep_before = evidence != nullptr;
-  Built built = build(recipe, inputs, options);
+  MadeRoad built = make_road(recipe, inputs, options);
   BuildResult result = write(built, outputs, progress);
   if (result.clean_reused) result.kept.push_back(clean_cache_name(recipe));
   std::filesystem::remove(question);  // answered

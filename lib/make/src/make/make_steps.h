@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "crg/reference_line.h"
-#include "report/class_map.h"
-#include "make/build.h"
-#include "road/sample.h"
+#include "make/make_track.h"
 #include "make/summary.h"
+#include "report/class_map.h"
+#include "road/sample.h"
 
 namespace road {
 
@@ -48,7 +48,7 @@ class Stages {
 constexpr const char *kSummaryName = "summary.json", *kTimingName = "timing.json",
                      *kCentrelineName = "centreline.csv";
 
-constexpr double kBuildStages = 13.0;  ///< of build() and write(), friction left out
+constexpr double kBuildStages = 13.0;  ///< of make_road() and write(), friction left out
 
 inline std::string road_name(const Recipe& recipe) { return recipe.name + ".crg"; }
 inline std::string surface_name(const Recipe& recipe) { return recipe.name + ".stl"; }

@@ -1,4 +1,4 @@
-#include "build_steps.h"
+#include "make_steps.h"
 
 #include "base/output_set.h"
 #include "report/relief.h"

@@ -9,18 +9,18 @@
 #include "base/progress.h"
 #include "crg/grid.h"
 #include "crg/reference_line.h"
-#include "make/build.h"
-#include "road/centreline.h"
-#include "mesh/mesh.h"
-#include "road/patch.h"
+#include "make/make_track.h"
 #include "make/recipe.h"
-#include "road/sample.h"
 #include "make/summary.h"
+#include "mesh/mesh.h"
+#include "road/centreline.h"
+#include "road/patch.h"
+#include "road/sample.h"
 
 namespace road {
 
 /// Nothing of it is written yet.
-struct Built {
+struct MadeRoad {
   Mesh mesh;  ///< as read, in metres; tilted and scaled where the recipe says so
   RoadMesh road;
   Centreline centreline;    ///< in the frame of the mesh, as are road and mesh
@@ -38,7 +38,7 @@ struct Built {
   bool clean_reused = false;  ///< the mesh had been cleaned before
 };
 
-struct BuildOptions {
+struct MakeOptions {
   base::Progress progress;
   std::string question_path;      ///< of the picture, where it cannot be told which road is meant
   std::string clean_cache_path;   ///< of the mesh as it was cleaned before; empty: clean it again
@@ -52,15 +52,15 @@ std::string clean_cache_name(const Recipe& recipe);
 
 /// Runs the stages. `inputs` are the files that the recipe names (inputs_of()). Throws Error, and
 /// Question where more than one road could be meant.
-Built build(const Recipe& recipe, const std::vector<InputFile>& inputs,
-            const BuildOptions& options);
+MadeRoad make_road(const Recipe& recipe, const std::vector<InputFile>& inputs,
+                   const MakeOptions& options);
 
 /// Role, path and SHA-256 of the files that the recipe names. Throws Error where one is missing.
 std::vector<InputFile> inputs_of(const Recipe& recipe);
 
-/// Writes all files of a track but the reports' into the set (build_track()) and checks the road by
+/// Writes all files of a track but the reports' into the set (make_track()) and checks the road by
 /// reading it back (summary.validate). Takes the grids out of `built`. The paths are those after
 /// the commit.
-BuildResult write(Built& built, base::OutputSet& outputs, const base::Progress& progress = {});
+BuildResult write(MadeRoad& built, base::OutputSet& outputs, const base::Progress& progress = {});
 
 }  // namespace road

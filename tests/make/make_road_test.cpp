@@ -1,4 +1,4 @@
-#include "make/built.h"
+#include "make/make_road.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "support/strip_road.h"
 #include "support/temporary_folder.h"
 
-namespace built_test {
+namespace make_road_test {
 
 double height_m(double s, double v) { return 0.02 * s + 0.001 * v * v; }
 
@@ -33,7 +33,7 @@ TEST(Built, HoldsTheRoadAndNothingIsWritten) {
   ASSERT_EQ(inputs.size(), 1u);
   EXPECT_EQ(inputs[0].role, "mesh");
   const auto before = std::distance(std::filesystem::directory_iterator(folder.path("")), {});
-  const road::Built built = road::build(recipe, inputs, {});
+  const road::MadeRoad built = road::make_road(recipe, inputs, {});
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path("")), {}), before);
   EXPECT_FALSE(built.before.has_value());
   EXPECT_FALSE(built.friction.has_value());
@@ -48,7 +48,7 @@ TEST(Built, HoldsTheRoadAndNothingIsWritten) {
 TEST(Built, IsWrittenAsItStandsAndCheckedByReadingItBack) {
   const support::TemporaryFolder folder;
   const road::Recipe recipe = strip_recipe(folder);
-  road::Built built = road::build(recipe, road::inputs_of(recipe), {});
+  road::MadeRoad built = road::make_road(recipe, road::inputs_of(recipe), {});
   const double u_m = built.line.u_begin_m + 100.0 * built.line.u_step_m;
   base::OutputSet outputs(folder.path("out"), road::kBuildCommand);
   const road::BuildResult result = road::write(built, outputs);
@@ -62,4 +62,4 @@ TEST(Built, IsWrittenAsItStandsAndCheckedByReadingItBack) {
   EXPECT_EQ(built.summary.outputs.size(), 5u);
 }
 
-}  // namespace built_test
+}  // namespace make_road_test

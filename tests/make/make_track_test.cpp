@@ -1,6 +1,6 @@
 // The whole way from a mesh to a checked CRG, on the project's own demo circuit with its exact
 // answers.
-#include "make/build.h"
+#include "make/make_track.h"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
-namespace build_test {
+namespace make_track_test {
 
 std::string bytes_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -37,22 +37,22 @@ const road::Circuit& demo() {
 }
 
 /// The demo circuit built once from the given kind of mesh.
-struct Built {
+struct MadeRoad {
   std::shared_ptr<support::TemporaryFolder> folder = std::make_shared<support::TemporaryFolder>();
   road::BuildResult result;
   std::unique_ptr<crg::Surface> road;
   nlohmann::json summary;
 };
 
-Built build_demo(road::SynthOptions options) {
+MadeRoad build_demo(road::SynthOptions options) {
   options.truth_step_m = 5.0;  // the exact heights are asked of the circuit, not of the file
-  Built built;
+  MadeRoad built;
   const std::string dir = built.folder->path("demo");
   const auto synth = road::write_synth(demo(), dir, options);
   road::Recipe recipe = road::recipe_for_mesh(synth.mesh_path);
   recipe.read.up = options.up;
   recipe.read.unit = options.unit;
-  built.result = road::build_track(recipe, dir + "/out");
+  built.result = road::make_track(recipe, dir + "/out");
   built.road = std::make_unique<crg::Surface>(crg::read(built.result.crg_path));
   built.summary = nlohmann::json::parse(built.result.summary_json);
   return built;
@@ -65,7 +65,7 @@ struct Compared {
   std::size_t missing = 0;
 };
 
-Compared compare(const Built& built, road::SurfaceClass wanted, std::size_t points) {
+Compared compare(const MadeRoad& built, road::SurfaceClass wanted, std::size_t points) {
   const crg::ReferenceLine& line = built.road->reference_line();
   const crg::Grid& grid = built.road->grid();
   Compared result;
@@ -108,7 +108,7 @@ std::size_t jumps(const crg::Grid& grid) {
   return count;
 }
 
-void expect_true_road(const Built& built, const char* name, std::size_t most_missing = 0) {
+void expect_true_road(const MadeRoad& built, const char* name, std::size_t most_missing = 0) {
   const Compared road = compare(built, road::SurfaceClass::road, 20000);
   ASSERT_EQ(road.error_m.size() + road.missing, 20000u);
   std::printf("%s: road z p50 %.5f p99 %.5f max %.5f m, missing %zu, jumps %zu\n", name,
@@ -205,9 +205,9 @@ TEST(Build, MovesTheTrackByItsAlignmentWithoutChangingItsShape) {
   const auto synth = road::write_synth(demo(), dir, {.truth_step_m = 5.0});
   road::Recipe recipe = road::recipe_for_mesh(synth.mesh_path);
   recipe.read.up = road::UpAxis::y;
-  const auto plain = road::build_track(recipe, dir + "/plain");
+  const auto plain = road::make_track(recipe, dir + "/plain");
   recipe.T_global_mesh = road::RotoTranslation{0.7, {691'000.0, 5'334'000.0, 512.0}};
-  const auto moved = road::build_track(recipe, dir + "/moved");
+  const auto moved = road::make_track(recipe, dir + "/moved");
   const crg::Surface a(crg::read(plain.crg_path)), b(crg::read(moved.crg_path));
   EXPECT_TRUE(moved.validation_failures.empty());
   for (double u = 5.0; u < 2000.0; u += 97.3) {
@@ -218,4 +218,4 @@ TEST(Build, MovesTheTrackByItsAlignmentWithoutChangingItsShape) {
   }
 }
 
-}  // namespace build_test
+}  // namespace make_track_test

@@ -1,4 +1,4 @@
-#include "make/built.h"
+#include "make/make_road.h"
 
 #include <fmt/format.h>
 
@@ -8,16 +8,16 @@
 
 #include "base/sha256.h"
 #include "base/write_file.h"
-#include "build_steps.h"
 #include "clean_cache.h"
 #include "grid_stage.h"
-#include "mesh/error.h"
-#include "road/gaps.h"
 #include "make/missing_piece.h"
 #include "make/place.h"
 #include "make/plausible.h"
 #include "make/question.h"
+#include "make_steps.h"
+#include "mesh/error.h"
 #include "mesh/ray_surface.h"
+#include "road/gaps.h"
 #include "road/stretch.h"
 #include "suggest_unit.h"
 
@@ -112,8 +112,8 @@ auto asking(const Mesh& mesh, double metres_per_unit, const Recipe& recipe,
 }
 
 /// Cleans the mesh, or takes what was kept of the last time.
-RoadMesh cleaned_mesh(const Recipe& recipe, const Prepared& prepared, const BuildOptions& options,
-                      Built& built) {
+RoadMesh cleaned_mesh(const Recipe& recipe, const Prepared& prepared, const MakeOptions& options,
+                      MadeRoad& built) {
   std::vector<InputFile> mesh_files;
   for (const InputFile& input : built.summary.inputs)
     if (input.role == "mesh" || input.role == kMeshFile) mesh_files.push_back(input);
@@ -135,7 +135,7 @@ RoadMesh cleaned_mesh(const Recipe& recipe, const Prepared& prepared, const Buil
 
 /// Of the whole road, or of a stretch; then the line is its own.
 SampledGrid sampled_grid(const Recipe& recipe, const std::optional<URange>& stretch,
-                         const RaySurface& surface, Built& built) {
+                         const RaySurface& surface, MadeRoad& built) {
   SampleReport& report = built.summary.sample;
   std::optional<RowRange> rows;
   if (stretch) rows = rows_between(built.line, stretch->u_begin_m, stretch->u_end_m);
@@ -149,7 +149,7 @@ SampledGrid sampled_grid(const Recipe& recipe, const std::optional<URange>& stre
   return sampled;
 }
 
-void put_on_the_earth(const Recipe& recipe, Built& built) {
+void put_on_the_earth(const Recipe& recipe, MadeRoad& built) {
   std::optional<Placement>& placement = built.summary.placement;
   if (recipe.trajectory_path)
     placement = place_road(recipe, line_with_heights(built.line, built.sampled));
@@ -189,9 +189,9 @@ std::vector<InputFile> inputs_of(const Recipe& recipe) {
   return inputs;
 }
 
-Built build(const Recipe& recipe, const std::vector<InputFile>& inputs,
-            const BuildOptions& options) {
-  Built built;
+MadeRoad make_road(const Recipe& recipe, const std::vector<InputFile>& inputs,
+                   const MakeOptions& options) {
+  MadeRoad built;
   BuildSummary& summary = built.summary;
   summary.recipe = recipe;
   summary.inputs = inputs;

@@ -8,9 +8,9 @@
 
 #include "base/progress.h"
 #include "crg/file.h"
-#include "road/edges.h"
-#include "mesh/mesh.h"
 #include "make/recipe.h"
+#include "mesh/mesh.h"
+#include "road/edges.h"
 #include "road/sample.h"
 
 namespace base {
@@ -71,15 +71,15 @@ enum class Reuse {
 /// (.pgw) into `output_dir` (made if missing). All of them appear together or not at all
 /// (files/output_set.h). Fills `evidence` where given. Throws Error, also when another process
 /// writes into the folder.
-BuildResult build_track(const Recipe& recipe, const std::string& output_dir,
-                        const Progress& progress = {}, BuildEvidence* evidence = nullptr,
-                        Reuse reuse = Reuse::nothing);
+BuildResult make_track(const Recipe& recipe, const std::string& output_dir,
+                       const Progress& progress = {}, BuildEvidence* evidence = nullptr,
+                       Reuse reuse = Reuse::nothing);
 
 /// The same for a caller that adds files to the set (a report) and then calls commit_build(), which
 /// has nothing to do for a build that is reused. The paths in the result are those after that.
-BuildResult build_track(const Recipe& recipe, base::OutputSet& outputs,
-                        const Progress& progress = {}, BuildEvidence* evidence = nullptr,
-                        Reuse reuse = Reuse::nothing);
+BuildResult make_track(const Recipe& recipe, base::OutputSet& outputs,
+                       const Progress& progress = {}, BuildEvidence* evidence = nullptr,
+                       Reuse reuse = Reuse::nothing);
 void commit_build(const Recipe& recipe, const BuildResult& result, base::OutputSet& outputs);
 /// What the lock of the folder and its manifest say.
 constexpr const char* kBuildCommand = "crgbuild build";
@@ -99,7 +99,7 @@ std::string name_of_edges(const std::string& left_path, const std::string& right
 
 /// road_between_edges() from file to file: writes <name>.crg, centreline.csv, summary.json,
 /// timing.json and <name>.png, together or not at all; stl_path and validation_failures stay empty.
-BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output_dir,
-                             const Progress& progress = {});
+BuildResult make_from_edges(const EdgeRecipe& recipe, const std::string& output_dir,
+                            const Progress& progress = {});
 
 }  // namespace road

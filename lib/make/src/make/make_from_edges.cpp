@@ -5,7 +5,7 @@
 #include "base/output_set.h"
 #include "base/sha256.h"
 #include "base/write_file.h"
-#include "build_steps.h"
+#include "make_steps.h"
 #include "road/track_crg.h"
 
 namespace road {
@@ -25,8 +25,8 @@ std::string name_of_edges(const std::string& left_path, const std::string& right
   return name.empty() || name.front() == '.' || name.front() == '-' ? "road" : name;
 }
 
-BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output_dir,
-                             const Progress& progress) {
+BuildResult make_from_edges(const EdgeRecipe& recipe, const std::string& output_dir,
+                            const Progress& progress) {
   const Clock::time_point start = Clock::now();
   base::OutputSet outputs(output_dir, "crgbuild from-edges");
   const std::string road_crg = recipe.name + ".crg", picture = recipe.name + ".png";

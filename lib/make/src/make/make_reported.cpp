@@ -1,4 +1,4 @@
-#include "make/build_reported.h"
+#include "make/make_reported.h"
 
 #include <fmt/format.h>
 
@@ -155,13 +155,13 @@ void place_mesh(const Recipe& recipe, ReportRequest& request) {
   if (recipe.T_global_mesh) request.T_global_mesh = *recipe.T_global_mesh;
 }
 
-ReportedBuild build_reported(const BuildRequest& request, const Progress& progress) {
+ReportedBuild make_reported(const BuildRequest& request, const Progress& progress) {
   Recipe recipe = recipe_of(request.input);
   set_values(request.values, recipe);
-  return build_reported(request, std::move(recipe), progress);
+  return make_reported(request, std::move(recipe), progress);
 }
 
-ReportedBuild build_reported(const BuildRequest& request, Recipe recipe, const Progress& progress) {
+ReportedBuild make_reported(const BuildRequest& request, Recipe recipe, const Progress& progress) {
   if (is_road_file(request.input))
     throw Error(
         fmt::format("{0}: is an OpenCRG road already, a mesh or a recipe is wanted; 'crgbuild info "
@@ -171,8 +171,8 @@ ReportedBuild build_reported(const BuildRequest& request, Recipe recipe, const P
   ReportedBuild out{std::move(recipe), {}, {}};
   BuildEvidence evidence;
   base::OutputSet outputs(request.output_dir, kBuildCommand);
-  out.result = build_track(out.recipe, outputs, progress, request.report ? &evidence : nullptr,
-                           request.force ? Reuse::nothing : Reuse::everything);
+  out.result = make_track(out.recipe, outputs, progress, request.report ? &evidence : nullptr,
+                          request.force ? Reuse::nothing : Reuse::everything);
   if (request.report)
     out.report = out.result.reused
                      ? read_report(request.output_dir)

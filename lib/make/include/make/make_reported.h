@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "base/progress.h"
-#include "make/build.h"
-#include "make/recipe.h"
 #include "inspect/write_report.h"
+#include "make/make_track.h"
+#include "make/recipe.h"
 
 namespace road {
 
@@ -52,10 +52,10 @@ struct ReportedBuild {
 };
 
 /// `crgbuild build`. Throws Error, Question where it cannot be told which road is meant.
-ReportedBuild build_reported(const BuildRequest& request, const Progress& progress = {});
+ReportedBuild make_reported(const BuildRequest& request, const Progress& progress = {});
 
 /// The same with the keys set already; those of the request are words for the report.
-ReportedBuild build_reported(const BuildRequest& request, Recipe recipe, const Progress& progress);
+ReportedBuild make_reported(const BuildRequest& request, Recipe recipe, const Progress& progress);
 
 /// Why the road must not be used, in one sentence; empty: it may be.
 std::string why_not_usable(const ReportedBuild& build);
