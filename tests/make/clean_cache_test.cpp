@@ -31,7 +31,7 @@ TEST(CleanCache, AMeshThatHasNotChangedIsNotCleanedAgain) {
   const auto build = [&](const road::Recipe& r, const std::string& out, Reuse reuse) {
     return road::make_track(r, folder.path(out), {}, nullptr, reuse);
   };
-  EXPECT_FALSE(make_road(recipe, "out", Reuse::stages).clean_reused);
+  EXPECT_FALSE(build(recipe, "out", Reuse::stages).clean_reused);
 
   road::Recipe smoother = recipe;
   smoother.smooth.window_u_m = 1.0;

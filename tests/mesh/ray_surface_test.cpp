@@ -100,6 +100,21 @@ TEST(RaySurface, PacketsAnswerLikeSingleRaysAndLeaveInactiveLanesOut) {
   }
 }
 
+// Whatever width of packets the processor has: a lane that is left out must not be written.
+TEST(RaySurface, LanesLeftOutAreNotCast) {
+  road::Mesh mesh;
+  add_square(mesh, 0, 0, 10, 0.0);
+  const road::RaySurface surface(mesh);
+  for (std::size_t active = 0; active <= 16; ++active) {
+    road::RayPacket16 packet{};
+    packet.z_top_m.fill(2.0f);
+    for (std::size_t i = 0; i < 16; ++i) packet.active[i] = i < active ? -1 : 0;
+    surface.cast_down(packet);
+    for (std::size_t i = 0; i < 16; ++i)
+      EXPECT_EQ(std::isnan(packet.z_m[i]), i >= active) << active << " active, lane " << i;
+  }
+}
+
 TEST(RaySurface, AnEmptyMeshHasNoHits) {
   const road::RaySurface surface(road::Mesh{});
   EXPECT_TRUE(surface.all_hits(0, 0).empty());

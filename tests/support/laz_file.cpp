@@ -26,7 +26,7 @@ T get(const std::string& bytes, std::size_t at) {
 }
 
 template <typename T>
-void set(std::string& bytes, std::size_t at, T value) {
+void put_at(std::string& bytes, std::size_t at, T value) {
   std::memcpy(bytes.data() + at, &value, sizeof value);
 }
 
@@ -651,21 +651,21 @@ std::string as_laz(const std::string& las, const LazOptions& options) {
   for (const auto& item : items) size += item[1];
   if (length > size) items.push_back({format < 6 ? 0u : 14u, length - size});
   std::string vlr(34, '\0');
-  set<U16>(vlr, 0, format >= 6 ? 3 : options.chunked ? 2 : 1);
+  put_at<U16>(vlr, 0, format >= 6 ? 3 : options.chunked ? 2 : 1);
   vlr[4] = 3, vlr[5] = 4;
-  set<U32>(vlr, 12, options.chunks.empty() ? options.chunk_points : 0xffffffff);
-  set<I64>(vlr, 16, -1), set<I64>(vlr, 24, -1);
-  set<U16>(vlr, 32, static_cast<U16>(items.size()));
+  put_at<U32>(vlr, 12, options.chunks.empty() ? options.chunk_points : 0xffffffff);
+  put_at<I64>(vlr, 16, -1), put_at<I64>(vlr, 24, -1);
+  put_at<U16>(vlr, 32, static_cast<U16>(items.size()));
   for (const auto& item : items)
     vlr += packed(static_cast<U16>(item[0])) + packed(static_cast<U16>(item[1])) +
            packed(static_cast<U16>(version));
   std::string head(54, '\0');
   std::memcpy(head.data() + 2, "laszip encoded", 14);
-  set<U16>(head, 18, 22204), set<U16>(head, 20, static_cast<U16>(vlr.size()));
+  put_at<U16>(head, 18, 22204), put_at<U16>(head, 20, static_cast<U16>(vlr.size()));
 
   std::string bytes = las.substr(0, data) + head + vlr;
-  set<U32>(bytes, 96, static_cast<U32>(bytes.size()));
-  set<U32>(bytes, 100, get<U32>(bytes, 100) + 1);
+  put_at<U32>(bytes, 96, static_cast<U32>(bytes.size()));
+  put_at<U32>(bytes, 100, get<U32>(bytes, 100) + 1);
   bytes[104] = static_cast<char>(format | 0x80);
   const auto* records = reinterpret_cast<const U8*>(las.data()) + data;
   if (!options.chunked && format < 6)
@@ -695,7 +695,7 @@ std::string as_laz(const std::string& las, const LazOptions& options) {
   if (options.table_at_end)
     bytes += packed(table);
   else
-    set<I64>(bytes, place, table);
+    put_at<I64>(bytes, place, table);
   return bytes;
 }
 
@@ -707,12 +707,12 @@ std::string busy_las(int format, std::size_t extra_bytes, std::size_t points, un
   std::string las(header, '\0');
   std::memcpy(las.data(), "LASF", 4);
   las[24] = 1, las[25] = format < 6 ? 2 : 4;
-  set<U16>(las, 94, header), set<U32>(las, 96, header);
+  put_at<U16>(las, 94, header), put_at<U32>(las, 96, header);
   las[104] = static_cast<char>(format);
-  set<U16>(las, 105, static_cast<U16>(length));
-  set<U32>(las, 107, format < 6 ? static_cast<U32>(points) : 0);
-  if (format >= 6) set<U64>(las, 247, points);
-  for (std::size_t axis = 0; axis < 3; ++axis) set(las, 131 + 8 * axis, 0.001);
+  put_at<U16>(las, 105, static_cast<U16>(length));
+  put_at<U32>(las, 107, format < 6 ? static_cast<U32>(points) : 0);
+  if (format >= 6) put_at<U64>(las, 247, points);
+  for (std::size_t axis = 0; axis < 3; ++axis) put_at(las, 131 + 8 * axis, 0.001);
 
   std::mt19937 random(seed);
   const auto up_to = [&](I32 most) {
@@ -741,10 +741,10 @@ std::string busy_las(int format, std::size_t extra_bytes, std::size_t points, un
     if (one_in(20)) channel = random() % channels;
     const I32 reach = one_in(10) ? std::array{3, 300, 30000, 3000000}[random() % 4] : 20;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      set(p, 4 * axis,
-          one_in(300) ? static_cast<U32>(random())
-                      : get<U32>(p, 4 * axis) + static_cast<U32>(about(reach)));
-    if (!one_in(3)) set(p, 12, static_cast<U16>(get<U16>(p, 12) + about(30)));
+      put_at(p, 4 * axis,
+             one_in(300) ? static_cast<U32>(random())
+                         : get<U32>(p, 4 * axis) + static_cast<U32>(about(reach)));
+    if (!one_in(3)) put_at(p, 12, static_cast<U16>(get<U16>(p, 12) + about(30)));
     if (one_in(10)) flags = up_to(63);
     if (one_in(3)) angle = std::clamp(angle + about(50), -30000, 30000);
     const bool new_class = one_in(10), new_user = one_in(10), new_source = one_in(20);
@@ -754,16 +754,16 @@ std::string busy_las(int format, std::size_t extra_bytes, std::size_t points, un
       if (new_class) p[15] = any();
       p[16] = static_cast<char>(angle / 300);
       if (new_user) p[17] = any();
-      if (new_source) set(p, 18, static_cast<U16>(random()));
-      if (format % 2 == 1) set(p, 20, time);
+      if (new_source) put_at(p, 18, static_cast<U16>(random()));
+      if (format % 2 == 1) put_at(p, 20, time);
     } else {
       p[14] = static_cast<char>(number | returns << 4);
       p[15] = static_cast<char>((flags & 15) | static_cast<int>(channel) << 4 | (flags & 48) << 2);
       if (new_class) p[16] = any();
       if (new_user) p[17] = any();
-      set(p, 18, static_cast<std::int16_t>(angle));
-      if (new_source) set(p, 20, static_cast<U16>(random()));
-      set(p, 22, time);
+      put_at(p, 18, static_cast<std::int16_t>(angle));
+      if (new_source) put_at(p, 20, static_cast<U16>(random()));
+      put_at(p, 22, time);
     }
     const int shade = about(10) * (one_in(2) ? 257 : 1);
     for (U16& c : colour)
@@ -771,7 +771,7 @@ std::string busy_las(int format, std::size_t extra_bytes, std::size_t points, un
     if (one_in(10)) colour[1] = colour[2] = colour[0];
     const std::size_t colours = format == 8 ? 4 : format == 2 || format == 3 || format == 7 ? 3 : 0;
     for (std::size_t k = 0; k < colours; ++k)
-      set(p, kLength[format] - 2 * colours + 2 * k, colour[k]);
+      put_at(p, kLength[format] - 2 * colours + 2 * k, colour[k]);
     for (std::size_t k = 0; k < extra_bytes; ++k)  // the second stays as it is
       if (k != 1 && one_in(3))
         p[kLength[format] + k] = static_cast<char>(p[kLength[format] + k] + about(3));

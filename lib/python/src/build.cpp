@@ -6,9 +6,9 @@
 #include <string>
 
 #include "base/error.h"
-#include "reports.h"
-#include "make/make_reported.h"
 #include "inspect/findings.h"
+#include "make/make_reported.h"
+#include "reports.h"
 
 namespace py = pybind11;
 
@@ -87,7 +87,7 @@ std::string page_of(const Built& built) {
   return built.build.report ? built.build.report->page_path : "";
 }
 
-std::string shown(const Built& built) {
+std::string shown_road(const Built& built) {
   return "Built(" + built.build.recipe.name + ", " + verdict_of(built) + ", " +
          built.build.result.crg_path + ")";
 }
@@ -130,9 +130,9 @@ void add_build(py::module_& m) {
       .def_readonly("report", &Built::report,
                     "report.json: its keys as attributes, `findings` among them; None without a "
                     "report")
-      .def("__repr__", &shown)
+      .def("__repr__", &shown_road)
       .def("_repr_html_",
-           [](const Built& built) { return shown_in_notebook(page_of(built), shown(built)); });
+           [](const Built& built) { return shown_in_notebook(page_of(built), shown_road(built)); });
 
   m.def("build", &build,
         "Builds the road of a mesh or a track.yaml into the folder `output`, as `crgbuild build` "

@@ -21,8 +21,6 @@ struct Explanation {
   py::object report;
 };
 
-std::string text_of(const std::optional<Path>& path) { return path ? path->string() : ""; }
-
 Explanation explained(const py::object& recordings, const Path& car, const Path& road,
                       const Path& output, const std::optional<Path>& mapping,
                       const std::optional<Path>& friction, double fuel_kg,
@@ -33,8 +31,8 @@ Explanation explained(const py::object& recordings, const Path& car, const Path&
   request.vehicle_path = car.string();
   request.track_path = road.string();
   request.out_path = output.string();
-  request.mapping_path = text_of(mapping);
-  request.friction_path = text_of(friction);
+  request.mapping_path = path_or_empty(mapping);
+  request.friction_path = path_or_empty(friction);
   request.fuel_kg = fuel_kg;
   request.hold_out = hold_out;
   request.threads = threads;
@@ -53,7 +51,7 @@ Explanation explained(const py::object& recordings, const Path& car, const Path&
   return out;
 }
 
-std::string shown(const Explanation& e) {
+std::string shown_explanation(const Explanation& e) {
   std::string out = std::string("Explanation(") + explain::name_of(e.files.findings.verdict);
   for (const explain::Finding& finding : e.files.findings.findings)
     out += "; " + finding.mechanism +
@@ -100,9 +98,10 @@ void add_explain(py::module_& m) {
                              [](const Explanation& e) { return path_or_none(e.files.json_path); })
       .def_property_readonly("page_path",
                              [](const Explanation& e) { return path_or_none(e.files.page_path); })
-      .def("__repr__", &shown)
-      .def("_repr_html_",
-           [](const Explanation& e) { return shown_in_notebook(e.files.page_path, shown(e)); });
+      .def("__repr__", &shown_explanation)
+      .def("_repr_html_", [](const Explanation& e) {
+        return shown_in_notebook(e.files.page_path, shown_explanation(e));
+      });
 
   m.def("explain", &explained,
         "Locates, names and sizes what a simulation lacks to drive like the recordings, as "

@@ -107,8 +107,6 @@ void set_options(const py::kwargs& given, RefineRequest& request) {
   request.options.emplace_back("no-report", told(!request.report));
 }
 
-std::string text_of(const std::optional<Path>& path) { return path ? path->string() : ""; }
-
 py::object refine(const py::object& scans, const Path& output,
                   const std::optional<Path>& trajectory, const std::optional<Path>& base,
                   const std::optional<Path>& centreline, bool report, unsigned threads,
@@ -116,9 +114,9 @@ py::object refine(const py::object& scans, const Path& output,
   RefineRequest request;
   request.scans = paths_of(scans);
   request.output_dir = output.string();
-  request.trajectory = text_of(trajectory);
-  request.base = text_of(base);
-  request.centreline = text_of(centreline);
+  request.trajectory = path_or_empty(trajectory);
+  request.base = path_or_empty(base);
+  request.centreline = path_or_empty(centreline);
   request.report = report;
   request.threads = threads;
   request.program = std::string("lidar2mesh ") + command::version();
@@ -137,7 +135,7 @@ py::object refine(const py::object& scans, const Path& output,
   return refined;
 }
 
-std::string shown(const Refined& refined) {
+std::string shown_refined(const Refined& refined) {
   std::ostringstream out;
   out.precision(3);
   out << "Refined(" << 100.0 * refined.files.facts.coverage << " % of the nodes from points, "
@@ -172,9 +170,9 @@ void add_refine(py::module_& m) {
                     "summary.json: its keys as attributes (docs/formats.md)")
       .def_readonly("report", &Refined::report,
                     "report.json: its keys as attributes; None without a report")
-      .def("__repr__", &shown)
+      .def("__repr__", &shown_refined)
       .def("_repr_html_",
-           [](const Refined& r) { return shown_in_notebook(r.files.page_path, shown(r)); });
+           [](const Refined& r) { return shown_in_notebook(r.files.page_path, shown_refined(r)); });
 
   m.def("refine", &refine,
         "Refines a road from LiDAR into the folder `output`, as `lidar2mesh map` does: the same "

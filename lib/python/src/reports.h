@@ -5,11 +5,16 @@
 
 #include <exception>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "base/progress.h"
 
 namespace kerbstone {
+
+inline std::string path_or_empty(const std::optional<std::filesystem::path>& path) {
+  return path ? path->string() : "";
+}
 
 using Path = std::filesystem::path;
 
