@@ -24,8 +24,8 @@ struct Finding {
   std::string text;  ///< one plain sentence with place and size
 };
 
-/// Each bound stands well above what clean roads show (measured in tests/road/findings_test.cpp and
-/// docs/report.md) and well below what it must catch.
+/// Each bound stands well above what clean roads show (measured in
+/// tests/inspect/findings_test.cpp and docs/report.md) and well below what it must catch.
 struct FindingOptions {
   /// Smallest step of z between two rows, median over v. A clean class C road stays below 0.2 mm.
   double min_tile_step_m = 0.005;

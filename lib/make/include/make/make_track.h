@@ -69,7 +69,7 @@ enum class Reuse {
 /// Runs every stage and writes <name>.crg, <name>.stl, centreline.csv, summary.json, timing.json,
 /// <name>.png and <name>.classes.png
 /// (.pgw) into `output_dir` (made if missing). All of them appear together or not at all
-/// (files/output_set.h). Fills `evidence` where given. Throws Error, also when another process
+/// (base/output_set.h). Fills `evidence` where given. Throws Error, also when another process
 /// writes into the folder.
 BuildResult make_track(const Recipe& recipe, const std::string& output_dir,
                        const Progress& progress = {}, BuildEvidence* evidence = nullptr,

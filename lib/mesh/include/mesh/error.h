@@ -4,7 +4,7 @@
 
 namespace road {
 
-/// The one exception of lib/road.
+/// The one exception of lib/mesh, circuit, road, inspect and make.
 using Error = base::Error;
 
 /// What was given can be read, but no road can be made of it that a car may drive on.
