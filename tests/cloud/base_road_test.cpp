@@ -83,7 +83,7 @@ TEST(BaseRoad, PointsAndATrajectoryMakeARoad) {
 
 // Said once: "NOT converged", and that places differ evenly, of drives that had no other fault than
 // the drift that was stated.
-TEST(BaseRoad, ADriftThatIsAsStatedRaisesNoAlarm) {
+TEST(SlowBaseRoad, ADriftThatIsAsStatedRaisesNoAlarm) {
   const support::TemporaryFolder folder;
   for (const std::uint64_t seed : {2, 3}) {
     ScanSynthOptions options;

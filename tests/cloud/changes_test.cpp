@@ -90,7 +90,7 @@ void expect_found(const ChangeResult& result, const std::vector<Bump>& bumps) {
   EXPECT_EQ(result.places.size(), bumps.size());
 }
 
-TEST(Changes, TwelveOfTwelveAndNothingElse) {
+TEST(SlowChanges, TwelveOfTwelveAndNothingElse) {
   const std::uint32_t seeds = std::getenv("KERBSTONE_HEAVY") != nullptr ? 20 : 1;
   for (std::uint32_t seed = 1; seed <= seeds; ++seed)
     for (const bool busy : {false, true}) {

@@ -35,7 +35,7 @@ Ran lidar2mesh(const support::TemporaryFolder& folder, const std::string& argume
           folder.read("err.txt")};
 }
 
-TEST(Command, TheMeshItWritesIsABaseForTheNextRun) {
+TEST(SlowCommand, TheMeshItWritesIsABaseForTheNextRun) {
   const support::TemporaryFolder folder;
   support::write_wavy_road(folder.path("road.crg"));
   const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };

@@ -40,7 +40,7 @@ support::TrialError refine(const support::TrialRoads& roads, const Case& c, MapR
   return support::measure_trial(roads, result, truth, 520.0, 760.0);
 }
 
-TEST(Grass, BesideTheRoadLeavesTheRoadAlone) {
+TEST(SlowGrass, BesideTheRoadLeavesTheRoadAlone) {
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
   const support::TrialRoads roads = support::trial_roads();
   // The first one: grass too low to be told column by column; 81.6 % held while it pulled the poses
@@ -155,7 +155,7 @@ TEST(Grass, OnANarrowVergeLeavesTheRoadAlone) {
       EXPECT_LT(out.rmse_m, 0.003);
       EXPECT_GT(out.within_90, 0.85);
       // On a straight nothing tells whether the base is tilted: this one is not, but the next may
-      // be (TiltedBase.OnAStraightIntervalsHoldOverBasesAsGoodAsStated).
+      // be (SlowTiltedBase.OnAStraightIntervalsHoldOverBasesAsGoodAsStated).
       if (curvature_1pm != 0.0) {
         EXPECT_LT(out.within_90, 0.95);
       }

@@ -149,7 +149,7 @@ Shifted refine(double shift_m) {
 }
 
 // What a node's points have in common in each pass does not show in their scatter.
-TEST(LeftOut, OnePassTellsWhatScatterDoesNot) {
+TEST(SlowLeftOut, OnePassTellsWhatScatterDoesNot) {
   const Shifted plain = refine(0.0), shifted = refine(0.002);
   std::printf(
       "held %.1f %%, times %.2f, against the truth %.1f %%; shifted %.1f %%, %.2f, %.1f %%\n",

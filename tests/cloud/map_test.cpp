@@ -90,7 +90,7 @@ TEST(Map, APoseDoesNotDependOnWhatWasAskedBefore) {
 
 // The whole trial of docs/lidar2mesh.md on a part of the circuit and with a fifth of its points.
 // The bounds are those of the full trial; measured here on 2026-11-21: see docs/accuracy.md.
-TEST(Map, TwoDriftingLapsRefineAWrongBase) {
+TEST(SlowMap, TwoDriftingLapsRefineAWrongBase) {
   const support::TemporaryFolder folder;
   const support::TrialRoads roads = support::trial_roads();
   ScanSynthOptions options;
@@ -168,7 +168,7 @@ TEST(Map, RegisteredCloudNeedsNoTrajectory) {
   EXPECT_LT(worst, 0.005);
 }
 
-TEST(Map, SaysWhatDoesNotFit) {
+TEST(SlowMap, SaysWhatDoesNotFit) {
   const support::TemporaryFolder folder;
   const crg::Crg road = plain_road();
   const ScanSynthReport made = synth_scans(road, folder.path("scans"), quick());
@@ -210,7 +210,7 @@ TEST(Map, SaysWhatDoesNotFit) {
   EXPECT_THAT(refusal(timeless, road, &good), HasSubstr("have no time"));
 }
 
-TEST(Map, RefusesAClockThatIsALittleOff) {
+TEST(SlowMap, RefusesAClockThatIsALittleOff) {
   const support::TemporaryFolder folder;
   const crg::Crg road = support::trial_roads(0.2).truth;
   ScanSynthOptions options;
@@ -227,7 +227,7 @@ TEST(Map, RefusesAClockThatIsALittleOff) {
 
 // The base's kerb of u = 640 to 730 m is 3 cm too low; every second node there has one or two
 // returns.
-TEST(Map, ANodeWithOneReturnIsEstimated) {
+TEST(SlowMap, ANodeWithOneReturnIsEstimated) {
   const support::TemporaryFolder folder;
   const support::TrialRoads roads = support::trial_roads();
   ScanSynthOptions options;

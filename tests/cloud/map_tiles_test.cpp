@@ -116,7 +116,7 @@ class Split : public ::testing::Test {
 // Wanted are 0.1 mm, 1 mm and 5 %. Measured on 2026-11-25: drift to the last digit, heights within
 // one unit in the last place of their float32 (0.5 um), deviations within 0.02 %: what is left is
 // the order in which float32 sums are made.
-TEST(MapTiles, EightMakeWhatTheWholeMakes) {
+TEST(SlowMapTiles, EightMakeWhatTheWholeMakes) {
   const support::TemporaryFolder folder;
   const std::string scans = folder.path("scans"), tiles = folder.path("tiles"),
                     whole = folder.path("whole"), joined = folder.path("joined");

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "cloud/synth.h"
 #include "circuit/circuit.h"
+#include "cloud/synth.h"
 #include "support/lidar_trial.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
@@ -137,7 +137,7 @@ TEST(TiltedBase, OnAStraightIsStatedAsUnknown) {
 
 // The tilt is one error of the whole road: in one road all nodes are inside the interval or most
 // are not. Over bases whose heights are off by 20 mm rms over 10 m, as is stated, 90 % are.
-TEST(TiltedBase, OnAStraightIntervalsHoldOverBasesAsGoodAsStated) {
+TEST(SlowTiltedBase, OnAStraightIntervalsHoldOverBasesAsGoodAsStated) {
   const crg::Crg truth = demo_road();
   const double deviation = 0.02 / (10.0 / std::sqrt(12.0));
   double within = 0.0, count = 0.0;

@@ -107,7 +107,7 @@ std::vector<Wrong> all_wrong() {
   return list;
 }
 
-TEST(WrongInputs, AreRefusedOrNamed) {
+TEST(SlowWrongInputs, AreRefusedOrNamed) {
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
   const support::TrialRoads roads = support::trial_roads();
   const support::TemporaryFolder folder;

@@ -390,6 +390,8 @@ class Called : public ::testing::Test {
 Folder* Called::folder_ = nullptr;
 std::map<std::string, std::vector<Words>> Called::calls_;
 
+using SlowCalled = Called;
+
 TEST_F(Called, EveryCommandIs) {
   for (const Tool& tool : all_tools())
     for (const Words& words : commands_of(tool))
@@ -426,7 +428,7 @@ TEST_F(Called, WhatIsNoNumberIsRefused) {
   EXPECT_GE(numbers, 200u);
 }
 
-TEST_F(Called, PrintsJsonNothingWhenQuietAndFailsOnAFullDisk) {
+TEST_F(SlowCalled, PrintsJsonNothingWhenQuietAndFailsOnAFullDisk) {
   for (const Tool& tool : all_tools())
     for (const Words& call : calls_[tool.name]) {
       SCOPED_TRACE(tool.name + " " + joined(call));
@@ -502,7 +504,7 @@ TEST_F(Called, AnEmptyOutputIsAWrongCommandLine) {
     }
 }
 
-TEST_F(Called, OneFileGoesToStandardOutputWithADash) {
+TEST_F(SlowCalled, OneFileGoesToStandardOutputWithADash) {
   for (const Tool& tool : all_tools())
     for (const Words& call : calls_[tool.name]) {
       const auto flag = std::find(call.begin(), call.end(), "-o");
@@ -724,7 +726,7 @@ bool may_stay(const std::string& path) {
 }
 
 // KERBSTONE_HEAVY=1: 100 moments instead of 8, docs/command_line.md.
-TEST_F(Called, SignalsEndEveryToolAtAnyMoment) {
+TEST_F(SlowCalled, SignalsEndEveryToolAtAnyMoment) {
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
   const int moments = heavy ? 100 : 8;
   const auto calls = long_calls(*folder_, *folder_ / "trials/0000/");

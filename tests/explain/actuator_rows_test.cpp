@@ -36,7 +36,7 @@ TEST(ActuatorRows, APedalIsNoFurtherOpenThanOpen) {
 
 // Brakes that bite 22 % harder, road wheels and a throttle that go 15 % further than stated. The
 // pressures that are logged follow their commands as stated.
-TEST(ActuatorRows, GainsAreFoundWhereTheyAct) {
+TEST(SlowActuatorRows, GainsAreFoundWhereTheyAct) {
   Proof proof("third-gains", unless_heavy(3));
   const json found = proof.explain();
   std::map<std::string, double> named;

@@ -51,7 +51,7 @@ std::string without(const std::string& csv, const std::set<std::string>& columns
   return out;
 }
 
-TEST(MissingColumns, AreNoMissingPhysics) {
+TEST(SlowMissingColumns, AreNoMissingPhysics) {
   // KERBSTONE_HEAVY=1: every one and every two of them, ten minutes.
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
   const Proof drawn("none", 2);

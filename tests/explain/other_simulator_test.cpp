@@ -92,7 +92,7 @@ std::set<std::string> allowed_names(const json& trial) {
   return names;
 }
 
-TEST(OtherSimulator, NothingIsNamedWhereNothingIsMissingAndWhatIsMissingFirst) {
+TEST(SlowOtherSimulator, NothingIsNamedWhereNothingIsMissingAndWhatIsMissingFirst) {
   const std::string truths = trials_folder() + "truth.json";
   if (!std::filesystem::exists(truths)) GTEST_SKIP() << "skipped: " << truths << " is not there";
   // KERBSTONE_HEAVY=1: all twenty, whole, ten minutes. Else two laps of one.

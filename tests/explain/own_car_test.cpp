@@ -62,7 +62,7 @@ std::string logged(const std::string& telemetry, bool commands, std::uint64_t se
 }
 
 // A driver who shifts down in hairpins and brakes wheel by wheel.
-TEST(OwnCar, HasNothingMissing) {
+TEST(SlowOwnCar, HasNothingMissing) {
   const support::TemporaryFolder folder;
   const std::string track = folder.path("road.crg");
   const crg::Crg road = stadium(350, 30);

@@ -83,7 +83,7 @@ TEST(Proofs, NothingMissing) {
   EXPECT_EQ(proof.explain().at("verdict"), "none");
 }
 
-TEST(Proofs, StrongerEngineHidesTurboLag) {
+TEST(SlowProofs, StrongerEngineHidesTurboLag) {
   Proof proof("compensated");
   // Hidden: the lap times agree.
   EXPECT_NEAR(proof.truth.at("lap_s").get<double>() /
@@ -128,7 +128,7 @@ TEST(Proofs, StrongerEngineHidesTurboLag) {
   EXPECT_LE(beyond, 2u);
 }
 
-TEST(Proofs, TenLapsDoNotTurnErrorsOfTyreCurvesIntoRoad) {
+TEST(SlowProofs, TenLapsDoNotTurnErrorsOfTyreCurvesIntoRoad) {
   if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   // What a stated tyre curve gets wrong in a corner comes back every lap: the more laps, the surer
   // it looks.
@@ -159,7 +159,7 @@ TEST(Proofs, BrakeFadeWithoutATemperature) {
   EXPECT_THAT(proof.folder.read("again.log"), HasSubstr("verdict: none"));
 }
 
-TEST(Proofs, DiscsConductBetterWhenHot) {
+TEST(SlowProofs, DiscsConductBetterWhenHot) {
   if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   Proof proof("discs");
   const json found = proof.explain();
@@ -182,7 +182,7 @@ TEST(Proofs, DiscsConductBetterWhenHot) {
   EXPECT_THAT(proof.folder.read("again.log"), HasSubstr("verdict: none"));
 }
 
-TEST(Proofs, DiscsThatDoNotAreLeftAlone) {
+TEST(SlowProofs, DiscsThatDoNotAreLeftAlone) {
   if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   Proof proof("discs-plain");
   EXPECT_EQ(proof.explain().at("verdict"), "none");
@@ -209,7 +209,7 @@ TEST(Proofs, BankingThatTheFileDoesNotHave) {
   EXPECT_TRUE(std::filesystem::exists(proof.path("out/lap.csv")));
 }
 
-TEST(Proofs, HeightsThatLieShiftedAlongTheRoad) {
+TEST(SlowProofs, HeightsThatLieShiftedAlongTheRoad) {
   if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   Proof proof("misplaced");
   const json found = proof.explain();
@@ -225,7 +225,7 @@ TEST(Proofs, HeightsThatLieShiftedAlongTheRoad) {
   EXPECT_THAT(proof.folder.read("again.log"), HasSubstr("verdict: none"));
 }
 
-TEST(Proofs, BumpsThatWereSmoothedAway) {
+TEST(SlowProofs, BumpsThatWereSmoothedAway) {
   Proof proof("bumps", unless_heavy(3));
   const json found = proof.explain();
   EXPECT_EQ(found.at("verdict"), "explained");
@@ -253,7 +253,7 @@ TEST(Proofs, BumpsThatWereSmoothedAway) {
 }
 
 // The heights are right, and on them the simulated car's yaw rate is further from the recorded one.
-TEST(Proofs, BumpsThatMakeTheSimulatedCarWorseAreNotWritten) {
+TEST(SlowProofs, BumpsThatMakeTheSimulatedCarWorseAreNotWritten) {
   if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "two minutes: KERBSTONE_HEAVY=1";
   Proof proof("bumps");
   const json found = proof.explain("run.csv", "out", "");
@@ -283,7 +283,7 @@ TEST(Proofs, AKerbThatSmoothingLowered) {
   EXPECT_LT(after, 0.6 * before);
 }
 
-TEST(Proofs, TyresThatEnvelopAKerb) {
+TEST(SlowProofs, TyresThatEnvelopAKerb) {
   Proof proof("contact", unless_heavy(3));
   const json found = proof.explain();
   EXPECT_EQ(found.at("verdict"), "explained");
@@ -297,7 +297,7 @@ TEST(Proofs, TyresThatEnvelopAKerb) {
   EXPECT_THAT(proof.folder.read("out/vehicle.yaml"), HasSubstr("contact: strip"));
 }
 
-TEST(Proofs, ATieIsResolvedByTheExperimentItAskedFor) {
+TEST(SlowProofs, ATieIsResolvedByTheExperimentItAskedFor) {
   if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   Proof proof("alike-apart");
   const json tie = proof.explain();
@@ -336,7 +336,7 @@ TEST(Proofs, WhatNoMechanismExplainsIsUnknown) {
   EXPECT_GT(most, 5e5);
 }
 
-TEST(Proofs, AFrictionMapIsReadAndCorrected) {
+TEST(SlowProofs, AFrictionMapIsReadAndCorrected) {
   if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   Proof proof("none");
   // The map has 0.7 of the grip over a corner where the truth has all of it.
@@ -414,7 +414,7 @@ TEST(Proofs, AStretchOfLowGripIsFoundAndItsMapTakesItAway) {
   EXPECT_THAT(proof.folder.read("again.log"), HasSubstr("verdict: none"));
 }
 
-TEST(Proofs, ColdTyresAreColdInTheSimulatedCarToo) {
+TEST(SlowProofs, ColdTyresAreColdInTheSimulatedCarToo) {
   if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   Proof proof("warm");
   const json cold = finding(proof.explain("run.csv", "out", ""), "vehicle.tyre_thermal");
@@ -429,7 +429,7 @@ TEST(Proofs, ColdTyresAreColdInTheSimulatedCarToo) {
   expect_better(cold, "vy_mps", 2.0);
 }
 
-TEST(Proofs, WhatTooShortALogCannotTryIsWrittenAndSaysSo) {
+TEST(SlowProofs, WhatTooShortALogCannotTryIsWrittenAndSaysSo) {
   Proof proof("fade");
   // A lap, and some seconds of the next that would judge.
   std::string log = proof.folder.read("fade/run.csv");
@@ -443,7 +443,7 @@ TEST(Proofs, WhatTooShortALogCannotTryIsWrittenAndSaysSo) {
   EXPECT_TRUE(std::filesystem::exists(proof.folder.path("out/vehicle.yaml")));
 }
 
-TEST(Proofs, AKilledRunGoesOnAndGivesTheSameBytes) {
+TEST(SlowProofs, AKilledRunGoesOnAndGivesTheSameBytes) {
   Proof proof("fade");
   // A lap and a half are enough here.
   std::string log = proof.folder.read("fade/run.csv");

@@ -12,9 +12,9 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "crg/surface.h"
 #include "circuit/circuit.h"
 #include "circuit/synth.h"
+#include "crg/surface.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
@@ -191,7 +191,7 @@ TEST(Build, KnowsNoRoadBesideTheRoad) {
   EXPECT_FALSE(built.road->at_xy(5000.0, 5000.0, cursor).valid);
 }
 
-TEST(Build, RepeatsItselfToTheByte) {
+TEST(SlowBuild, RepeatsItselfToTheByte) {
   const auto a = build_demo({});
   const std::string crg = bytes_of(a.result.crg_path), stl = bytes_of(a.result.stl_path);
   const auto b = build_demo({});  // into the same folder
@@ -199,7 +199,7 @@ TEST(Build, RepeatsItselfToTheByte) {
   EXPECT_TRUE(stl == bytes_of(b.result.stl_path));
 }
 
-TEST(Build, MovesTheTrackByItsAlignmentWithoutChangingItsShape) {
+TEST(SlowBuild, MovesTheTrackByItsAlignmentWithoutChangingItsShape) {
   const support::TemporaryFolder folder;
   const std::string dir = folder.path("demo");
   const auto synth = road::write_synth(demo(), dir, {.truth_step_m = 5.0});

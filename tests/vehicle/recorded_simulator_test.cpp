@@ -93,7 +93,7 @@ void add_replay(const Car<double>& car, const recording::Recording& recording,
 
 // The table of docs/accuracy.md. `noise` is that of the logger; `carried` what noise in commands
 // and starting states makes of a replay; `rest` is what remains of the error's square beside both.
-TEST(RecordedSimulator, IsFollowedWithinTheNoiseOfTheLogs) {
+TEST(SlowRecordedSimulator, IsFollowedWithinTheNoiseOfTheLogs) {
   const std::string folder = places::data() + "/ocd_trials";
   if (!std::filesystem::exists(folder + "/truth.json"))
     GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
