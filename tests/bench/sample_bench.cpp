@@ -16,11 +16,11 @@
 #include <filesystem>
 
 #include "circuit/circuit.h"
-#include "road/clean.h"
+#include "circuit/synth.h"
 #include "mesh/read_mesh.h"
+#include "road/clean.h"
 #include "road/reference_line.h"
 #include "road/sample.h"
-#include "circuit/synth.h"
 #include "support/places.h"
 #include "wide.h"
 

@@ -107,7 +107,7 @@ void expect_divided(const json& all) {
   EXPECT_GT(late.at("ci90").at(1).get<double>(), 0.25);
 }
 
-TEST(Summary, FourCarsDivideWhatOneCannot) {
+TEST(SlowSummary, FourCarsDivideWhatOneCannot) {
   const Fleet fleet("both", 4, 3);
   fleet.sum_up();
   expect_divided(fleet.divided({0, 1, 2, 3}));

@@ -24,7 +24,7 @@ using nlohmann::json;
 
 int shell(const std::string& command) { return std::system(command.c_str()); }
 
-TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
+TEST(SlowTrials, ASmallSetIsSealedExplainedAndScored) {
   const support::TemporaryFolder folder;
   const std::string tool = places::crgexplain(), blind_trials = places::blind_trials(),
                     here = folder.path("t");
@@ -170,7 +170,7 @@ support::ToolRun trials(const std::vector<std::string>& words) {
   return support::run_tool(places::blind_trials(), words);
 }
 
-TEST(Trials, RecordingsThatCannotBeExplainedAreCountedAndTriedAgain) {
+TEST(SlowTrials, RecordingsThatCannotBeExplainedAreCountedAndTriedAgain) {
   const support::TemporaryFolder folder;
   const std::string here = folder.path("t");
   ASSERT_EQ(

@@ -1,8 +1,8 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "fuzz/target.h"
 #include "circuit/circuit.h"
+#include "fuzz/target.h"
 
 void fuzz::run(std::string_view bytes) {
   const std::string path = folder().put("circuit.yaml", bytes);

@@ -4,9 +4,9 @@
 #include <string>
 
 #include "fuzz/target.h"
-#include "road/clean.h"
 #include "mesh/error.h"
 #include "mesh/read_mesh.h"
+#include "road/clean.h"
 
 namespace road::fuzz {
 namespace {

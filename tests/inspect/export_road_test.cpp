@@ -14,10 +14,10 @@
 #include "crg/file.h"
 #include "mesh/error.h"
 #include "mesh/export_mesh.h"
-#include "road/guide.h"
-#include "road/projection.h"
 #include "mesh/ray_surface.h"
 #include "mesh/read_mesh.h"
+#include "road/guide.h"
+#include "road/projection.h"
 #include "support/temporary_folder.h"
 
 namespace export_road_test {

@@ -13,8 +13,8 @@
 
 #include "crg/error.h"
 #include "crg/file.h"
-#include "report/track_report.h"
 #include "mesh/error.h"
+#include "report/track_report.h"
 #include "support/oval_road.h"
 #include "support/places.h"
 

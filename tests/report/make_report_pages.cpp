@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "crg/file.h"
-#include "report/track_report.h"
 #include "inspect/write_report.h"
+#include "report/track_report.h"
 #include "support/oval_road.h"
 
 namespace {

@@ -7,12 +7,12 @@
 #include <filesystem>
 
 #include "make/make_track.h"
-#include "road/centreline.h"
-#include "road/clean.h"
-#include "mesh/error.h"
 #include "make/plausible.h"
+#include "mesh/error.h"
 #include "mesh/ray_surface.h"
 #include "mesh/read_mesh.h"
+#include "road/centreline.h"
+#include "road/clean.h"
 #include "support/coloured_ring.h"
 #include "support/mesh_files.h"
 #include "support/ring_strips.h"

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <string>
 
-#include "road/edges.h"
 #include "mesh/error.h"
+#include "road/edges.h"
 #include "road/reference_line.h"
 #include "road/sample.h"
 #include "support/strip_road.h"

@@ -13,9 +13,9 @@
 #include "crg/surface.h"
 #include "make/make_track.h"
 #include "mesh/error.h"
+#include "road/track_crg.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
-#include "road/track_crg.h"
 
 namespace road {
 namespace edges_test {

@@ -8,11 +8,11 @@
 #include <map>
 #include <numbers>
 
+#include "make/plausible.h"
+#include "mesh/error.h"
+#include "mesh/ray_surface.h"
 #include "road/centreline.h"
 #include "road/clean.h"
-#include "mesh/error.h"
-#include "make/plausible.h"
-#include "mesh/ray_surface.h"
 
 namespace fork_test {
 

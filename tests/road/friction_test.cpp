@@ -8,9 +8,9 @@
 #include <sstream>
 
 #include "crg/surface.h"
-#include "report/picture.h"
 #include "make/make_track.h"
 #include "mesh/error.h"
+#include "report/picture.h"
 #include "support/run_crgbuild.h"
 #include "support/temporary_folder.h"
 

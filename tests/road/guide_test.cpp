@@ -11,14 +11,14 @@
 #include <random>
 
 #include "make/make_track.h"
-#include "road/centreline.h"
-#include "road/clean.h"
-#include "mesh/error.h"
 #include "make/place.h"
 #include "make/plausible.h"
 #include "make/question.h"
+#include "mesh/error.h"
 #include "mesh/ray_surface.h"
 #include "mesh/read_mesh.h"
+#include "road/centreline.h"
+#include "road/clean.h"
 #include "road/reference_line.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"

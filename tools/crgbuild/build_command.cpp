@@ -5,8 +5,8 @@
 
 #include "base/ending.h"
 #include "commands.h"
-#include "mesh/error.h"
 #include "make/question.h"
+#include "mesh/error.h"
 
 namespace crgbuild {
 namespace {
@@ -170,7 +170,7 @@ int run_build(const BuildCommand& command, Terminal& terminal) {
   const road::ReportedBuild build = [&] {
     try {
       return road::make_reported(command, make_recipe(command.input, command.values),
-                                  terminal.progress());
+                                 terminal.progress());
     } catch (const road::Question& question) {
       print_answers(command, question, terminal);
       throw;

@@ -9,10 +9,10 @@
 
 #include "command/exit_code.h"
 #include "command/terminal.h"
+#include "inspect/write_report.h"
 #include "make/make_reported.h"
 #include "make/preview.h"
 #include "make/recipe.h"
-#include "inspect/write_report.h"
 
 namespace crgbuild {
 

@@ -13,12 +13,12 @@
 #include "commands.h"
 #include "crg/file.h"
 #include "crg/surface.h"
-#include "mesh/error.h"
-#include "mesh/export_mesh.h"
 #include "inspect/export_road.h"
 #include "inspect/height_raster.h"
 #include "inspect/matlab_file.h"
 #include "inspect/track_widths.h"
+#include "mesh/error.h"
+#include "mesh/export_mesh.h"
 
 namespace crgbuild {
 namespace {

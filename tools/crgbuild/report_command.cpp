@@ -9,8 +9,8 @@
 #include "cloud/read_cloud.h"
 #include "commands.h"
 #include "crg/surface.h"
-#include "mesh/error.h"
 #include "inspect/write_report.h"
+#include "mesh/error.h"
 
 namespace crgbuild {
 namespace {

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
-#include "commands.h"
 #include "circuit/synth.h"
+#include "commands.h"
 
 namespace crgbuild {
 

@@ -5,9 +5,9 @@
 #include "base/ending.h"
 #include "base/json_text.h"
 #include "base/write_file.h"
+#include "circuit/circuit.h"
 #include "cloud/synth.h"
 #include "commands.h"
-#include "circuit/circuit.h"
 
 namespace lidar2mesh {
 namespace {

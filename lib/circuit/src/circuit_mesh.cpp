@@ -6,8 +6,8 @@
 #include <cmath>
 #include <utility>
 
-#include "rings.h"
 #include "mesh/error.h"
+#include "rings.h"
 
 namespace road {
 namespace {

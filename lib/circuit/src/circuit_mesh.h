@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "mesh_builder.h"
 #include "circuit/circuit.h"
+#include "mesh_builder.h"
 
 namespace road {
 

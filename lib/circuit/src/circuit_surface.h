@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "plan_view.h"
 #include "circuit/circuit.h"
+#include "plan_view.h"
 #include "spline.h"
 
 namespace road {

@@ -5,8 +5,8 @@
 #include <span>
 #include <utility>
 
-#include "circuit_surface.h"
 #include "circuit/circuit.h"
+#include "circuit_surface.h"
 #include "mesh/error.h"
 
 namespace road {

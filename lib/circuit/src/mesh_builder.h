@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "circuit/circuit.h"
-#include "mesh/mesh.h"
 #include "circuit/synth.h"
+#include "mesh/mesh.h"
 
 namespace road {
 

@@ -19,7 +19,6 @@
 namespace road {
 namespace {
 
-
 [[noreturn]] void fail(const std::string& file, const YAML::Mark& mark, const std::string& words) {
   throw Error(fmt::format("{}:{}: {}", file, mark.is_null() ? 1 : mark.line + 1, words));
 }

@@ -19,7 +19,7 @@ namespace report {
 namespace {
 
 constexpr double kMapMargin = 60.0, kMapHeader = 70.0, kMapFooter = 120.0;  // px
-constexpr double kLongest = 2800.0, kLeastWidth = 900.0;           // px
+constexpr double kLongest = 2800.0, kLeastWidth = 900.0;                    // px
 
 /// -1 blue, 0 grey, 1 red.
 std::array<double, 3> colour_of(double share) {

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "circuit/iso8608.h"
 #include "crg/file.h"
 #include "mesh/mesh.h"
-#include "circuit/iso8608.h"
 
 namespace road {
 

@@ -39,8 +39,7 @@ struct MostValues {
 
 struct TileSet {
   std::uint64_t points = 0;
-  bool has_time = false, has_intensity = false, has_class = false,
-       has_sigma = false;
+  bool has_time = false, has_intensity = false, has_class = false, has_sigma = false;
   Eigen::Vector3d min_m = Eigen::Vector3d::Zero(), max_m = Eigen::Vector3d::Zero();
   std::array<MostValues, 3> most_m;
   MostValues most_intensity, most_sigma_m;

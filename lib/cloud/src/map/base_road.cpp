@@ -13,8 +13,8 @@
 #include "cloud/error.h"
 #include "cloud/road_frame.h"
 #include "no_value.h"
-#include "road/track_crg.h"
 #include "road/reference_line.h"
+#include "road/track_crg.h"
 
 namespace cloud {
 namespace {

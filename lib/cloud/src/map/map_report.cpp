@@ -9,9 +9,9 @@
 
 #include "base/write_file.h"
 #include "cloud/road_frame.h"
+#include "inspect/write_report.h"
 #include "no_value.h"
 #include "report/track_report.h"
-#include "inspect/write_report.h"
 
 namespace cloud {
 namespace {

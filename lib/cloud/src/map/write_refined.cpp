@@ -6,8 +6,8 @@
 #include "cloud/refine.h"
 #include "cloud/write_surface.h"
 #include "map_report.h"
-#include "report/track_report.h"
 #include "mesh/read_mesh.h"
+#include "report/track_report.h"
 
 namespace cloud {
 namespace {

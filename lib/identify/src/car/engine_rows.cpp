@@ -191,7 +191,8 @@ double side_n(const vehicle::Car<double>& car, const EngineWindow& e, double mas
 }  // namespace
 
 EngineWindows engine_windows(const vehicle::Car<double>& car, const DriveWindows& drive,
-                             const recording::Recording& recording, const EngineFitOptions& options) {
+                             const recording::Recording& recording,
+                             const EngineFitOptions& options) {
   return EngineCollector(car, recording, options).collect(drive);
 }
 

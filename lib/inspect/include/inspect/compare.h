@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "crg/surface.h"
-#include "road/align.h"
 #include "inspect/findings.h"
 #include "inspect/height_map.h"
-#include "mesh/ray_surface.h"
 #include "inspect/validate.h"
+#include "mesh/ray_surface.h"
+#include "road/align.h"
 
 namespace road {
 

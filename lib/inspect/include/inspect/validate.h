@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "road/align.h"
 #include "mesh/mesh.h"
+#include "road/align.h"
 
 namespace crg {
 class Surface;

@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "crg/file.h"
-#include "road/align.h"
 #include "inspect/findings.h"
-#include "road/kerb.h"
+#include "inspect/validate.h"
 #include "mesh/mesh.h"
 #include "mesh/read_mesh.h"
+#include "road/align.h"
+#include "road/kerb.h"
 #include "road/sample.h"
-#include "inspect/validate.h"
 
 namespace report {
 struct TrackReport;

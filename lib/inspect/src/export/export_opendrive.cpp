@@ -7,11 +7,11 @@
 #include <pugixml.hpp>
 #include <sstream>
 
-#include "mesh/error.h"
 #include "inspect/export_road.h"
 #include "inspect/height_map.h"
-#include "road/projection.h"
 #include "inspect/track_widths.h"
+#include "mesh/error.h"
+#include "road/projection.h"
 
 namespace road {
 namespace {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include "mesh/error.h"
 #include "inspect/export_road.h"
 #include "inspect/height_map.h"
 #include "inspect/kerb_strips.h"
+#include "mesh/error.h"
 #include "road/projection.h"
 
 namespace road {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mesh/error.h"
 #include "inspect/export_road.h"
 #include "inspect/height_map.h"
 #include "inspect/kerb_strips.h"
+#include "mesh/error.h"
 
 namespace road {
 namespace {

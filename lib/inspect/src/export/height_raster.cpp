@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "report/picture.h"
-#include "mesh/error.h"
 #include "inspect/height_map.h"
+#include "mesh/error.h"
+#include "report/picture.h"
 
 namespace road {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "kerb_losses.h"
 #include "inspect/compare.h"
+#include "kerb_losses.h"
 
 namespace road {
 

@@ -10,17 +10,17 @@
 #include "base/sha256.h"
 #include "crg/check.h"
 #include "crg/surface.h"
+#include "inspect/compare.h"
+#include "inspect/height_map.h"
+#include "inspect/kerb_strips.h"
+#include "inspect/write_report.h"
+#include "mesh/error.h"
+#include "mesh/ray_surface.h"
 #include "report/track_report.h"
 #include "report_curves.h"
 #include "report_facts.h"
 #include "report_sheets.h"
 #include "report_views.h"
-#include "inspect/compare.h"
-#include "mesh/error.h"
-#include "inspect/height_map.h"
-#include "inspect/kerb_strips.h"
-#include "mesh/ray_surface.h"
-#include "inspect/write_report.h"
 
 namespace road {
 namespace {

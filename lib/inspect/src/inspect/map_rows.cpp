@@ -1,10 +1,11 @@
 #include "map_rows.h"
-#include "nan.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
+
+#include "nan.h"
 
 namespace road {
 RowPlace place_of(const HeightMap& map, double u_m) {

@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "report/track_report.h"
 #include "inspect/compare.h"
 #include "inspect/height_map.h"
+#include "report/track_report.h"
 
 namespace road {
 

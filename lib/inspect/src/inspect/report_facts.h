@@ -6,13 +6,13 @@
 #include <string>
 
 #include "crg/file.h"
-#include "report/track_report.h"
-#include "report_curves.h"
 #include "inspect/findings.h"
 #include "inspect/height_map.h"
 #include "inspect/kerb_strips.h"
 #include "inspect/validate.h"
 #include "inspect/write_report.h"
+#include "report/track_report.h"
+#include "report_curves.h"
 
 namespace road {
 

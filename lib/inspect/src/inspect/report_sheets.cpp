@@ -1,5 +1,4 @@
 #include "report_sheets.h"
-#include "nan.h"
 
 #include <fmt/format.h>
 
@@ -8,6 +7,8 @@
 #include <limits>
 #include <string>
 #include <utility>
+
+#include "nan.h"
 
 namespace road {
 namespace {

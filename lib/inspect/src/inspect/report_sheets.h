@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "crg/surface.h"
-#include "report/track_report.h"
-#include "report_curves.h"
 #include "inspect/findings.h"
 #include "inspect/height_map.h"
 #include "inspect/kerb_strips.h"
+#include "report/track_report.h"
+#include "report_curves.h"
 #include "road/sample.h"
 
 namespace road {

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "base/statistics.h"
-#include "road/roughness.h"
 #include "nan.h"
+#include "road/roughness.h"
 
 namespace road {
 namespace {

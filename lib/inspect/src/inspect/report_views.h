@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "report/track_report.h"
-#include "report_curves.h"
 #include "inspect/compare.h"
 #include "inspect/height_map.h"
 #include "inspect/kerb_strips.h"
+#include "report/track_report.h"
+#include "report_curves.h"
 
 namespace road {
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "crg/surface.h"
-#include "mesh/ray_surface.h"
 #include "inspect/validate.h"
+#include "mesh/ray_surface.h"
 
 namespace road {
 

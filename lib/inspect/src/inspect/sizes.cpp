@@ -1,10 +1,11 @@
+#include "inspect/sizes.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "base/statistics.h"
-#include "inspect/sizes.h"
 
 namespace road {
 

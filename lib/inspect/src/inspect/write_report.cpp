@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/write_file.h"
-#include "report/track_report.h"
 #include "mesh/error.h"
+#include "report/track_report.h"
 
 namespace road {
 namespace {

@@ -11,9 +11,9 @@
 #include <filesystem>
 
 #include "base/ending.h"
+#include "mesh/error.h"
 #include "raw_mesh.h"
 #include "raw_mesh_companions.h"
-#include "mesh/error.h"
 
 namespace road {
 namespace {

@@ -16,8 +16,8 @@
 #include <type_traits>
 
 #include "base/descriptor.h"
-#include "raw_mesh.h"
 #include "mesh/error.h"
+#include "raw_mesh.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define KERBSTONE_SANITIZED 1

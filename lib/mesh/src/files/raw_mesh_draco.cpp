@@ -17,8 +17,8 @@
 #include <utility>
 
 #include "base/one_line.h"
-#include "raw_mesh.h"
 #include "mesh/error.h"
+#include "raw_mesh.h"
 
 namespace road {
 namespace {

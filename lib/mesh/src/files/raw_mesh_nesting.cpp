@@ -7,8 +7,8 @@
 #include <unordered_map>
 
 #include "base/ending.h"
-#include "raw_mesh.h"
 #include "mesh/error.h"
+#include "raw_mesh.h"
 
 namespace road {
 namespace {

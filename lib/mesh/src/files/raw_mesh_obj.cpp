@@ -11,8 +11,8 @@
 
 #include "base/one_line.h"
 #include "base/text_lines.h"
-#include "raw_mesh.h"
 #include "mesh/error.h"
+#include "raw_mesh.h"
 #include "text_vertices.h"
 
 namespace road {

@@ -6,8 +6,8 @@
 #include <cstring>
 
 #include "base/text_lines.h"
-#include "raw_mesh.h"
 #include "mesh/error.h"
+#include "raw_mesh.h"
 
 // PLY as of Turk, "The PLY Polygon File Format" (1994): a text header that lists elements and their
 // properties, then the elements as text or binary of either byte order. Read here and not by assimp

@@ -3,8 +3,8 @@
 #include <cstring>
 
 #include "base/text_lines.h"
-#include "raw_mesh.h"
 #include "mesh/error.h"
+#include "raw_mesh.h"
 
 // STL has a binary and a text form and no mark that tells them apart: binary files exist whose
 // 80 free header bytes begin with "solid". The size decides, since it follows from the count.

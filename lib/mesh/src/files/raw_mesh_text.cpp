@@ -4,8 +4,8 @@
 #include <iterator>
 
 #include "base/text_lines.h"
-#include "raw_mesh.h"
 #include "mesh/error.h"
+#include "raw_mesh.h"
 #include "text_vertices.h"
 
 namespace road {

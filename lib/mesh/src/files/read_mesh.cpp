@@ -10,8 +10,8 @@
 
 #include "base/ending.h"
 #include "base/read_file.h"
-#include "raw_mesh.h"
 #include "mesh/error.h"
+#include "raw_mesh.h"
 
 namespace road {
 namespace {

@@ -131,8 +131,8 @@ RaySurface& RaySurface::operator=(RaySurface&&) noexcept = default;
 const Eigen::Vector3d& RaySurface::origin_m() const noexcept { return scene_->origin_m; }
 
 void RaySurface::cast_prepared(RayPacket16& packet) const noexcept {
-  // Where the processor has no packets of 16 (no AVX-512), Embree casts all lanes, active or not, but
-  // for rays that end before they begin.
+  // Where the processor has no packets of 16 (no AVX-512), Embree casts all lanes, active or not,
+  // but for rays that end before they begin.
   for (std::size_t i = 0; i < 16; ++i)
     if (packet.active[i] == 0) packet.depth_m[i] = -1.0f;
   RTCIntersectContext context;

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "road/road_mesh.h"
 #include "mesh/ray_surface.h"
+#include "road/road_mesh.h"
 #include "road/sample.h"
 
 namespace road {

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "crg/reference_line.h"
-#include "road/road_mesh.h"
 #include "mesh/mesh.h"
 #include "mesh/ray_surface.h"
+#include "road/road_mesh.h"
 #include "road/sample.h"
 
 namespace road {

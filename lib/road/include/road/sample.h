@@ -8,10 +8,10 @@
 
 #include "crg/grid.h"
 #include "crg/reference_line.h"
-#include "road/centreline.h"
-#include "road/road_mesh.h"
-#include "road/crossings.h"
 #include "mesh/ray_surface.h"
+#include "road/centreline.h"
+#include "road/crossings.h"
+#include "road/road_mesh.h"
 
 namespace road {
 

@@ -11,8 +11,8 @@
 #include "edge_grid.h"
 #include "edge_rungs.h"
 #include "edge_sections.h"
-#include "road/crossings.h"
 #include "mesh/error.h"
+#include "road/crossings.h"
 #include "road/reference_line.h"
 #include "u_ranges.h"
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "crg/reference_line.h"
-#include "road/centreline.h"
 #include "mesh/ray_surface.h"
+#include "road/centreline.h"
 #include "road/sample.h"
 
 namespace road {

@@ -14,8 +14,8 @@
 #include "base/csv.h"
 #include "base/parallel.h"
 #include "base/read_file.h"
-#include "report/picture.h"
 #include "mesh/error.h"
+#include "report/picture.h"
 
 namespace road {
 
@@ -166,8 +166,8 @@ crg::Grid friction_grid(const SampledGrid& sampled, const RaySurface& surface, c
         if (std::isnan(z)) continue;
         const SurfaceClass surface_class = sampled.surface_class[node];
         GroundKind kind = surface_class == SurfaceClass::kerb     ? GroundKind::kerb
-                    : surface_class == SurfaceClass::runoff ? GroundKind::grass
-                                                            : GroundKind::road;
+                          : surface_class == SurfaceClass::runoff ? GroundKind::grass
+                                                                  : GroundKind::road;
         if (named && kind != GroundKind::kerb) {
           const crg::Point2 p = crg::node_position(line, i, grid.v_m[j]);
           if (const auto hit = surface.nearest_hit(p.x_m, p.y_m, z, kHitReach_m)) {

@@ -236,7 +236,7 @@ void close_grid(SampledGrid& out) {
 
 /// `spans` hold as long as nothing was filled.
 SampleReport report_of_nodes(const SampledGrid& out, const std::vector<Span>& spans,
-                         std::size_t filled) {
+                             std::size_t filled) {
   SampleReport result;
   const std::size_t kept = out.grid.columns();
   result.nodes = out.grid.z_m.size();

@@ -17,9 +17,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr std::size_t kMostPointsOfLap = 4000;  // of which a lap is looked for
-constexpr double kSameWay = 0.7;           // cosine between the directions of two laps at one place
-constexpr double kMost_m = 10.0;           // between two laps at one place: the width of a road
-constexpr double kMostShare = 0.01;        // of the whole length, for models
+constexpr double kSameWay = 0.7;     // cosine between the directions of two laps at one place
+constexpr double kMost_m = 10.0;     // between two laps at one place: the width of a road
+constexpr double kMostShare = 0.01;  // of the whole length, for models
 constexpr double kRoomShare = 0.05;  // of the length, between the end and the beginning of a lap
 constexpr double kRepeatedShare =
     0.3;                           // of the length is driven twice where there are several laps,
@@ -32,8 +32,8 @@ std::vector<Vector3d> different(const std::vector<Vector3d>& points_m) {
   double length_m = 0.0;
   for (std::size_t i = 1; i < points_m.size(); ++i)
     length_m += apart_m(points_m[i], points_m[i - 1]);
-  const double least_m =
-      std::max(length_m / 1e6, points_m.size() > kMostPointsOfLap ? length_m / kMostPointsOfLap : 0.0);
+  const double least_m = std::max(
+      length_m / 1e6, points_m.size() > kMostPointsOfLap ? length_m / kMostPointsOfLap : 0.0);
   std::vector<Vector3d> kept;
   for (const Vector3d& p : points_m)
     if (kept.empty() || apart_m(p, kept.back()) > least_m) kept.push_back(p);

@@ -11,8 +11,8 @@
 #include <string_view>
 #include <vector>
 
-#include "recording/log.h"
 #include "mesh/error.h"
+#include "recording/log.h"
 #include "recording/log_table.h"
 #include "recording/recording.h"
 

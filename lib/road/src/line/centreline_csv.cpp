@@ -3,8 +3,8 @@
 #include "base/csv.h"
 #include "base/write_file.h"
 #include "border_curve.h"
-#include "road/centreline.h"
 #include "mesh/error.h"
+#include "road/centreline.h"
 
 namespace road {
 

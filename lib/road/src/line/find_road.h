@@ -4,10 +4,10 @@
 
 #include <optional>
 
-#include "road/centreline.h"
-#include "road/guide.h"
 #include "mesh/mesh.h"
 #include "mesh/ray_surface.h"
+#include "road/centreline.h"
+#include "road/guide.h"
 #include "road/road_graph.h"
 #include "stations.h"
 

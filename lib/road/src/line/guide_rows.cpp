@@ -17,7 +17,7 @@ using Eigen::Vector2d;
 
 constexpr double kLayer_m = 1.0;
 constexpr double kPaintAcross_m = 1.0;  // painted lines, cracks
-constexpr double kStep_m = 0.15;      // up or down between two rays, besides the slope
+constexpr double kStep_m = 0.15;        // up or down between two rays, besides the slope
 constexpr double kSteepestAcross = 0.6, kCrease = 0.35;
 
 /// From `from_m` (offset) outwards: how far the road goes on.
@@ -26,7 +26,7 @@ struct Side {
   bool ends = false;
 };
 Side road_side(const GuideRow& row, const GuideRows& all, double scale, const RaySurface& surface,
-             const LooksLikeRoad& looks_like_road, double from_m, double from_z_m, double sign) {
+               const LooksLikeRoad& looks_like_road, double from_m, double from_z_m, double sign) {
   const Vector2d normal = left_of(row.heading);
   Side side{from_m, false};
   double z_m = from_z_m, slope = 0.0;
@@ -71,7 +71,8 @@ void measure(GuideRow& row, const GuideRows& all, double scale, const RaySurface
     const auto hit = surface.nearest_hit(p.x(), p.y(), row.z_m, kLayer_m * scale);
     if (!hit || !looks_like_road(hit->triangle)) continue;
     const Side left = road_side(row, all, scale, surface, looks_like_road, offset_m, hit->z_m, 1.0);
-    const Side right = road_side(row, all, scale, surface, looks_like_road, offset_m, hit->z_m, -1.0);
+    const Side right =
+        road_side(row, all, scale, surface, looks_like_road, offset_m, hit->z_m, -1.0);
     row.left_m = left.offset_m, row.ends_left = left.ends;
     row.right_m = right.offset_m, row.ends_right = right.ends;
     return;

@@ -7,8 +7,8 @@
 #include <functional>
 #include <vector>
 
-#include "road/guide.h"
 #include "mesh/ray_surface.h"
+#include "road/guide.h"
 
 namespace road {
 

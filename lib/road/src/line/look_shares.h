@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "road/guide.h"
 #include "mesh/ray_surface.h"
+#include "road/guide.h"
 
 namespace road {
 

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "road/centreline.h"
 #include "mesh/mesh.h"
+#include "road/centreline.h"
 #include "stations.h"
 
 namespace road {

@@ -8,9 +8,9 @@
 #include <limits>
 #include <numbers>
 
+#include "mesh/error.h"
 #include "outliers.h"
 #include "point_fits.h"
-#include "mesh/error.h"
 
 namespace road {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "base/read_file.h"
 #include "base/text_lines.h"
-#include "road/align.h"
 #include "mesh/error.h"
+#include "road/align.h"
 
 namespace road {
 namespace {

@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "base/csv.h"
+#include "mesh/error.h"
 #include "point_fits.h"
 #include "road/align.h"
-#include "mesh/error.h"
 
 namespace road {
 namespace {

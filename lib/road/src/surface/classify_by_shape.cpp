@@ -22,7 +22,6 @@ constexpr double kAsManyRings = 0.7;
 // A strip that continues the road across a gap has its width.
 constexpr double kSameWidth = 0.1;
 
-
 /// Follows a column of quads across `front` (surface behind it on its left) as long as it keeps its
 /// width.
 void march(const FlatSurface& flat, const Fans& fans, std::uint32_t p, std::uint32_t q,

@@ -4,8 +4,8 @@
 
 #include "clean_gaps.h"
 #include "clean_parts.h"
-#include "mesh_topology.h"
 #include "mesh/error.h"
+#include "mesh_topology.h"
 #include "road/road_graph.h"
 
 namespace road {

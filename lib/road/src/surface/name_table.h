@@ -6,8 +6,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "road/name_pattern.h"
 #include "road/clean.h"
+#include "road/name_pattern.h"
 
 namespace road {
 

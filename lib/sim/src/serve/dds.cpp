@@ -29,7 +29,7 @@ constexpr const char* kLoopback =
     "</MaxAutoParticipantIndex><Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain>"
     "</CycloneDDS>";
 constexpr int kKeptMessages = 100;  ///< messages that a reader may be behind
-constexpr int kScansKept = 10;  ///< the same of scans, which are large
+constexpr int kScansKept = 10;      ///< the same of scans, which are large
 constexpr std::size_t kMostNames = 1000;
 constexpr double kLongestReaderWait_s = 10.0;  ///< for a reader, in lockstep
 

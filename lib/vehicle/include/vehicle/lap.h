@@ -24,7 +24,7 @@ struct LapOptions {
   double longest_s = 600.0;       ///< per lap, before it counts as not finished
   std::size_t record_every = 10;  ///< steps per row of telemetry; 0: none
   StepOptions step;
-  const DeviceFile* devices = nullptr;       ///< telemetry as these measure it; nullptr: ideal
+  const DeviceFile* devices = nullptr;  ///< telemetry as these measure it; nullptr: ideal
   std::function<void(const recording::Table&)> on_row;  ///< called after each row of telemetry
   base::Progress progress;
   std::vector<Opponent> opponents;  ///< cars whose wakes act; telemetry gets wake_x_m, wake_y_m

@@ -40,7 +40,7 @@ struct Manoeuvre {
   double fuel_kg = 30.0;
   std::size_t record_every = 1;  ///< steps per row of telemetry
   StepOptions step;
-  const DeviceFile* devices = nullptr;       ///< telemetry as these measure it; nullptr: ideal
+  const DeviceFile* devices = nullptr;  ///< telemetry as these measure it; nullptr: ideal
   std::function<void(const recording::Table&)> on_row;  ///< called after each row of telemetry
   base::Progress progress;
 };
