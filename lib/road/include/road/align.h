@@ -82,7 +82,7 @@ struct Similarity {
   double rms_m = 0.0;
 };
 
-/// Least squares (Umeyama 1991) over >= 3 points that span a plane. Throws Error on a degenerate
+/// Least squares (Horn 1987) over >= 3 points that span a plane. Throws Error on a degenerate
 /// set.
 Similarity fit_similarity(const std::vector<ControlPoint>& points, bool with_scale);
 

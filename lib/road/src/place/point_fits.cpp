@@ -91,6 +91,24 @@ Similarity fit_as(const AlignOptions& options, const std::vector<ControlPoint>& 
   return T;
 }
 
+namespace {
+
+/// The rotation that brings the columns of `a` nearest to those of `b`, both about their means: the
+/// unit quaternion of the largest eigenvalue (Horn 1987, J. Opt. Soc. Am. A 4, p. 629).
+Eigen::Quaterniond best_rotation(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
+  const Eigen::Matrix3d S = a * b.transpose();
+  Eigen::Matrix4d N;
+  N(0, 0) = S.trace();
+  N.bottomRightCorner<3, 3>() = S + S.transpose() - S.trace() * Eigen::Matrix3d::Identity();
+  N.bottomLeftCorner<3, 1>() =
+      Eigen::Vector3d(S(1, 2) - S(2, 1), S(2, 0) - S(0, 2), S(0, 1) - S(1, 0));
+  N.topRightCorner<1, 3>() = N.bottomLeftCorner<3, 1>().transpose();
+  const Eigen::Vector4d q = Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(N).eigenvectors().col(3);
+  return Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
+}
+
+}  // namespace
+
 Similarity fit_similarity(const std::vector<ControlPoint>& points, bool with_scale) {
   const auto count = static_cast<Eigen::Index>(points.size());
   Eigen::Matrix3Xd mesh(3, count), global(3, count);
@@ -102,17 +120,18 @@ Similarity fit_similarity(const std::vector<ControlPoint>& points, bool with_sca
     // Centred first: UTM coordinates would cost the products half of their digits.
     const Eigen::Vector3d mesh_mean = mesh.rowwise().mean(), global_mean = global.rowwise().mean();
     const Eigen::Matrix3Xd a = mesh.colwise() - mesh_mean, b = global.colwise() - global_mean;
-    const Eigen::Vector3d extent = Eigen::JacobiSVD<Eigen::Matrix3Xd>(a).singularValues();
-    if (count >= 3 && extent[1] >= kSmallestSpread_m) {
-      const Eigen::Matrix4d T = Eigen::umeyama(a, b, with_scale);
+    const Eigen::Matrix3d spread = a * a.transpose();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> extent_2(spread);
+    if (count >= 3 && extent_2.eigenvalues()[1] >= kSmallestSpread_m * kSmallestSpread_m) {
       Similarity out;
-      const Eigen::Matrix3d linear = T.topLeftCorner<3, 3>();
-      out.scale = with_scale ? std::cbrt(linear.determinant()) : 1.0;
-      out.rotation = linear / out.scale;
-      out.translation_m = global_mean - linear * mesh_mean + T.topRightCorner<3, 1>();
+      out.rotation = best_rotation(a, b);
+      const Eigen::Matrix3d turn(out.rotation);
+      if (with_scale) out.scale = (b.array() * (turn * a).array()).sum() / spread.trace();
+      const Eigen::Matrix3d linear = out.scale * turn;
+      out.translation_m = global_mean - linear * mesh_mean;
       double sum = 0.0;
       for (Eigen::Index i = 0; i < count; ++i) {
-        out.residual_m.push_back((linear * a.col(i) + T.topRightCorner<3, 1>() - b.col(i)).norm());
+        out.residual_m.push_back((linear * a.col(i) - b.col(i)).norm());
         sum += out.residual_m.back() * out.residual_m.back();
       }
       out.rms_m = std::sqrt(sum / static_cast<double>(count));

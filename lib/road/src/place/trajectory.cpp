@@ -115,6 +115,19 @@ NearestPlace nearest_on(const Points& middle_m, bool closed, const Eigen::Vector
   return {std::sqrt(nearest), place, along};
 }
 
+/// The shortest x that solves A x = b in the least squares, A symmetric and without negative
+/// eigenvalues: a line that is straight says nothing of how far along it the points lie.
+Eigen::Vector3d smallest_solution(const Eigen::Matrix3d& A, const Eigen::Vector3d& b) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(A);
+  const double least = 1e-14 * solver.eigenvalues()[2];
+  Eigen::Vector3d x = Eigen::Vector3d::Zero();
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d axis = solver.eigenvectors().col(k);
+    if (solver.eigenvalues()[k] > least) x += axis * (axis.dot(b) / solver.eigenvalues()[k]);
+  }
+  return x;
+}
+
 /// Every point against the line beside it, whose direction leaves it free to slide along (Chen and
 /// Medioni 1992).
 AlignReport refined(RotoTranslation T, const Points& middle_m, bool closed,
@@ -138,7 +151,7 @@ AlignReport refined(RotoTranslation T, const Points& middle_m, bool closed,
       right -= J * across.dot((local - near.place).head<2>());
       above_m += (local - near.place).z() / static_cast<double>(trajectory_m.size());
     }
-    const Eigen::Vector3d step = normal.completeOrthogonalDecomposition().solve(right);
+    const Eigen::Vector3d step = smallest_solution(normal, right);
     T.yaw_rad -= step.x() / length_m;
     T.translation_m -= Eigen::AngleAxisd(T.yaw_rad, Eigen::Vector3d::UnitZ()) *
                        Eigen::Vector3d(step.y(), step.z(), -above_m);
