@@ -208,13 +208,17 @@ Fit by_acceleration(const std::vector<double>& travel, const std::vector<double>
       rows.push_back(static_cast<Eigen::Index>(i));
   const auto count = static_cast<Eigen::Index>(rows.size());
   if (count < 200) return {};
-  Eigen::MatrixXd known(count, 2), both(count, 2);
+  Eigen::VectorXd downforce(count);
+  Eigen::MatrixX2d left(count, 2);
   for (Eigen::Index k = 0; k < count; ++k) {
     const auto i = static_cast<std::size_t>(rows[static_cast<std::size_t>(k)]);
-    known.row(k) << 1.0, speed[i] * speed[i];
-    both.row(k) << acceleration[i], travel[i];
+    downforce[k] = speed[i] * speed[i];
+    left.row(k) << acceleration[i], travel[i];
   }
-  const Eigen::MatrixXd left = both - known * known.colPivHouseholderQr().solve(both);
+  downforce.array() -= downforce.mean();
+  left.rowwise() -= left.colwise().mean().eval();
+  if (const double all = downforce.squaredNorm(); all > 0.0)
+    left -= downforce * (downforce.transpose() * left / all).eval();
   const double xx = left.col(0).squaredNorm(), yy = left.col(1).squaredNorm(),
                xy = left.col(0).dot(left.col(1));
   if (!(xx > 0.0) || !(yy > 0.0)) return {};
