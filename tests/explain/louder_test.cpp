@@ -44,7 +44,7 @@ TEST(Louder, ADrawOfNoiseIsAsLargeAsThatOfTheSamples) {
 }
 
 // At 20 ms and 50 Hz it is named as a delay, and not told from a filter.
-TEST(Louder, AFilterOfTheAccelerometerIsAmongWhatItCannotBeToldFrom) {
+TEST(SlowLouder, AFilterOfTheAccelerometerIsAmongWhatItCannotBeToldFrom) {
   Proof proof("filtered", unless_heavy(3));
   const json found = proof.explain();
   ASSERT_EQ(found.at("findings").size(), 1u) << found.at("findings").dump(1);

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 
 #include "explain/fuel.h"
@@ -274,8 +273,6 @@ struct RoundTrip {
 class WriteCarAgain : public ::testing::TestWithParam<RoundTrip> {};
 
 TEST_P(WriteCarAgain, NothingIsMissingAnyMore) {
-  if (std::getenv("KERBSTONE_HEAVY") == nullptr && std::string(GetParam().scenario) != "burn")
-    GTEST_SKIP() << "half a minute: KERBSTONE_HEAVY=1";
   Proof proof(GetParam().scenario, unless_heavy(3));
   const json all = proof.explain();
   EXPECT_EQ(all.at("verdict"), "explained");
@@ -315,7 +312,7 @@ TEST_P(WriteCarAgain, NothingIsMissingAnyMore) {
   EXPECT_THAT(proof.folder.read("again.log"), HasSubstr("verdict: none"));
 }
 
-INSTANTIATE_TEST_SUITE_P(SecondCar, WriteCarAgain,
+INSTANTIATE_TEST_SUITE_P(SlowSecondCar, WriteCarAgain,
                          ::testing::Values(RoundTrip{"long", "vehicle.tyre_relaxation"},
                                            RoundTrip{"combined", "vehicle.tyre_combined_slip"},
                                            RoundTrip{"downforce", "vehicle.aero_downforce"},

@@ -105,7 +105,7 @@ void judge(const Trial& trial, const identify::Forces& f, double most_alpha_deg,
 // Bounds are 1.5 times those of the own car. Measured on 2026-11-26, 16 s each: 3.8 % at most of
 // fx, 2.8 % of fy, 0.02 degrees. On two laps of each (2026-11-27) 6.1 %, 2.7 % and 0.2 degrees, a
 // single wheel's slip angle 83.7 % inside.
-TEST(ForcesOfTrials, AreThoseOfTheirTyres) {
+TEST(SlowForcesOfTrials, AreThoseOfTheirTyres) {
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
   for (const bool third : {false, true}) {
     Trial trial(third, heavy ? 2 : 1, 7);
@@ -151,7 +151,7 @@ double steering_off(bool third, unsigned long long seed) {
 }
 
 // A sensor that is off by 1 mrad is found to be, beside tyres that are not the stated ones.
-TEST(ForcesOfTrials, TellTheSteeringSensorsOffset) {
+TEST(SlowForcesOfTrials, TellTheSteeringSensorsOffset) {
   const unsigned long long last = std::getenv("KERBSTONE_HEAVY") != nullptr ? 5 : 1;
   double squares = 0.0, count = 0.0;
   for (const bool third : {false, true})

@@ -447,7 +447,7 @@ TEST(ServeUnit, AStackDrivesALap) {
 
 // A wind that rises to 15 m/s and a road that becomes wet, beside the sensors of the road: the lap
 // is another one, and the same again.
-TEST(ServeUnit, AStackDrivesInChangingWeatherWithSensorsOfTheRoad) {
+TEST(SlowServeUnit, AStackDrivesInChangingWeatherWithSensorsOfTheRoad) {
   const support::TemporaryFolder folder;
   folder.file("weather.csv",
               "time_s,parameter.environment.wind_mps,parameter.environment.wind_heading_rad,"
