@@ -65,7 +65,8 @@ export function makeScene(sheet, windows, data, state) {
   scene.add(marker);
   const material = new MeshLambertMaterial({ vertexColors: true, side: DoubleSide });
   const windowMaterial = new MeshLambertMaterial({ vertexColors: true, side: DoubleSide });
-  let vertical = 5, chosen = null, pending = false, flying = null;
+  let vertical = 5, chosen = null, flying = null;
+  let pending = true;  // until its size is known: whoever sees that draws first
   let moved = null;  // what changed the range since the last picture
 
   // Map x, y, z become x, z, -y: three.js has y up.
@@ -248,7 +249,8 @@ export function makeScene(sheet, windows, data, state) {
   function later() {
     if (pending) return;
     pending = true;
-    requestAnimationFrame(render);
+    // Not where it has been drawn meanwhile.
+    requestAnimationFrame(() => { if (pending) render(); });
   }
 
   function resize() {
