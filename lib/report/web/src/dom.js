@@ -35,6 +35,11 @@ export function refill(box, ...children) {
   (now.find((each) => words(each) === held) ?? now[Math.min(place, now.length - 1)])?.focus({ preventScroll: true });
 }
 
+/// Text that is written many times a second: a node that says it already is left alone, for the browser would draw it anew.
+export function write(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
+
 export function css(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }

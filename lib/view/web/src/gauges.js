@@ -1,5 +1,5 @@
 // Bars beside a drive: what the car does, a mark at what it was asked for, and the load of each wheel.
-import { el } from '../../../report/web/src/dom.js';
+import { el, write } from '../../../report/web/src/dom.js';
 import { fixed } from '../../../report/web/src/format.js';
 
 export const kBrake_pa = 4e6, kMostSteer_rad = 0.3;  // full scale
@@ -43,7 +43,7 @@ export function makeGauges() {
       fill.style.width = percent(Math.abs(at - middle));
       mark.hidden = wanted === undefined;
       if (wanted !== undefined) mark.style.left = percent(share(wanted));
-      words.textContent = `${is === undefined ? '–' : text(is)} / ${wanted === undefined ? '–' : text(wanted)} ${unit}`;
+      write(words, `${is === undefined ? '–' : text(is)} / ${wanted === undefined ? '–' : text(wanted)} ${unit}`);
       Object.assign(node.dataset, { is: is ?? '', asked: wanted ?? '' });
     }
     const total = wheels.reduce((sum, wheel) => sum + now[`wheel.${wheel}.fz`], 0);

@@ -1,5 +1,5 @@
 // A drive of a unit in real time: keys or a gamepad drive, the road goes by.
-import { el, css } from '../../../report/web/src/dom.js';
+import { el, css, write } from '../../../report/web/src/dom.js';
 import { fixed } from '../../../report/web/src/format.js';
 import { run } from './jobs.js';
 import { getPacked, tellDrive, watchRun } from './server.js';
@@ -194,7 +194,10 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
   }
 
   function see(mine, measured) {
+    const stands = measured.time_s === mine.seen?.time_s && !measured.sights?.length;
     mine.seen = measured;
+    // The picture of a paused drive stays; gauges show what is asked for.
+    if (stands) { tell(measured.values); return; }
     sights.take(measured);
     lap(mine, measured.time_s, measured.values['car.u']);
     draw();
@@ -295,12 +298,12 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     for (const key of Object.keys(counts)) box.dataset[key] = counts[key];
     // A run that is watched measures what its driver wants.
     const told = (name, factor, unit) => (now[name] === undefined ? '–' : `${fixed(factor * now[name], 0)}${unit}`);
-    gauges.speed.textContent = told('car.vx', 3.6, ' km/h');
-    gauges.gear.textContent = bars.show(now, drive.asked).gear;
-    gauges.engine.textContent = told('car.engine', 30 / Math.PI, ' 1/min');
-    gauges.lap.textContent = drive.lapBegin === null ? '–' : `${fixed(drive.seen.time_s - drive.lapBegin, 1)} s`;
-    gauges.last.textContent = drive.times.length > 0 ? `${fixed(drive.times.at(-1), 2)} s` : '–';
-    gauges.best.textContent = drive.times.length > 0 ? `${fixed(Math.min(...drive.times), 2)} s` : '–';
+    write(gauges.speed, told('car.vx', 3.6, ' km/h'));
+    write(gauges.gear, bars.show(now, drive.asked).gear);
+    write(gauges.engine, told('car.engine', 30 / Math.PI, ' 1/min'));
+    write(gauges.lap, drive.lapBegin === null ? '–' : `${fixed(drive.seen.time_s - drive.lapBegin, 1)} s`);
+    write(gauges.last, drive.times.length > 0 ? `${fixed(drive.times.at(-1), 2)} s` : '–');
+    write(gauges.best, drive.times.length > 0 ? `${fixed(Math.min(...drive.times), 2)} s` : '–');
     box.dataset.time = drive.seen.time_s;
     box.dataset.speed = now['car.vx'];
   }

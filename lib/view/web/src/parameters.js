@@ -1,5 +1,5 @@
 // Parameters of a unit that may be changed while it drives: chosen before the drive, set at any time.
-import { el, table } from '../../../report/web/src/dom.js';
+import { el, table, write } from '../../../report/web/src/dom.js';
 import { show } from '../../../report/web/src/format.js';
 import { run } from './jobs.js';
 import { getBytes } from './server.js';
@@ -73,6 +73,6 @@ export function makeParameters({ say }) {
     },
     /// What was set since the last time.
     take() { const said = wanted; wanted = {}; return said; },
-    show(now) { for (const [name, row] of rows) if (now[name] !== undefined) row.now.textContent = show(now[name], 6); },
+    show(now) { for (const [name, row] of rows) if (now[name] !== undefined) write(row.now, show(now[name], 6)); },
   };
 }
