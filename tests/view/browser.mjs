@@ -7,7 +7,7 @@ import { join, resolve } from 'node:path';
 /// Machines that build beside it are slow; nothing here waits for long on a calm one.
 export const kPatience_ms = 120000;
 
-const chromiumPath = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
+export const chromiumPath = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
 
 /// Ends the test as skipped where something is missing; gives require() of the npm packages.
 export function packagesOf(source) {
@@ -38,13 +38,17 @@ export function end(server) {
   return ended;
 }
 
+// Chromium draws the list below its address line beforehand, for each window, which costs as much as a small page. Of this switch the last one counts: the others are those of playwright.
+const without = ['WebUIOmniboxPopup', 'WebUIOmniboxAimPopup', 'AvoidUnnecessaryBeforeUnloadCheckSync', 'BoundaryEventDispatchTracksNodeRemoval', 'DestroyProfileOnBrowserClose',
+  'DialMediaRouteProvider', 'GlobalMediaControls', 'HttpsUpgrades', 'LensOverlay', 'MediaRouter', 'OptimizationHints', 'PaintHolding', 'RenderDocument', 'ThirdPartyStoragePartitioning', 'Translate'];
+
 /// A browser in which the processor draws.
 export const launch = (require, words = []) => require('playwright-core').chromium.launch({
   executablePath: chromiumPath, headless: true,
-  // The scene alone is drawn by an emulated graphics card; all else without one: half the work.
+  // The scene alone is drawn by an emulated graphics card; all else without one, the page composed of its parts, too: half the work.
   args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist',
-    '--disable-gpu-rasterization', '--disable-accelerated-2d-canvas', '--disable-background-networking',
-    '--disable-component-update', '--disable-sync', '--no-first-run', ...words],
+    '--disable-gpu-rasterization', '--disable-gpu-compositing', '--disable-accelerated-2d-canvas', '--disable-background-networking',
+    '--disable-component-update', '--disable-sync', '--no-first-run', `--disable-features=${without.join()}`, ...words],
 });
 
 /// A page of that browser, not loaded yet, and what tests do with it. `shots`: the folder of pictures, if wanted. `more`: of the context.
