@@ -7,6 +7,12 @@ import { join, resolve } from 'node:path';
 /// Machines that build beside it are slow; nothing here waits for long on a calm one.
 export const kPatience_ms = 120000;
 
+/// Whether all is done; else each part of the page is opened and each feature used once.
+export const isHeavy = Boolean(process.env.KERBSTONE_HEAVY);
+
+/// The demo circuit, or a smaller one.
+export const circuitOf = (source) => join(source, isHeavy ? 'tracks/kerbstone-ring/circuit.yaml' : 'tests/view/oval.yaml');
+
 export const chromiumPath = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
 
 /// Ends the test as skipped where something is missing; gives require() of the npm packages.
