@@ -1,5 +1,6 @@
 #include "crg/edit.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -52,7 +53,7 @@ void expect_no_errors(const Crg& crg) {
 TEST(Edit, CropKeepsPlaceAndHeight) {
   const Crg road = hilly();
   const Crg part = crop(road, {.u_begin_m = 10.05, .u_end_m = 40.0, .v_left_m = 1.0});
-  EXPECT_NEAR(part.grid.u_begin_m, 10.2, 1e-12);
+  EXPECT_NEAR(part.grid.u_begin_m, 10.0, 1e-12);
   EXPECT_NEAR(part.grid.u_of(part.grid.rows() - 1), 40.0, 1e-9);
   EXPECT_EQ(part.grid.v_m.front(), -3.0);
   EXPECT_NEAR(part.grid.v_m.back(), 1.0, 1e-12);
@@ -112,11 +113,41 @@ TEST(Edit, AppendJoinsWhatCropTookApart) {
   EXPECT_EQ(joined.grid.z_m, road.grid.z_m);
   EXPECT_LT(worst_height_difference(road, joined, 0.3), 1e-6);
   expect_no_errors(joined);
-  const Crg far = hilly(50);
+  // Cut between two rows, both share one all the same.
+  EXPECT_EQ(append(crop(road, {.u_end_m = 29.93}), crop(road, {.u_begin_m = 29.93})).grid.z_m,
+            road.grid.z_m);
+  Crg far = second;
+  set_value(far.modifiers, "REFLINE_OFFSET_X", 40.0);
+  set_value(far.modifiers, "REFLINE_OFFSET_PHI", 0.7);
+  set_value(far.modifiers, "REFLINE_OFFSET_Z", 4.0);
   EXPECT_THROW(append(first, far), Error);
   const Crg moved = append(first, far, {.move = true});
-  EXPECT_EQ(moved.grid.rows(), first.grid.rows() + 49);
+  EXPECT_EQ(moved.grid.rows(), road.grid.rows());
+  EXPECT_LT(worst_height_difference(road, moved, 0.3), 1e-5);
   EXPECT_THROW(append(first, hilly(50, 0.25)), Error);
+}
+
+TEST(Edit, AppendMakesNoCliff) {
+  const Crg road = hilly();
+  const Crg first = crop(road, {.u_end_m = 30.0}), second = crop(road, {.u_begin_m = 30.0});
+  Crg low = second;
+  set_value(low.modifiers, "REFLINE_OFFSET_Z", -0.99);
+  try {
+    append(first, low);
+    ADD_FAILURE() << "a cliff of 0.99 m";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("it starts 0.99"));
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("m below the end of "));
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("let the second road be moved"));
+  }
+  EXPECT_LT(worst_height_difference(road, append(first, low, {.move = true}), 0.3), 1e-5);
+  // A height of the grid's own, which the line knows nothing of.
+  Crg raised = second;
+  for (float& z : raised.grid.z_m) z += 4.01f;
+  EXPECT_THROW(append(first, raised), Error);
+  EXPECT_LT(worst_height_difference(road, append(first, raised, {.move = true}), 0.3), 1e-5);
+  // Cross sections that differ meet nowhere.
+  EXPECT_THROW(append(first, hilly(50), {.move = true}), Error);
 }
 
 TEST(Edit, ModifiersAreWorkedIn) {

@@ -10,12 +10,13 @@
 namespace crg {
 
 struct CropOptions {
-  std::optional<double> u_begin_m = {}, u_end_m = {};   ///< rows within; default: all
+  std::optional<double> u_begin_m = {}, u_end_m = {};   ///< the rows next to them; default: all
   std::optional<double> v_right_m = {}, v_left_m = {};  ///< columns within; default: all
 };
 
-/// The rows and columns whose nodes lie within the ranges (1e-6 m of tolerance); u and v stay what
-/// they were. A closed track of which rows are cut off becomes an open road.
+/// The rows between those next to the bounds and the columns whose nodes lie within (1e-6 m of
+/// tolerance); u and v stay what they were. Two parts cut at one u share a row, as append() wants.
+/// A closed track of which rows are cut off becomes an open road.
 Crg crop(Crg crg, const CropOptions& options);
 
 struct ResampleOptions {
@@ -38,7 +39,9 @@ struct AppendOptions {
 };
 
 /// Both roads in one: the rows of `second` behind those of `first`, their common row once. Wants
-/// the same step and columns, and unless moved, ends that meet within 1 mm and 1 mrad.
+/// the same step and columns, cross sections that meet within 10 mm of height, and unless moved,
+/// ends that meet within 1 mm and 1 mrad. A road that is moved is raised by the median of what its
+/// columns are off; its slope along u stays.
 Crg append(Crg first, Crg second, const AppendOptions& options = {});
 
 }  // namespace crg

@@ -119,8 +119,11 @@ Crg crop(Crg crg, const CropOptions& options) {
     return !bound || value <= *bound + kTolerance_m;
   };
   std::size_t row = 0, row_end = grid.rows(), column = 0, column_end = grid.columns();
-  while (row < row_end && !low(options.u_begin_m, grid.u_of(row))) ++row;
-  while (row_end > row && !high(options.u_end_m, grid.u_of(row_end - 1))) --row_end;
+  // The rows next to the bounds: two roads that are cut at one place share a row.
+  const double half_m = 0.5 * grid.u_step_m;
+  while (row < row_end && options.u_begin_m && grid.u_of(row) <= *options.u_begin_m - half_m) ++row;
+  while (row_end > row && options.u_end_m && grid.u_of(row_end - 1) > *options.u_end_m + half_m)
+    --row_end;
   while (column < column_end && !low(options.v_right_m, grid.v_m[column])) ++column;
   while (column_end > column && !high(options.v_left_m, grid.v_m[column_end - 1])) --column_end;
   if (row_end - row < 2 || column_end - column < 2) {
@@ -219,6 +222,43 @@ Crg reverse(Crg crg) {
   return result;
 }
 
+namespace {
+
+constexpr double kLargestStep_m = 0.01;  // as at the seam of a closed road
+
+/// By how much a column of the second road has to be raised to meet the first where they join.
+struct Step {
+  double v_m, up_m;
+};
+
+/// By how much the second road is raised: the median of `steps` where it may move, else not at all.
+/// Throws Error where the cross sections do not meet.
+double rise_at_joint(std::vector<Step> steps, bool move, const Crg& first, const Crg& second) {
+  if (steps.empty())
+    throw Error(second.source + ": no column has a height both here, where it starts, and where " +
+                first.source + " ends: want cross sections that overlap");
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end(),
+                   [](const Step& a, const Step& b) { return a.up_m < b.up_m; });
+  const double median_m = middle->up_m, rise_m = move ? median_m : 0.0;
+  const auto worst = [&](double raised_m) {
+    return *std::max_element(steps.begin(), steps.end(), [&](const Step& a, const Step& b) {
+      return std::abs(a.up_m - raised_m) < std::abs(b.up_m - raised_m);
+    });
+  };
+  const Step step = worst(rise_m);
+  if (std::abs(step.up_m - rise_m) <= kLargestStep_m) return rise_m;
+  const bool moving_helps = std::abs(worst(median_m).up_m - median_m) <= kLargestStep_m;
+  throw Error(second.source + ": at v = " + shortest(step.v_m) + " m it starts " +
+              shortest(std::abs(step.up_m - rise_m)) + " m " +
+              (step.up_m > rise_m ? "below" : "above") + " the end of " + first.source +
+              ": want at most " + shortest(kLargestStep_m) + " m; " +
+              (moving_helps ? "or let the second road be moved, which raises it to fit"
+                            : "the cross sections differ, crop both to the columns that agree"));
+}
+
+}  // namespace
+
 Crg append(Crg first, Crg second, const AppendOptions& options) {
   first = apply_modifiers(std::move(first));
   second = apply_modifiers(std::move(second));
@@ -243,7 +283,6 @@ Crg append(Crg first, Crg second, const AppendOptions& options) {
   };
   const std::size_t last = a.size() - 1;
   const double turn = options.move ? a.heading_rad[last] - b.heading_rad[0] : 0.0;
-  const double rise = options.move ? height(a, last) - height(b, 0) : 0.0;
   const Point2 end{a.x_m[last], a.y_m[last]}, start{b.x_m[0], b.y_m[0]};
   if (!options.move) {
     const double gap = std::hypot(end.x_m - start.x_m, end.y_m - start.y_m);
@@ -255,6 +294,15 @@ Crg append(Crg first, Crg second, const AppendOptions& options) {
                   ": want the ends to meet; or let the second road be moved");
     }
   }
+  std::vector<Step> steps;
+  for (std::size_t j = 0; j < first.grid.columns(); ++j) {
+    const double v_m = first.grid.v_m[j];
+    const double up_m = height(a, last) - height(b, 0) + (banking(a, last) - banking(b, 0)) * v_m +
+                        static_cast<double>(first.grid.z_m[last * first.grid.columns() + j]) -
+                        static_cast<double>(second.grid.z_m[j]);
+    if (std::isfinite(up_m)) steps.push_back({v_m, up_m});
+  }
+  const double rise = rise_at_joint(std::move(steps), options.move, first, second);
   const bool z = !a.z_m.empty() || !b.z_m.empty() || rise != 0.0,
              bank = !a.banking.empty() || !b.banking.empty();
   if (z && a.z_m.empty()) a.z_m.assign(a.size(), 0.0);
