@@ -150,7 +150,8 @@ TEST(BuildVerdict, ARoadThatItsOwnReportCallsNotUsableExitsWithThreeEveryTime) {
   };
   const auto expect_refused = [&](const Ran& ran, bool reused) {
     EXPECT_EQ(ran.code, 3);
-    EXPECT_THAT(ran.err, HasSubstr("ridge.crg: not usable, 1 error; see "));
+    EXPECT_THAT(ran.err, HasSubstr("ridge.crg: not usable, 1 error: "));
+    EXPECT_THAT(ran.err, HasSubstr("at u = "));
     EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
     EXPECT_EQ(ran.out.find("reused: nothing has changed") != std::string::npos, reused) << ran.out;
   };

@@ -48,8 +48,8 @@ std::string sentence(const road::ReportFiles& files) {
     case road::Verdict::usable_with_remarks:
       return fmt::format("usable with {} remarks", files.remarks);
     case road::Verdict::not_usable:
-      return fmt::format("not usable: {} error{}, {} remark{}", files.errors,
-                         files.errors == 1 ? "" : "s", files.remarks,
+      return fmt::format("not usable: {} error{}, {} remark{}", files.errors.size(),
+                         files.errors.size() == 1 ? "" : "s", files.remarks,
                          files.remarks == 1 ? "" : "s");
   }
   return "";
@@ -99,7 +99,7 @@ int run_report(const ReportCommand& command, Terminal& terminal) {
   if (terminal.json) {
     terminal.print(
         base::json_text(nlohmann::ordered_json{{"verdict", road::to_string(files.verdict)},
-                                               {"errors", files.errors},
+                                               {"errors", files.errors.size()},
                                                {"remarks", files.remarks},
                                                {"report_json", files.json_path},
                                                {"report_html", files.page_path}}));

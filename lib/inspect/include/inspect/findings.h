@@ -12,7 +12,8 @@ namespace road {
 enum class Severity { remark, error };  ///< error: the road is not usable as it is
 
 /// One place where something is wrong. kind is one of: tile_step, hole, nan_stripe, fold,
-/// wrong_seam, bump, pothole, kerb_loss, deviation, no_reference, file (docs/report.md).
+/// wrong_seam, bump, pothole, kerb_loss, deviation, no_reference, file, validation
+/// (docs/report.md).
 struct Finding {
   std::string kind;
   double u_begin_m = 0.0, u_end_m = 0.0;

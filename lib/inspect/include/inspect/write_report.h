@@ -57,9 +57,11 @@ struct ReportRequest {
   std::string grip_path;             ///< a road file that holds friction in place of heights
   const std::vector<Provenance>* provenance = nullptr;  ///< per node of the file
   std::vector<ReportSource> sources;
-  std::vector<std::string> remarks;  ///< of the build that made the road: shown among the notes
-  std::string command_line;          ///< that makes the road, or this report, again
-  unsigned threads = 0;              ///< 0 = all cores; any number gives the same bytes
+  std::vector<std::string> remarks;   ///< of the build that made the road: shown among the notes
+  std::vector<std::string> failures;  ///< why that build says that the road must not be used: each
+                                      ///< is an error of the report
+  std::string command_line;           ///< that makes the road, or this report, again
+  unsigned threads = 0;               ///< 0 = all cores; any number gives the same bytes
 };
 
 /// Reads the files and computes everything. Throws Error, crg::Error.
@@ -69,7 +71,8 @@ struct ReportFiles {
   std::string json_path;  ///< DIR/report.json
   std::string page_path;  ///< DIR/report.html; empty when this build has no page (scripts/setup)
   Verdict verdict = Verdict::usable;
-  std::size_t remarks = 0, errors = 0;  ///< findings
+  std::size_t remarks = 0;          ///< findings that are none of the errors
+  std::vector<std::string> errors;  ///< what each says, with its place
 };
 
 /// Writes both files into `output_dir` (made if missing), each whole or not at all.

@@ -174,6 +174,14 @@ void add_checked(const crg::CheckReport& checked, const HeightMap& map,
   }
 }
 
+/// What the build that made the road says against its use.
+void add_failures(const std::vector<std::string>& failures, const HeightMap& map,
+                  std::vector<Finding>& findings) {
+  for (const std::string& failure : failures)
+    findings.push_back({"validation", map.line.u_begin_m, map.u_end_m(), map.v_m.front(),
+                        map.v_m.back(), 1.0, "1", Severity::error, failure});
+}
+
 void add_findings(const std::vector<Finding>& findings, report::TrackReport& report) {
   report.verdict = to_string(verdict_of(findings));
   for (const Finding& f : findings) {
@@ -218,6 +226,7 @@ report::TrackReport make_report(const ReportRequest& request) {
   finding_options.closed = map.line.closed;
   finding_options.threads = request.threads;
   std::vector<Finding> findings = find_defects(map, by_shape, finding_options);
+  add_failures(request.failures, map, findings);
 
   const Compared compared = compare_all({surface, map, kerbs}, request, report);
   std::optional<crg::Surface> grip;

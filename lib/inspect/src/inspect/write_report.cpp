@@ -20,6 +20,13 @@ Verdict verdict_named(const std::string& name) {
       fmt::format("verdict '{}' seen, usable, usable_with_remarks or not_usable wanted", name));
 }
 
+void count(const std::string& severity, const std::string& text, ReportFiles& files) {
+  if (severity == to_string(Severity::error))
+    files.errors.push_back(text);
+  else
+    ++files.remarks;
+}
+
 }  // namespace
 
 ReportFiles write_report(const ReportRequest& request, const std::string& output_dir) {
@@ -33,7 +40,7 @@ ReportFiles write_report(const ReportRequest& request, const std::string& output
   }
   ReportFiles files;
   files.verdict = verdict_named(made.verdict);
-  for (const auto& f : made.findings) ++(f.severity == "error" ? files.errors : files.remarks);
+  for (const auto& f : made.findings) count(f.severity, f.text, files);
   const std::filesystem::path dir(output_dir);
   files.json_path = (dir / "report.json").string();
   base::write_file(files.json_path, report::report_json(made));
@@ -52,7 +59,8 @@ ReportFiles read_report(const std::string& output_dir) {
     const auto json = nlohmann::json::parse(file);
     files.verdict = verdict_named(json.at("verdict").get<std::string>());
     for (const auto& finding : json.at("findings"))
-      ++(finding.at("severity") == "error" ? files.errors : files.remarks);
+      count(finding.at("severity").get<std::string>(), finding.at("text").get<std::string>(),
+            files);
   } catch (const nlohmann::json::exception&) {
     throw Error(fmt::format("{}: no report with a verdict; make it with 'crgbuild report'",
                             files.json_path));

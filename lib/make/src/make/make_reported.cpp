@@ -35,6 +35,19 @@ bool is_road_file(const std::string& path) {
   return begin.starts_with("$CT") || begin.starts_with("$ROAD_CRG");
 }
 
+/// Why a road must not be used, the first errors by their words; empty where there are none.
+std::string not_usable(const std::string& crg_path, const std::vector<std::string>& errors,
+                       const std::string& see) {
+  if (errors.empty()) return "";
+  constexpr std::size_t kTold = 3;
+  std::string text = fmt::format("{}: not usable, {} error{}: ", crg_path, errors.size(),
+                                 errors.size() == 1 ? "" : "s");
+  for (std::size_t k = 0; k < std::min(kTold, errors.size()); ++k)
+    text += (k > 0 ? "; " : "") + base::one_line(errors[k]);
+  if (errors.size() > kTold) text += fmt::format("; {} more", errors.size() - kTold);
+  return text + "; see " + see;
+}
+
 /// Where smoothing would have moved more than it may; empty where nowhere.
 std::string smoothing_bound(const Json& s) {
   const auto held = s.at("smooth").at("nodes_at_bound").get<std::size_t>();
@@ -64,8 +77,8 @@ ReportFiles report_build(const BuildRequest& order, const Recipe& recipe, const 
   request.command_line =
       command_line("build", {{"", order.input}, {"-o", order.output_dir}}, order.values);
   const Json summary = Json::parse(result.summary_json);
-  if (const std::string bound = smoothing_bound(summary); !bound.empty())
-    request.remarks.push_back(bound);
+  request.remarks = remarks_of(result.summary_json);
+  request.failures = result.validation_failures;
   const Json& align = summary.at("align");
   if (!align.is_null() &&
       (align["by"] == "trajectory" || align["by"] == "guide")) {  // by the build
@@ -182,9 +195,9 @@ ReportedBuild make_reported(const BuildRequest& request, Recipe recipe, const Pr
 }
 
 std::string why_not_usable(const ReportedBuild& build) {
-  if (!build.result.validation_failures.empty())
-    return validation_failed(build.result.crg_path, build.result.validation_failures);
-  return build.report ? not_usable(build.result.crg_path, *build.report) : "";
+  if (build.report) return not_usable(build.result.crg_path, *build.report);
+  return not_usable(build.result.crg_path, build.result.validation_failures,
+                    build.result.summary_path);
 }
 
 std::string validation_failed(const std::string& crg_path,
@@ -195,10 +208,8 @@ std::string validation_failed(const std::string& crg_path,
 }
 
 std::string not_usable(const std::string& crg_path, const ReportFiles& files) {
-  if (files.verdict != Verdict::not_usable) return "";
-  return fmt::format("{}: not usable, {} error{}; see {}", crg_path, files.errors,
-                     files.errors == 1 ? "" : "s",
-                     files.page_path.empty() ? files.json_path : files.page_path);
+  return not_usable(crg_path, files.errors,
+                    files.page_path.empty() ? files.json_path : files.page_path);
 }
 
 std::vector<std::string> remarks_of(const std::string& summary_json) {
