@@ -284,6 +284,7 @@ class Called : public ::testing::Test {
           {"from-edges", f / "left.csv", f / "right.csv", "-o", f / "e"},
           {"clean", f / "s.obj", "-o", f / "clean.obj"},
           {"preview", f / "s.obj", "-o", f / "preview.glb"},
+          {"objects", f / "s.obj"},
           {"centreline", f / "s.obj", "-o", f / "line.csv"},
           {"sample", f / "s.obj", "--centreline", f / "out/centreline.csv", "-o", f / "sample.crg"},
           {"kerb", crg, "--mesh", f / "s.obj", "-o", f / "kerb.crg"},

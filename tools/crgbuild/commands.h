@@ -58,6 +58,12 @@ struct PreviewCommand {
 };
 int run_preview(const PreviewCommand& command, Terminal& terminal);
 
+struct ObjectsCommand {
+  std::string input;
+  RecipeFlags flags;
+};
+int run_objects(const ObjectsCommand& command, Terminal& terminal);
+
 struct CentrelineCommand {
   std::string input, output;
   RecipeFlags flags;

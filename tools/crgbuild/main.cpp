@@ -62,6 +62,7 @@ struct Commands {
   FromEdgesCommand from_edges;
   CleanCommand clean;
   PreviewCommand preview;
+  ObjectsCommand objects;
   CentrelineCommand centreline;
   SampleCommand sample;
   KerbCommand kerb;
@@ -111,7 +112,7 @@ void define_main_way(CLI::App& app, Commands& c) {
       "  crgbuild build track.obj -o out\n"
       "  crgbuild build track.fbx -o out --up y --unit cm --v-max-m 12\n"
       "  crgbuild build tracks/g-track-1/track.yaml -o out --smooth-window-m 1\n\n"
-      "Exit code 3 when validation failed or the report says that the road is not usable.");
+      "Exit code 3 when the road must not be used: validation or the report found an error.");
 
   CLI::App* validate =
       app.add_subcommand("validate", "compares a .crg with the mesh it was made from");
@@ -231,6 +232,19 @@ void define_line_stages(CLI::App& app, Commands& c) {
       "made is shown too, with the reason.\n\n"
       "Example:\n  crgbuild preview track.fbx -o track.glb");
 
+  CLI::App* objects =
+      app.add_subcommand("objects", "lists the objects of a mesh: what each is taken for, and why");
+  add_input(*objects, "input", c.objects.input, kMeshHelp)->required();
+  add_recipe_flags(*objects, c.objects.flags, {"read", "clean"});
+  objects->footer(
+      "Columns: class, area, median height above the road that lies over or under it, triangles,\n"
+      "object, material, and what tells: a name rule, shape, colour or the guide. Where the class "
+      "is\n"
+      "wrong, a rule in track.yaml says what is right:\n"
+      "  name_rules:\n"
+      "    - {object: '^Plate$', class: scenery}\n\n"
+      "Example:\n  crgbuild objects track.fbx");
+
   CLI::App* centreline = app.add_subcommand("centreline", "stage 2: traces the middle of the road");
   add_input(*centreline, "input", c.centreline.input,
             "surface from 'clean' (or a mesh or track.yaml, cleaned first)")
@@ -330,8 +344,8 @@ void define_edits(CLI::App& app, Commands& c) {
            "road.crg -o text.crg --format lrfi");
   CLI::App* crop = add_edit(app, "crop", "keeps a part of a road", c.crop,
                             "road.crg -o part.crg --u-begin-m 100 --u-end-m 400");
-  add_metres(*crop, "--u-begin-m", c.crop.u_begin_m, "first u to keep [all]");
-  add_metres(*crop, "--u-end-m", c.crop.u_end_m, "last u to keep [all]");
+  add_metres(*crop, "--u-begin-m", c.crop.u_begin_m, "first u to keep, the row next to it [all]");
+  add_metres(*crop, "--u-end-m", c.crop.u_end_m, "last u to keep, the row next to it [all]");
   add_metres(*crop, "--v-right-m", c.crop.v_right_m, "rightmost v to keep [all]");
   add_metres(*crop, "--v-left-m", c.crop.v_left_m, "leftmost v to keep [all]");
   CLI::App* resample = add_edit(app, "resample", "puts a road on another grid", c.resample,
@@ -476,6 +490,8 @@ int run(const CLI::App& app, const Commands& c, Terminal& terminal) {
     return naming(c.from_edges.left, [&] { return run_from_edges(c.from_edges, terminal); });
   if (name == "preview")
     return naming(c.preview.input, [&] { return run_preview(c.preview, terminal); });
+  if (name == "objects")
+    return naming(c.objects.input, [&] { return run_objects(c.objects, terminal); });
   if (name == "clean") return naming(c.clean.input, [&] { return run_clean(c.clean, terminal); });
   if (name == "centreline")
     return naming(c.centreline.input, [&] { return run_centreline(c.centreline, terminal); });

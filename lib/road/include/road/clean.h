@@ -29,6 +29,10 @@ struct NameRule {
 /// and plain words (road, asphalt, kerb, curb, grass, gravel, tree, wall, fence ...).
 std::vector<NameRule> default_name_rules();
 
+/// For each object the rule that decides, by its place in `rules`; empty where none matches.
+std::vector<std::optional<std::size_t>> rules_of(const std::vector<MeshObject>& objects,
+                                                 const std::vector<NameRule>& rules);
+
 /// What tells road from scenery. `automatic`: the names, unless geometry alone disagrees with them
 /// and finds the more plausible road.
 /// `no` leaves out colours too.

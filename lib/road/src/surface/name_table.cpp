@@ -20,17 +20,18 @@ std::string lower_case(std::string text) {
 }  // namespace
 
 NameTable::NameTable(const std::vector<NameRule>& rules, const std::string& convention) {
-  for (const NameRule& rule : rules) {
+  for (std::size_t k = 0; k < rules.size(); ++k) {
+    const NameRule& rule = rules[k];
     if (!rule.convention.empty() && rule.convention != convention) continue;
     try {
-      compiled_.push_back({rule.field, rule.surface_class, NamePattern(rule.pattern), {}});
+      compiled_.push_back({k, rule.field, rule.surface_class, NamePattern(rule.pattern), {}});
     } catch (const Error& error) {
       throw Error(fmt::format("name rule {}", error.what()));
     }
   }
 }
 
-std::optional<SurfaceClass> NameTable::class_of(const MeshObject& object) {
+const NameTable::Rule* NameTable::match(const MeshObject& object) {
   const std::array<std::string, 3> text{lower_case(object.name), lower_case(object.material),
                                         lower_case(object.texture)};
   for (Rule& rule : compiled_) {
@@ -44,9 +45,19 @@ std::optional<SurfaceClass> NameTable::class_of(const MeshObject& object) {
       if (inserted) known->second = rule.pattern.is_in(subject);
       matches = known->second;
     }
-    if (matches) return rule.surface_class;
+    if (matches) return &rule;
   }
-  return std::nullopt;
+  return nullptr;
+}
+
+std::optional<SurfaceClass> NameTable::class_of(const MeshObject& object) {
+  const Rule* rule = match(object);
+  return rule != nullptr ? std::optional(rule->surface_class) : std::nullopt;
+}
+
+std::optional<std::size_t> NameTable::rule_of(const MeshObject& object) {
+  const Rule* rule = match(object);
+  return rule != nullptr ? std::optional(rule->place) : std::nullopt;
 }
 
 std::string convention_of(const std::vector<MeshObject>& objects,
@@ -65,6 +76,14 @@ std::string convention_of(const std::vector<MeshObject>& objects,
     }
   }
   return {};
+}
+
+std::vector<std::optional<std::size_t>> rules_of(const std::vector<MeshObject>& objects,
+                                                 const std::vector<NameRule>& rules) {
+  NameTable table(rules, convention_of(objects, rules));
+  std::vector<std::optional<std::size_t>> out;
+  for (const MeshObject& object : objects) out.push_back(table.rule_of(object));
+  return out;
 }
 
 MeshReadOptions read_to_clean(MeshReadOptions read, const CleanOptions& options) {

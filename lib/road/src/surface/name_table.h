@@ -19,14 +19,18 @@ class NameTable {
 
   /// Of the first rule that matches.
   std::optional<SurfaceClass> class_of(const MeshObject& object);
+  /// That rule's place in the table that was given.
+  std::optional<std::size_t> rule_of(const MeshObject& object);
 
  private:
   struct Rule {
+    std::size_t place;
     NameRule::Field field;
     SurfaceClass surface_class;
     NamePattern pattern;
     std::unordered_map<std::string, bool> answers;
   };
+  const Rule* match(const MeshObject& object);
   std::vector<Rule> compiled_;
 };
 
