@@ -43,7 +43,9 @@ TEST(Objects, OfAMeshThatIsRefusedAreListedByTheirNames) {
   support::add_ring_strip(mesh, "tree", 5.0, 6.0, 0.0, 4.0);
   const std::string path = folder.path("tree.obj");
   road::export_mesh(mesh, path);
-  const road::ObjectTable table = road::objects_of(road::recipe_for_mesh(path));
+  road::Recipe recipe = road::recipe_for_mesh(path);
+  recipe.read.up = road::UpAxis::z;
+  const road::ObjectTable table = road::objects_of(recipe);
   EXPECT_NE(table.refusal, "");
   ASSERT_EQ(table.rows.size(), 1U);
   EXPECT_EQ(table.rows[0].surface_class, "scenery");
