@@ -9,7 +9,7 @@
 namespace road {
 
 struct MeshExportOptions {
-  UpAxis up = UpAxis::z;  ///< y: (x, y, z) is written as (x, z, -y); automatic counts as z
+  UpAxis up = UpAxis::z;  ///< turned_from_z(); y: (x, y, z) is written as (x, z, -y)
   Unit unit = Unit::m;    ///< coordinates are written in this unit; automatic counts as m
 };
 

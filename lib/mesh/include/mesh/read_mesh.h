@@ -4,13 +4,15 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "mesh/error.h"
 #include "mesh/mesh.h"
+#include "mesh/up_axis.h"
 
 namespace road {
 
-enum class UpAxis { automatic, y, z };
 enum class Unit { automatic, m, cm, mm, ft, inch, yard };
 
 struct NamedUnit {
@@ -38,13 +40,17 @@ constexpr Unit unit_called(std::string_view name) {
 }
 
 struct MeshReadOptions {
-  /// automatic: the format's own rule (.ac, .acc, .gltf, .glb: y) checked against where the large
-  /// flat faces point; formats without a rule take the axis that the faces tell.
+  /// automatic: the line along which the large flat faces point, in the direction that at least
+  /// 90 % of them look to. Where they look both ways, or the format has a rule for this line (.ac,
+  /// .acc, .b3d, .dae, .gltf, .glb: y; .fbx: what it states), the format's direction; else the
+  /// positive one.
   UpAxis up = UpAxis::automatic;
   /// automatic: metres, refused when the size of the mesh speaks against it (see read_mesh).
   Unit unit = Unit::automatic;
   /// Factor on top of the unit, for meshes whose unit has no name.
   double scale = 1.0;
+  /// Reflects the plan, for files in which left and right are exchanged.
+  bool mirror = false;
   /// Files that the mesh refers to (.bin, .mtl) may lie outside the folder of the mesh. Not by
   /// default: a mesh from elsewhere shall not choose what is read here.
   bool allow_outside = false;
@@ -58,6 +64,17 @@ struct MeshReadOptions {
   std::function<bool(const std::vector<MeshObject>&)> want_colours = {};
 };
 
+/// Neither a file nor the faces in it tell which axis points up.
+class UnknownUp : public Error {
+ public:
+  UnknownUp(const std::string& what, std::vector<UpAxis> could_be)
+      : Error(what), could_be_(std::move(could_be)) {}
+  const std::vector<UpAxis>& could_be() const { return could_be_; }
+
+ private:
+  std::vector<UpAxis> could_be_;
+};
+
 /// A file that a mesh refers to.
 struct MeshFile {
   std::string path;  ///< as it was opened: the mesh's folder in front
@@ -67,7 +84,9 @@ struct MeshFile {
 
 /// What was decided and seen while reading; for summary.json.
 struct MeshReadReport {
-  std::string up;                ///< "y" or "z"
+  std::string up;                ///< "x" to "-z"
+  std::string up_why;            ///< "from the faces of 14,210 triangles"
+  bool mirrored = false;         ///< because the options say so
   std::string unit;              ///< "m", "cm", "mm", "ft", "inch", "yard"
   double scale = 1.0;            ///< as in MeshReadOptions
   double metres_per_unit = 1.0;  ///< of the coordinates in the file: unit times scale
@@ -85,12 +104,12 @@ struct MeshReadReport {
 };
 
 /// Reads any format assimp knows (.obj .glb .gltf .ply .stl .fbx .dae .3ds .ac .acc ...), glTF
-/// compressed by Draco too. y-up source axes (ax, ay, az) become (ax, -az, ay). Large coordinates
-/// (UTM) of text formats and of double PLY survive: a local origin is subtracted in double before
-/// assimp sees them. Throws Error: missing, empty, truncated, no triangles, not finite or > 1e7 m
-/// coordinates (with object name and vertex), wrong axis or unit (what was seen, which flag to
-/// give), nested beyond reason, refers to geometry outside its folder, or its reader crashed or
-/// took far too much time or memory.
+/// compressed by Draco too. Source axes are turned (turned_up()), never mirrored unless the options
+/// or the file say so. Large coordinates (UTM) of text formats and of double PLY survive: a local
+/// origin is subtracted in double before assimp sees them. Throws Error: missing, empty, truncated,
+/// no triangles, not finite or > 1e7 m coordinates (with object name and vertex), wrong axis or
+/// unit (what was seen, which flag to give), nested beyond reason, refers to geometry outside its
+/// folder, or its reader crashed or took far too much time or memory.
 Mesh read_mesh(const std::string& path, const MeshReadOptions& options = {},
                MeshReadReport* report = nullptr);
 

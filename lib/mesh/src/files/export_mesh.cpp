@@ -28,8 +28,7 @@ Mesh in_file_frame(const Mesh& mesh, const MeshExportOptions& options) {
   result.origin_m.setZero();
   const double scale = 1.0 / metres_per(options.unit);
   for (Eigen::Vector3d& vertex : result.vertices_m) {
-    const Eigen::Vector3d p = scale * (mesh.origin_m + vertex);
-    vertex = options.up == UpAxis::y ? Eigen::Vector3d(p.x(), p.z(), -p.y()) : p;
+    vertex = turned_from_z(scale * (mesh.origin_m + vertex), options.up);
   }
   if (result.objects.empty()) result.objects.emplace_back();
   if (result.object_of_triangle.empty()) result.object_of_triangle.assign(mesh.triangles.size(), 0);

@@ -36,8 +36,9 @@ struct RawMesh {
   bool stored_as_float32 = false;  ///< the coordinates went through float32 inside the file
   double local_magnitude =
       0.0;  ///< |coordinate| that float32 had to carry, typical (centre of the box)
-  double metres_per_unit = 0.0;  ///< as the file states; 0 = it does not
-  char up = 0;  ///< 'y' or 'z' by the format's rule or the file's word; 0 = neither
+  double metres_per_unit = 0.0;   ///< as the file states; 0 = it does not
+  UpAxis up = UpAxis::automatic;  ///< by the format's rule or the file's word; automatic = neither
+  bool left_handed = false;       ///< by the file's word
   std::vector<std::string> remarks;
   std::vector<MeshFile> files;  ///< as in MeshReadReport
 };

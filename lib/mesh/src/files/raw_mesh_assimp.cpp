@@ -113,6 +113,7 @@ void add_part(const aiMesh& part, const Eigen::Matrix4d& T_world_node,
   }
   const Eigen::Matrix3d rotation = T_world_node.topLeftCorner<3, 3>();
   const Eigen::Vector3d translation = T_world_node.topRightCorner<3, 1>();
+  const bool mirrors = rotation.determinant() < 0.0;
   for (unsigned int i = 0; i < part.mNumVertices; ++i) {
     const aiVector3D& v = part.mVertices[i];
     const Eigen::Vector3d local(static_cast<double>(v.x), static_cast<double>(v.y),
@@ -134,24 +135,49 @@ void add_part(const aiMesh& part, const Eigen::Matrix4d& T_world_node,
       }
       polygon.push_back(static_cast<std::uint32_t>(base) + face.mIndices[c]);
     }
+    const std::size_t first = mesh.triangles.size();
     triangulate(mesh.vertices, polygon, mesh.triangles);
+    // A mirrored object turns its faces over; formats with such objects mean the other side.
+    if (mirrors)
+      for (std::size_t t = first; t < mesh.triangles.size(); ++t)
+        std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
     mesh.object_of_triangle.resize(mesh.triangles.size(),
                                    static_cast<std::uint32_t>(mesh.objects.size() - 1));
   }
 }
 
-/// FBX states centimetres per unit and its up axis; assimp applies neither.
-void put_unit_and_up(const aiMetadata& meta, RawMesh& mesh) {
+/// Along x, y or z (0, 1, 2) with its sign; nothing where it is not stated.
+std::optional<Eigen::Vector3d> stated_axis(const aiMetadata& meta, const std::string& name) {
+  std::int32_t line = -1, sign = 1;
+  if (!meta.Get(name, line) || line < 0 || line > 2) return std::nullopt;
+  meta.Get(name + "Sign", sign);
+  return Eigen::Vector3d((sign < 0 ? -1.0 : 1.0) * Eigen::Vector3d::Unit(line));
+}
+
+/// FBX states its axes: up, to the front and to the right. assimp turns nothing.
+void put_stated_axes(const aiMetadata& meta, RawMesh& mesh) {
+  const auto up = stated_axis(meta, "UpAxis"), front = stated_axis(meta, "FrontAxis"),
+             right = stated_axis(meta, "CoordAxis");
+  if (!up) return;
+  int line = 0;
+  up->cwiseAbs().maxCoeff(&line);
+  mesh.up = up_along(line, (*up)[line] < 0.0);
+  if (!front || !right || right->cross(*up).dot(*front) > -0.5) return;
+  mesh.left_handed = true;
+  mesh.remarks.emplace_back(
+      "the file states axes of the left hand: its plan was mirrored; if that is wrong, give "
+      "--mirror");
+}
+
+/// FBX states centimetres per unit; assimp does not apply them.
+void put_stated_unit(const aiMetadata& meta, RawMesh& mesh) {
   float scale = 0.0f;
   double scale_double = 0.0;
-  std::int32_t up_axis = -1;
   if (meta.Get("UnitScaleFactor", scale) && scale > 0.0f) {
     mesh.metres_per_unit = 0.01 * static_cast<double>(scale);
   } else if (meta.Get("UnitScaleFactor", scale_double) && scale_double > 0.0) {
     mesh.metres_per_unit = 0.01 * scale_double;
   }
-  if (meta.Get("UpAxis", up_axis) && (up_axis == 1 || up_axis == 2))
-    mesh.up = up_axis == 1 ? 'y' : 'z';
 }
 
 RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::string& path) {
@@ -197,7 +223,10 @@ RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::
   }
   if (!mesh.vertices.empty())
     mesh.local_magnitude = ((bounds.lowest + bounds.highest) / 2).cwiseAbs().maxCoeff();
-  if (scene.mMetaData) put_unit_and_up(*scene.mMetaData, mesh);
+  if (scene.mMetaData) {
+    put_stated_unit(*scene.mMetaData, mesh);
+    put_stated_axes(*scene.mMetaData, mesh);
+  }
   return mesh;
 }
 
@@ -269,7 +298,7 @@ RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
         path, reason));
   }
   RawMesh mesh = flatten(*scene, origin, path);
-  mesh.remarks = std::move(remarks);
+  mesh.remarks.insert(mesh.remarks.begin(), remarks.begin(), remarks.end());
   if (!problems.empty()) {
     mesh.remarks.push_back("refers to a file that cannot be read: " + problems.front());
   } else if (companions.outside().empty()) {

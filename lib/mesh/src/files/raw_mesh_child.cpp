@@ -155,7 +155,8 @@ template <typename Archive, typename Mesh>
 void each(Archive& a, Mesh& mesh) {
   a(mesh.vertices), a(mesh.triangles), a(mesh.object_of_triangle), a(mesh.objects),
       a(mesh.stored_as_float32);
-  a(mesh.local_magnitude), a(mesh.metres_per_unit), a(mesh.up), a(mesh.remarks), a(mesh.files);
+  a(mesh.local_magnitude), a(mesh.metres_per_unit), a(mesh.up), a(mesh.left_handed),
+      a(mesh.remarks), a(mesh.files);
 }
 
 /// What the child may take, growing with the bytes that it has to read.

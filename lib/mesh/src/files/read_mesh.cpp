@@ -10,6 +10,7 @@
 
 #include "base/ending.h"
 #include "base/read_file.h"
+#include "decide_up.h"
 #include "mesh/error.h"
 #include "raw_mesh.h"
 
@@ -23,14 +24,6 @@ constexpr double kLargestCoordinate_m = 1e7;
 // Coordinates that snap to more than this ruin a 10 cm grid; below 1 mm nobody needs to know.
 constexpr double kWorstResolution_m = 0.1;
 constexpr double kNotableResolution_m = 1e-3;
-// The flat faces of a track (road, terrain) outweigh its walls and trees; a clear verdict is 2 : 1.
-constexpr double kClearVerdict = 2.0;
-// Of 23 tracks of a game whose walls and caves are large, the net share along the axis that is up
-// is at least 0.14 on 21 and at most 0.01 on two; along the other axis at most 0.13, and never more
-// than a quarter of it.
-constexpr double kLeastNet = 0.1, kClearNet = 3.0;
-constexpr double kNoChance = 4.0;  // standard deviations
-
 std::string load(const std::string& path) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) {
@@ -103,7 +96,7 @@ RawMesh read_raw(const std::string& path, const MeshReadOptions& options) {
     mesh.stored_as_float32 = local.float32_quantised;
     mesh.local_magnitude = 0.0;
     mesh.remarks.insert(mesh.remarks.begin(), local.remarks.begin(), local.remarks.end());
-    mesh.up = 'y';
+    mesh.up = UpAxis::y;
     mesh.metres_per_unit = 0.0;
     return mesh;
   }
@@ -111,13 +104,13 @@ RawMesh read_raw(const std::string& path, const MeshReadOptions& options) {
   if (extension == ".3ds") check_3ds_length(bytes, path);
   RawMesh mesh = read_foreign(bytes, path, Eigen::Vector3d::Zero(), options);
   if (extension == ".glb" || extension == ".gltf") {
-    mesh.up = 'y';
+    mesh.up = UpAxis::y;
     mesh.metres_per_unit = 1.0;
   }
-  if (extension == ".b3d") mesh.up = 'y';
+  if (extension == ".b3d") mesh.up = UpAxis::y;
   // assimp turns Collada and 3DS scenes to y up and Collada lengths to metres.
   if (extension == ".dae") {
-    mesh.up = 'y';
+    mesh.up = UpAxis::y;
     mesh.metres_per_unit = 1.0;
   }
   return mesh;
@@ -127,53 +120,6 @@ std::string unit_name(double metres_per_unit) {
   for (const NamedUnit& known : kUnits)
     if (std::abs(metres_per_unit - known.metres) < 1e-6 * known.metres) return known.name;
   return fmt::format("{} m", metres_per_unit);
-}
-
-struct Facing {
-  double y_area = 0.0, z_area = 0.0;  ///< area of all faces projected along y and along z
-  double y_net = 0.0, z_net = 0.0;    ///< the same with signs, as a share of the area of all faces
-  double y_chance = 0.0, z_chance = 0.0;  ///< what faces turned at random would leave, likewise
-};
-
-/// What goes round cancels out: walls face all ways, ground only up. Where faces are turned at
-/// random, or a roof lies over all of it, nothing is left along any axis.
-Facing facing(const RawMesh& mesh) {
-  Facing out;
-  double all = 0.0;
-  for (const auto& t : mesh.triangles) {
-    const Eigen::Vector3d normal = (mesh.vertices[t[1]] - mesh.vertices[t[0]])
-                                       .cross(mesh.vertices[t[2]] - mesh.vertices[t[0]]) /
-                                   2.0;
-    // Squares: a slope of 45 degrees shall not count for both axes alike with a meadow.
-    const double area = normal.norm();
-    if (!(area > 0.0)) continue;
-    out.y_area += normal.y() * normal.y() / area;
-    out.z_area += normal.z() * normal.z() / area;
-    out.y_net += normal.y();
-    out.z_net += normal.z();
-    out.y_chance += normal.y() * normal.y();
-    out.z_chance += normal.z() * normal.z();
-    all += area;
-  }
-  if (!(all > 0.0)) return out;
-  out.y_net = std::abs(out.y_net) / all, out.z_net = std::abs(out.z_net) / all;
-  out.y_chance = std::sqrt(out.y_chance) / all, out.z_chance = std::sqrt(out.z_chance) / all;
-  return out;
-}
-
-/// 'y' or 'z' where the faces tell which is up, else 0: by what they project along the axes, and by
-/// which way they face. Large walls can outweigh a small road; then the two contradict each other
-/// and nothing is told.
-char seen_up(const Facing& area) {
-  char flat = 0, net = 0;
-  if (area.y_area > kClearVerdict * area.z_area) flat = 'y';
-  if (area.z_area > kClearVerdict * area.y_area) flat = 'z';
-  if (area.y_net > std::max(kLeastNet, kClearNet * area.z_net)) net = 'y';
-  if (area.z_net > std::max(kLeastNet, kClearNet * area.y_net)) net = 'z';
-  if (flat != 0) return net == 0 || net == flat ? flat : 0;
-  // Alone it must be more than chance; to contradict, less will do.
-  const double left = net == 'y' ? area.y_net : area.z_net;
-  return left > kNoChance * (net == 'y' ? area.y_chance : area.z_chance) ? net : 0;
 }
 
 void check_vertices(const RawMesh& mesh, const std::string& path) {
@@ -189,37 +135,6 @@ void check_vertices(const RawMesh& mesh, const std::string& path) {
                       path, name, index, v.x(), v.y(), v.z()));
     }
   }
-}
-
-char decide_up(const RawMesh& mesh, UpAxis wanted, const std::string& path,
-               std::vector<std::string>& remarks) {
-  const Facing area = facing(mesh);
-  const char seen = seen_up(area);
-  const std::string figures = fmt::format(
-      "faces that point along y: {:.0f}, along z: {:.0f} square units; of all area {:.0f} % is "
-      "left "
-      "along y and {:.0f} % along z when faces that look against each other cancel out",
-      area.y_area, area.z_area, 100.0 * area.y_net, 100.0 * area.z_net);
-  if (wanted != UpAxis::automatic) {
-    const char told = wanted == UpAxis::y ? 'y' : 'z';
-    if (seen != 0 && seen != told) {
-      throw Error(
-          fmt::format("{}: told that {} is up, but the large flat faces say {} ({}); give --up {}",
-                      path, told, seen, figures, seen));
-    }
-    return told;
-  }
-  if (mesh.up != 0 && seen != 0 && mesh.up != seen) {
-    remarks.push_back(
-        fmt::format("the format says {} is up, the large flat faces say {} ({}): took {}", mesh.up,
-                    seen, figures, seen));
-  }
-  if (seen != 0) return seen;
-  if (mesh.up != 0) return mesh.up;
-  throw Error(fmt::format(
-      "{}: cannot tell which axis is up ({}; wanted {} times as much area along one, or "
-      "{} times as much left, and no contradiction); give --up y or --up z",
-      path, figures, kClearVerdict, kClearNet));
 }
 
 double float32_spacing(double magnitude) {
@@ -290,6 +205,12 @@ double float32_resolution_m(const RawMesh& raw, const Bounds& bounds, double sca
   return resolution_m;
 }
 
+/// The plan, from left to right; what faced up still does.
+void mirror(RawMesh& raw) {
+  for (Eigen::Vector3d& v : raw.vertices) v.y() = -v.y();
+  for (auto& t : raw.triangles) std::swap(t[1], t[2]);
+}
+
 }  // namespace
 
 Mesh read_mesh(const std::string& path, const MeshReadOptions& options, MeshReadReport* report) {
@@ -303,10 +224,10 @@ Mesh read_mesh(const std::string& path, const MeshReadOptions& options, MeshRead
   check_vertices(raw, path);
   std::vector<std::string> remarks = std::move(raw.remarks);
 
-  const char up = decide_up(raw, options.up, path, remarks);
-  if (up == 'y') {
-    for (Eigen::Vector3d& v : raw.vertices) v = Eigen::Vector3d(v.x(), -v.z(), v.y());
-  }
+  const Up up = decide_up(raw, options.up, path, remarks);
+  if (up.axis != UpAxis::z)
+    for (Eigen::Vector3d& v : raw.vertices) v = turned_up(v, up.axis);
+  if (options.mirror != raw.left_handed) mirror(raw);
 
   Bounds bounds = bounds_of(raw);
   auto& [lowest, highest] = bounds;
@@ -336,7 +257,9 @@ Mesh read_mesh(const std::string& path, const MeshReadOptions& options, MeshRead
   mesh.object_of_triangle = std::move(raw.object_of_triangle);
   mesh.objects = std::move(raw.objects);
   if (report != nullptr) {
-    report->up = std::string(1, up);
+    report->up = name_of(up.axis);
+    report->up_why = up.why;
+    report->mirrored = options.mirror;
     report->unit = unit_name(unit_m);
     report->scale = options.scale;
     report->metres_per_unit = scale;
