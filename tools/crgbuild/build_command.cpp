@@ -85,10 +85,11 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
   const auto number = [](const nlohmann::json& j) { return j.is_number() ? j.get<double>() : 0.0; };
   const nlohmann::json &line = s.at("reference_line"), &width = s.at("centreline"),
                        &clean = s.at("clean"), &grid = s.at("grid"), &sample = s.at("sample"),
-                       &validation = s.at("validation");
+                       &validation = s.at("validation"), &read = s.at("read");
   std::string text = fmt::format(
       "{}: {} road of {:.1f} m, {:.1f} to {:.1f} m wide, with kerbs and run-off {:.1f} to {:.1f} "
       "m\n"
+      "  up {}, {}{}\n"
       "  kept {} of {} triangles (by {})\n"
       "  grid {} x {} nodes, {:.4g} x {:.4g} m; {} holes, {} filled, {} folds trimmed\n"
       "  {} kerbs; smoothing moved the road by at most {:.2f} mm{}\n"
@@ -98,6 +99,8 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
       recipe.name, line.at("closed").get<bool>() ? "closed" : "open", number(line.at("length_m")),
       number(width.at("width_min_m")), number(width.at("width_max_m")),
       number(grid.at("width_min_m")), number(grid.at("width_max_m")),
+      read.at("up").get<std::string>(), read.at("up_why").get<std::string>(),
+      read.at("mirrored").get<bool>() ? "; mirrored, as told" : "",
       clean.at("triangles_kept").get<std::size_t>(), clean.at("triangles_in").get<std::size_t>(),
       clean.at("told_by").get<std::string>(), grid.at("rows").get<std::size_t>(),
       grid.at("columns").get<std::size_t>(), number(grid.at("u_step_m")),

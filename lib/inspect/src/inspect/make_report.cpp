@@ -67,6 +67,7 @@ MeshPlace place_mesh(const ReportRequest& request, report::TrackReport& report) 
 struct Compared {
   Comparisons comparisons;
   std::optional<ValidateReport> validated;
+  std::string mesh_up;  ///< as in ReportRequest
   std::optional<crg::Surface> before;
 };
 
@@ -92,9 +93,12 @@ void compare_with_mesh(const Road& road, const ReportRequest& request, Compared&
                        report::TrackReport& report) {
   const MeshPlace place = place_mesh(request, report);
   if (request.mesh == nullptr && request.mesh_path.empty()) return;
+  compared.mesh_up = request.mesh_up;
   std::optional<Mesh> mesh;
   if (request.mesh == nullptr) {
-    mesh = read_mesh(request.mesh_path, request.read);
+    MeshReadReport read;
+    mesh = read_mesh(request.mesh_path, request.read, &read);
+    compared.mesh_up = read.up + ", " + read.up_why;
     apply_to_mesh(place.tilt_and_scale, *mesh);
   }
   if (!request.mesh_path.empty()) add_input("mesh", request.mesh_path, request, report);
@@ -246,6 +250,7 @@ report::TrackReport make_report(const ReportRequest& request) {
   report.closed = map.line.closed;
   add_curves(map, along, compared.comparisons, report);
   add_facts(map, along, file, request, kerbs, compared.validated, report);
+  if (!compared.mesh_up.empty()) report.facts.push_back({"Up in the mesh", compared.mesh_up});
   add_header(file, report);
   report.sheet =
       whole_road(map, along, compared.comparisons, grip ? &*grip : nullptr, request.provenance);

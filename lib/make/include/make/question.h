@@ -34,6 +34,11 @@ class Question : public NotUsable {
 /// that can be built; the longest first, closed ones before open ones. None: none can.
 std::vector<Candidate> candidates(const Mesh& mesh, const Recipe& recipe, std::size_t most = 6);
 
+/// The same for a mesh of which nothing tells which axis points up: in each of `could_be` the mesh
+/// is read anew, and the longest road that clean() finds in it is tried. Meshes of more than a
+/// million triangles are not tried.
+std::vector<Candidate> candidates_of_up(const Recipe& recipe, const std::vector<UpAxis>& could_be);
+
 /// The mesh from above in grey, each candidate in a colour with its number, its length beside it;
 /// as the bytes of a PNG file.
 std::string question_picture(const std::string& title, const Mesh& mesh,

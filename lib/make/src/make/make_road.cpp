@@ -85,6 +85,18 @@ Mesh read(Prepared& prepared, BuildSummary& summary) {
   return mesh;
 }
 
+/// Reads the mesh. Where nothing tells which axis points up, asks, with the roads that were found.
+Mesh read_or_ask(Prepared& prepared, BuildSummary& summary) {
+  try {
+    return read(prepared, summary);
+  } catch (const UnknownUp& unknown) {
+    if (prepared.guide_lays_mesh || !prepared.tilt_and_scale.is_identity()) throw;
+    auto could_be = candidates_of_up(prepared.recipe, unknown.could_be());
+    if (could_be.empty()) throw;
+    throw Question(unknown.what(), std::move(could_be));
+  }
+}
+
 /// Runs a stage that finds the road. Where it refuses, and nobody has said yet which road is meant,
 /// says in which other unit there is a road; or asks, with a picture of the answers.
 template <typename Body>
@@ -208,7 +220,7 @@ MadeRoad make_road(const Recipe& recipe, const std::vector<InputFile>& inputs,
                     options.question_path, body);
     });
   };
-  built.mesh = stage("read", [&] { return read(prepared, summary); });
+  built.mesh = stage("read", [&] { return read_or_ask(prepared, summary); });
   if (prepared.guide_lays_mesh)
     stage("lay_on_guide", [&] {
       summary.placement = place_by_guide(prepared.recipe, built.mesh);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/statistics.h"
 #include "make/plausible.h"
@@ -19,7 +20,8 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kShortestShare =
-    0.1;                             // of the longest way: shorter ones are no roads to ask about
+    0.1;  // of the longest way: shorter ones are no roads to ask about
+constexpr std::size_t kMostTrianglesToTry = 1'000'000;  // some 30 s for each axis
 constexpr double kSameShare = 0.97;  // of a way's branches shared with another: no other way
 
 double shared(const RoadWay& a, const RoadWay& b, const RoadGraph& graph) {
@@ -36,7 +38,36 @@ std::string flags_of(const std::vector<Vector2d>& points, bool by_shape) {
   return flags + (by_shape ? " --use-names false" : "");
 }
 
+/// The road that a recipe leads to; nothing where it refuses, or something speaks against it.
+std::optional<Candidate> road_with(const std::string& flags, const Mesh& mesh,
+                                   const Recipe& recipe) {
+  try {
+    CleanReport report;
+    const RoadMesh road = clean(mesh, recipe.clean, &report);
+    const Centreline line = trace_centreline(road, recipe.centreline);
+    fit_reference_line(line, recipe.reference_line);
+    if (!doubts_about(line, RaySurface(road.mesh), mesh, report).empty()) return std::nullopt;
+    return Candidate{flags, line.points_m, line.length_m, 2.0 * base::median(line.half_width_m),
+                     line.closed};
+  } catch (const Error&) {  // no answer that leads on
+    return std::nullopt;
+  }
+}
+
 }  // namespace
+
+std::vector<Candidate> candidates_of_up(const Recipe& recipe, const std::vector<UpAxis>& could_be) {
+  std::vector<Candidate> found;
+  Recipe tried = recipe;
+  for (const UpAxis up : could_be) {
+    tried.read.up = up;
+    const Mesh mesh = read_mesh(tried.mesh_path, read_to_clean(tried.read, tried.clean));
+    if (mesh.triangles.size() > kMostTrianglesToTry) return {};
+    if (auto road = road_with(fmt::format("--up {}", name_of(up)), mesh, tried))
+      found.push_back(std::move(*road));
+  }
+  return found;
+}
 
 std::vector<Candidate> candidates(const Mesh& mesh, const Recipe& recipe, std::size_t most) {
   std::vector<Candidate> found;

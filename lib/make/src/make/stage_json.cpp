@@ -33,6 +33,8 @@ Json json_of(const std::vector<InputFile>& inputs) {
 
 Json json_of(const MeshReadReport& report) {
   return {{"up", report.up},
+          {"up_why", report.up_why},
+          {"mirrored", report.mirrored},
           {"unit", report.unit},
           {"scale", report.scale},
           {"vertices", report.vertices},

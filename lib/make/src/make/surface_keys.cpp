@@ -24,6 +24,21 @@ void check_name(const std::string& text) {
                              kMaxNameLength));
 }
 
+RecipeKey scale_key() {
+  RecipeKey key = number("read", "scale", 1e-6, 1e6,
+                         "factor on top of the unit, for meshes in a unit without a name",
+                         [](Recipe& r) -> double& { return r.read.scale; });
+  key.set = [set = key.set, wanted = key.wanted](Recipe& recipe, const std::string& text) {
+    const auto value = parse_number(text);
+    if (value && *value < 0.0)
+      refuse(text, fmt::format("a number from {}; --mirror (mirror: true) reflects the plan, --up "
+                               "-y or -z turns what lies on its back",
+                               wanted));
+    set(recipe, text);
+  };
+  return key;
+}
+
 void add_input_keys(std::vector<RecipeKey>& keys) {
   keys.push_back({"input", "mesh", "a path", "the track mesh; relative to the recipe's folder",
                   true,
@@ -39,16 +54,18 @@ void add_input_keys(std::vector<RecipeKey>& keys) {
                     recipe.name = text;
                   },
                   [](const Recipe& recipe) { return recipe.name; }});
-  keys.push_back(choice<UpAxis>(
-      "read", "up", {{"automatic", UpAxis::automatic}, {"y", UpAxis::y}, {"z", UpAxis::z}},
-      "axis of the mesh that points up", [](Recipe& r) -> UpAxis& { return r.read.up; }));
+  std::vector<std::pair<std::string, UpAxis>> ups{{"automatic", UpAxis::automatic}};
+  for (const NamedUp& known : kUps) ups.emplace_back(known.name, known.up);
+  keys.push_back(choice<UpAxis>("read", "up", std::move(ups), "axis of the mesh that points up",
+                                [](Recipe& r) -> UpAxis& { return r.read.up; }));
+  keys.push_back(yes_or_no("read", "mirror",
+                           "reflect the plan: the file has left and right exchanged",
+                           [](Recipe& r) -> bool& { return r.read.mirror; }));
   std::vector<std::pair<std::string, Unit>> units{{"automatic", Unit::automatic}};
   for (const NamedUnit& known : kUnits) units.emplace_back(known.name, known.unit);
   keys.push_back(choice<Unit>("read", "unit", std::move(units), "unit of the mesh",
                               [](Recipe& r) -> Unit& { return r.read.unit; }));
-  keys.push_back(number("read", "scale", 1e-6, 1e6,
-                        "factor on top of the unit, for meshes in a unit without a name",
-                        [](Recipe& r) -> double& { return r.read.scale; }));
+  keys.push_back(scale_key());
   keys.push_back(yes_or_no("read", "allow_outside",
                            "the mesh may refer to files outside its folder",
                            [](Recipe& r) -> bool& { return r.read.allow_outside; }));
