@@ -331,6 +331,7 @@ def refine(
     min_points: int = ...,
     unit: str | None = ...,
     up: str | None = ...,
+    mirror: bool = ...,
     allow_outside: bool = ...,
     cloud_unit: str | None = ...,
     base_stddev_m: float = ...,

@@ -73,6 +73,7 @@ const std::vector<Option>& options() {
                                           option("min_points", &RefineRequest::min_points),
                                           option("unit", &RefineRequest::base_unit),
                                           option("up", &RefineRequest::base_up),
+                                          option("mirror", &RefineRequest::base_mirror),
                                           option("allow_outside", &RefineRequest::allow_outside),
                                           option("cloud_unit", &RefineRequest::unit),
                                           option("base_stddev_m", &RefineRequest::base_stddev_m),
@@ -184,8 +185,8 @@ void add_refine(py::module_& m) {
         "'map'), extrinsic (x, y, z\n"
         "in m, roll, pitch, yaw in deg), max_range_m, drift_m (m per 100 m), drift_rad (rad per "
         "100 m), outliers (neighbours,\n"
-        "deviations), voxel_m, v_max_m, node_m, min_points, unit and up (of a base mesh), "
-        "allow_outside, cloud_unit,\n"
+        "deviations), voxel_m, v_max_m, node_m, min_points, unit, up and mirror (of a base "
+        "mesh), allow_outside, cloud_unit,\n"
         "base_stddev_m, gate_m, stl, pcd, doubles.\n"
         "report: report.html and report.json too. threads: 0 all; never changes the result. "
         "progress(stage, share) as for\n"

@@ -33,7 +33,8 @@ struct RefineRequest {
                                       ///< trajectory
   std::string unit;                   ///< of the clouds: "m", "ft", "us-ft", "cm", "mm"
   std::string base_unit;              ///< of a base mesh: "m", "cm", "mm", "ft", "inch", "yard"
-  std::string base_up;                ///< of a base mesh: "y", "z"
+  std::string base_up;                ///< of a base mesh: "x" to "-z"
+  bool base_mirror = false;           ///< its plan is reflected
   std::vector<double> extrinsic;      ///< the sensor in the frame of the poses: x, y, z (m), roll,
                                       ///< pitch, yaw (deg)
   std::vector<double> outliers;       ///< neighbours, deviations

@@ -32,8 +32,8 @@ std::vector<road::InputFile> inputs_of(const RefineRequest& request, bool in_map
 crg::Crg read_base(const RefineRequest& request, std::vector<road::InputFile>& inputs) {
   if (base::ending_of(request.base) == ".crg") return crg::apply_modifiers(crg::read(request.base));
   road::MeshReadOptions read;
-  if (request.base_up == "y") read.up = road::UpAxis::y;
-  if (request.base_up == "z") read.up = road::UpAxis::z;
+  read.up = road::up_called(request.base_up);
+  read.mirror = request.base_mirror;
   read.unit = road::unit_called(request.base_unit);
   read.allow_outside = request.allow_outside;
   road::MeshReadReport report;

@@ -58,7 +58,7 @@ void want_bounds(const RefineRequest& request) {
   word("--frame", request.frame, {"sensor", "map"});
   word("--cloud-unit", request.unit, {"m", "ft", "us-ft", "cm", "mm"});
   word("--unit", request.base_unit, {"m", "cm", "mm", "ft", "inch", "yard"});
-  word("--up", request.base_up, {"y", "z"});
+  word("--up", request.base_up, {"x", "y", "z", "-x", "-y", "-z"});
   if (request.max_range_m) within("--max-range-m", *request.max_range_m, kMaxRangeM);
   if (request.voxel_m != 0.0) within("--voxel-m", request.voxel_m, kVoxelM);
   within("--drift-m", request.drift_m, kDriftM);
