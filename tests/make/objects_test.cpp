@@ -37,7 +37,7 @@ TEST(Objects, AreListedWithClassReasonAreaAndHeightAboveTheRoad) {
   EXPECT_NEAR(table.rows[2].above_road_m.value(), 3.5, 1e-3);
 }
 
-TEST(Objects, OfAMeshThatIsRefusedAreListedByTheirNames) {
+TEST(Objects, OfAMeshThatIsRefusedAreListedToo) {
   support::TemporaryFolder folder;
   road::Mesh mesh;
   support::add_ring_strip(mesh, "tree", 5.0, 6.0, 0.0, 4.0);
@@ -48,7 +48,9 @@ TEST(Objects, OfAMeshThatIsRefusedAreListedByTheirNames) {
   const road::ObjectTable table = road::objects_of(recipe);
   EXPECT_NE(table.refusal, "");
   ASSERT_EQ(table.rows.size(), 1U);
-  EXPECT_EQ(table.rows[0].surface_class, "scenery");
+  // No convention of names is known by its road.
+  EXPECT_EQ(table.rows[0].surface_class, "unknown");
+  EXPECT_EQ(table.rows[0].why, "no rule matches");
   EXPECT_FALSE(table.rows[0].above_road_m);
 }
 

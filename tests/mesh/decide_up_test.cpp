@@ -42,6 +42,16 @@ Mesh from_both_sides(Mesh mesh) {
   return mesh;
 }
 
+/// In the order in which a reader gives them: one object after the other.
+Mesh by_object(const Mesh& mesh) {
+  Mesh out = mesh;
+  out.triangles.clear();
+  for (std::uint32_t object = 0; object < mesh.objects.size(); ++object)
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      if (mesh.object_of_triangle[t] == object) out.triangles.push_back(mesh.triangles[t]);
+  return out;
+}
+
 /// Of the corners of all triangles in their order.
 double largest_distance_m(const Mesh& expected, const Mesh& seen) {
   double worst = expected.triangles.size() == seen.triangles.size() ? 0.0 : 1e9;
@@ -69,10 +79,11 @@ TEST_F(DecideUp, FindsEachOfSixAxesAndKeepsLeftOnTheLeft) {
     const Mesh seen = read("a.obj", as_obj(turned(road_, up)));
     EXPECT_EQ(report_.up, name);
     EXPECT_EQ(report_.up_why, "from the faces of 40 triangles");
-    EXPECT_LT(largest_distance_m(road_, seen), 1e-5) << name;
+    EXPECT_LT(largest_distance_m(by_object(road_), seen), 1e-5) << name;
     MeshReadOptions told;
     told.up = up;
-    EXPECT_LT(largest_distance_m(road_, read("a.obj", as_obj(turned(road_, up)), told)), 1e-5);
+    EXPECT_LT(largest_distance_m(by_object(road_), read("a.obj", as_obj(turned(road_, up)), told)),
+              1e-5);
     EXPECT_EQ(report_.up_why, "as told");
     EXPECT_THAT(report_.remarks, IsEmpty());
   }
@@ -102,7 +113,7 @@ TEST_F(DecideUp, MirrorsWhenTold) {
     const Mesh seen = read("a.obj", as_obj(turned(mirrored, up)), options);
     EXPECT_EQ(report_.up, name);
     EXPECT_TRUE(report_.mirrored);
-    EXPECT_LT(largest_distance_m(road_, seen), 1e-5) << name;
+    EXPECT_LT(largest_distance_m(by_object(road_), seen), 1e-5) << name;
   }
 }
 
@@ -130,7 +141,7 @@ TEST_F(DecideUp, FollowsTheFacesToAnotherLineThanTheFormats) {
   EXPECT_EQ(report_.up, "-z");
   EXPECT_THAT(report_.remarks, Contains(AllOf(HasSubstr("the format says y is up"),
                                               HasSubstr("took -z"), HasSubstr("give --up z"))));
-  EXPECT_LT(largest_distance_m(road_, seen), 1e-4);
+  EXPECT_LT(largest_distance_m(by_object(road_), seen), 1e-4);
 }
 
 TEST_F(DecideUp, SaysThatTheFacesLookAgainstWhatWasTold) {
