@@ -254,11 +254,9 @@ void add_fusion(CLI::App& app, MapCommand& c) {
       ->check(CLI::Range(cloud::kLeastMinPoints, cloud::kMostMinPoints));
   add_choice(app, "--unit", c.base_unit, "of a base mesh [found]",
              {"m", "cm", "mm", "ft", "inch", "yard"});
-  add_choice(app, "--up", c.base_up, "axis of a base mesh that points up [found]",
-             {"x", "y", "z", "-x", "-y", "-z"});
+  add_choice(app, "--up", c.base_up, "of a base mesh [found]", {"x", "y", "z", "-x", "-y", "-z"});
   app.add_flag("--mirror", c.base_mirror, "reflect the plan of a base mesh");
-  app.add_flag("--allow-outside", c.allow_outside,
-               "a base mesh may refer to files outside its folder");
+  app.add_flag("--allow-outside", c.allow_outside, "a base mesh may refer to files elsewhere");
   add_choice(app, "--cloud-unit", c.unit, "of the clouds [as the file says, else m]",
              {"m", "ft", "us-ft", "cm", "mm"});
   app.add_option("--base-stddev-m", c.base_stddev_m, "of the base's heights [0.02]")
