@@ -14,10 +14,13 @@ using Eigen::Vector3d;
 constexpr double kProbeStep_m = 0.5;  // across the road, refined to kEdgeResolution_m at its end
 constexpr double kEdgeResolution_m = 1e-3;
 constexpr double kGapAcross_m = 1.5;  // a crack or hole narrower than this does not end the road
+constexpr double kCrack_m = 0.75;     // what is wider than this, and open this far before and
+constexpr double kHole_m = 6.0;       // behind, parts the road from another leg beside it
 
 }  // namespace
 
-/// Walks from `from` along `direction` until the surface ends; gaps up to kGapAcross_m are crossed.
+/// Walks from `from` along `direction` until the surface ends; gaps up to kGapAcross_m are crossed,
+/// but not those between two legs that run side by side.
 Vector3d find_edge(const RaySurface& surface, const Vector3d& from, const Vector2d& direction,
                    double max_m) {
   Vector3d last = from;
@@ -34,8 +37,19 @@ Vector3d find_edge(const RaySurface& surface, const Vector3d& from, const Vector
     last = p;
     last_m = at_m;
   };
+  const auto is_between_legs = [&](double to_m) {
+    const double middle_m = 0.5 * (last_m + to_m);
+    const Vector2d middle = from.head<2>() + middle_m * direction, along = left_of(direction);
+    const double z_m = last.z() + slope * (middle_m - last_m);
+    for (const double s_m : {-kHole_m, 0.0, kHole_m}) {
+      const Vector2d xy = middle + s_m * along;
+      if (surface.nearest_hit(xy.x(), xy.y(), z_m, kLayerReach_m)) return false;
+    }
+    return true;
+  };
   for (double at_m = kProbeStep_m; at_m <= max_m; at_m += kProbeStep_m) {
     if (const auto p = probe(at_m)) {
+      if (at_m - last_m > kCrack_m + kProbeStep_m && is_between_legs(at_m)) break;
       accept(at_m, *p);
     } else if (at_m - last_m > kGapAcross_m) {
       break;

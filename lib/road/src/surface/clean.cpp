@@ -146,6 +146,7 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
   facts.snap_tolerance_m = options.snap_tolerance_m;
 
   Triangles triangles = look_at(mesh, options);
+  facts.remarks = triangles.remarks;
   const std::optional<Guide> guide =
       options.guide || options.route_m.empty() ? options.guide : guide_through(mesh, options);
   ClassesByShape by_shape;
@@ -172,7 +173,7 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
   } else {
     cleaning = more_plausible(mesh, triangles, std::move(by_shape.of_triangle), options, facts);
     cleaning.soup.compact();
-    look_again(mesh, triangles, options, cleaning);
+    if (!cleaning.is_sure) look_again(mesh, triangles, options, cleaning);
   }
   Soup& soup = cleaning.soup;
   facts = std::move(cleaning.facts);

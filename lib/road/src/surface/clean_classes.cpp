@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "classify_by_shape.h"
+#include "clean_layers.h"
 #include "clean_soup.h"
 #include "name_table.h"
 
@@ -105,6 +106,13 @@ Triangles look_at(const Mesh& mesh, const CleanOptions& options) {
         area_vector(mesh.vertex(i, 0), mesh.vertex(i, 1), mesh.vertex(i, 2));
     triangles.empty[i] = area.norm() < kZeroArea_m2;
     triangles.flat[i] = !triangles.empty[i] && std::abs(area.z()) >= min_cosine * area.norm();
+  }
+  const std::vector<bool> hidden = hidden_triangles(mesh, triangles.flat, triangles.remarks);
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (!hidden[i]) continue;
+    triangles.by_names[i] = SurfaceClass::scenery;
+    triangles.flat[i] = false;
+    triangles.empty[i] = true;
   }
   triangles.has_named_road = std::find(class_of_object.begin(), class_of_object.end(),
                                        SurfaceClass::road) != class_of_object.end();

@@ -10,10 +10,12 @@ namespace road {
 
 /// What is known of every triangle before anything is kept.
 struct Triangles {
-  std::vector<bool> empty, flat;
+  std::vector<bool> empty;  ///< without area, or hidden: never looked at
+  std::vector<bool> flat;
   std::vector<SurfaceClass> by_names;
   std::vector<bool> is_named;  ///< of each object: a name rule tells its class
   bool has_named_road = false;
+  std::vector<std::string> remarks;  ///< what was left out from the start: hidden_triangles()
 };
 
 Triangles look_at(const Mesh& mesh, const CleanOptions& options);

@@ -43,6 +43,7 @@ Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles,
     }
     return make_soup(mesh, kept, class_of_triangle, options, counted);
   };
+  if (facts.by_names) cut_strokes(mesh, triangles.flat, options, class_of_triangle, facts);
   CleanReport first = facts;
   Soup soup = build_soup(first);
   if (keep == Keep::one &&
@@ -84,7 +85,7 @@ Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles,
                     "or name rules that find it",
                     mesh.triangles.size(), mesh.objects.size()));
   }
-  return {std::move(soup), std::move(facts), std::move(class_of_triangle)};
+  return {std::move(soup), std::move(facts), std::move(class_of_triangle), false};
 }
 
 }  // namespace road

@@ -21,6 +21,7 @@ struct Cleaning {
   Soup soup;
   CleanReport facts;
   std::vector<SurfaceClass> class_of_triangle;
+  bool is_sure = false;  ///< names alone show a closed road, and nothing else: look no further
 };
 
 /// Everything from classes to a welded surface. With `doubtful` classes (nobody confirms them) also

@@ -18,6 +18,8 @@ constexpr double kClearlyMore = 1.1;
 /// The same where names find a closed road and little else: a verge round a circuit is closed and
 /// longer than its road, by 1.31 on 400 m with its middle 20 m outside.
 constexpr double kMuchMore = 1.5, kAllOfTheNamed = 0.8;
+/// Names that show a closed road and no more than this beside it are sure where shape has none.
+constexpr double kNearlyAll = 0.95;
 // Of flat ground beyond this multiple of the road only a part can be road.
 constexpr double kMuchGround = 4.0;
 // All of the ground is a road when its longest way covers this much of it, this slim or slimmer.
@@ -121,6 +123,7 @@ Cleaning more_plausible(const Mesh& mesh, const Triangles& triangles,
   const bool whole = by_name.closed && by_name.share > kAllOfTheNamed;
   const bool take_shape = by_form.worth() > (whole ? kMuchMore : kClearlyMore) * by_name.worth();
   Cleaning& taken = take_shape ? *shaped : *named;
+  taken.is_sure = by_name.closed && by_name.share > kNearlyAll && !by_form.closed;
   taken.facts.remarks.push_back(fmt::format(
       "names and shape disagree about what is road: by names {}, by shape {}; taken by {} "
       "(--use-names {} takes the other)",

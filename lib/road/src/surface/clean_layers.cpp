@@ -1,0 +1,111 @@
+#include "clean_layers.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "clean_soup.h"
+#include "mesh/ray_surface.h"
+
+namespace road {
+namespace {
+
+constexpr double kThinnest_m = 0.05;  // thinner ones are decals that look the wrong way
+constexpr double kThickest_m = 1.5;   // of a slab; under thicker ones one drives
+
+/// A name without its level of detail, and that level: "road_LOD1" is ("road", 1).
+std::optional<std::pair<std::string, int>> level_of(const std::string& name) {
+  std::string lower = name;
+  for (char& c : lower)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  const std::size_t at = lower.rfind("lod");
+  if (at == std::string::npos || (at > 0 && lower[at - 1] >= 'a' && lower[at - 1] <= 'z'))
+    return std::nullopt;
+  std::size_t digit = at + 3;
+  if (digit < lower.size() && (lower[digit] == '_' || lower[digit] == '-')) ++digit;
+  if (digit >= lower.size() || lower[digit] < '0' || lower[digit] > '9') return std::nullopt;
+  std::size_t end = digit + 1;
+  if (end < lower.size() && lower[end] >= '0' && lower[end] <= '9') return std::nullopt;
+  return std::pair(lower.substr(0, at) + lower.substr(end), lower[digit] - '0');
+}
+
+/// The objects that are coarser copies of another one.
+std::vector<bool> coarser_copies(const std::vector<MeshObject>& objects) {
+  std::map<std::string, int> finest;
+  for (const MeshObject& object : objects)
+    if (const auto level = level_of(object.name)) {
+      const auto [known, inserted] = finest.try_emplace(level->first, level->second);
+      if (!inserted) known->second = std::min(known->second, level->second);
+    }
+  std::vector<bool> coarser;
+  for (const MeshObject& object : objects) {
+    const auto level = level_of(object.name);
+    coarser.push_back(level && level->second > finest.at(level->first));
+  }
+  return coarser;
+}
+
+double rise_m2(const Mesh& mesh, std::size_t t) {
+  return area_vector(mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2)).z();
+}
+
+/// Objects with flat faces that look up as well as down.
+std::vector<bool> two_sided(const Mesh& mesh, const std::vector<bool>& flat) {
+  std::vector<bool> up(mesh.objects.size(), false), down = up;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    if (flat[t]) (rise_m2(mesh, t) > 0.0 ? up : down)[mesh.object_of_triangle[t]] = true;
+  for (std::size_t k = 0; k < up.size(); ++k) up[k] = up[k] && down[k];
+  return up;
+}
+
+/// Marks the undersides; their number.
+std::size_t mark_undersides(const Mesh& mesh, const std::vector<bool>& flat,
+                            std::vector<bool>& hidden) {
+  const std::vector<bool> looked_at = two_sided(mesh, flat);
+  if (std::find(looked_at.begin(), looked_at.end(), true) == looked_at.end()) return 0;
+  const RaySurface surface(mesh);
+  std::size_t count = 0;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const std::uint32_t object = mesh.object_of_triangle[t];
+    if (hidden[t] || !flat[t] || !looked_at[object] || rise_m2(mesh, t) >= 0.0) continue;
+    const Eigen::Vector3d at =
+        mesh.origin_m + (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)) / 3.0;
+    const std::vector<SurfaceHit> hits = surface.all_hits(at.x(), at.y());
+    hidden[t] = std::any_of(hits.begin(), hits.end(), [&](const SurfaceHit& hit) {
+      const double over_m = hit.z_m - at.z();
+      return over_m > kThinnest_m && over_m < kThickest_m && flat[hit.triangle] &&
+             mesh.object_of_triangle[hit.triangle] == object && rise_m2(mesh, hit.triangle) > 0.0;
+    });
+    count += hidden[t] ? 1 : 0;
+  }
+  return count;
+}
+
+}  // namespace
+
+std::vector<bool> hidden_triangles(const Mesh& mesh, const std::vector<bool>& flat,
+                                   std::vector<std::string>& remarks) {
+  std::vector<bool> hidden(mesh.triangles.size(), false);
+  const std::vector<bool> coarser = coarser_copies(mesh.objects);
+  if (const auto first = std::find(coarser.begin(), coarser.end(), true); first != coarser.end()) {
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+      hidden[t] = coarser[mesh.object_of_triangle[t]];
+    remarks.push_back(
+        fmt::format("{} object{} of a coarser level of detail left out, for example '{}'",
+                    std::count(coarser.begin(), coarser.end(), true),
+                    std::count(coarser.begin(), coarser.end(), true) == 1 ? "" : "s",
+                    mesh.objects[static_cast<std::size_t>(first - coarser.begin())].name));
+  }
+  if (const std::size_t count = mark_undersides(mesh, flat, hidden); count > 0)
+    remarks.push_back(fmt::format(
+        "{} triangle{} that look down, up to {} m below faces of their own object that look up, "
+        "left out as undersides",
+        count, count == 1 ? "" : "s", kThickest_m));
+  return hidden;
+}
+
+}  // namespace road
