@@ -282,6 +282,57 @@ TEST(Edges, NamesAreWhatBothFilesShare) {
   EXPECT_EQ(name_of_edges("l/spa.csv", "r/spa.csv"), "spa");
 }
 
+/// A polyline whose corners are rounded, in points 0.5 m apart.
+Edge rounded(const std::vector<Eigen::Vector2d>& corners, const std::vector<double>& radius_m) {
+  Edge edge;
+  edge.path = "rounded";
+  const auto add = [&](const Eigen::Vector2d& p) { edge.points_m.emplace_back(p.x(), p.y(), 0.0); };
+  Eigen::Vector2d from = corners.front();
+  const auto straight = [&](const Eigen::Vector2d& to) {
+    const int steps = std::max(1, static_cast<int>((to - from).norm() / 0.5));
+    for (int k = 0; k < steps; ++k) add(from + (to - from) * k / steps);
+    from = to;
+  };
+  for (std::size_t i = 1; i + 1 < corners.size(); ++i) {
+    const Eigen::Vector2d in = (corners[i] - corners[i - 1]).normalized(),
+                          out = (corners[i + 1] - corners[i]).normalized();
+    const double turn = std::atan2(in.x() * out.y() - in.y() * out.x(), in.dot(out));
+    const double r = radius_m[i - 1], cut_m = r * std::tan(0.5 * std::abs(turn));
+    straight(corners[i] - cut_m * in);
+    const Eigen::Vector2d left(-in.y(), in.x());
+    const Eigen::Vector2d centre = from + std::copysign(r, turn) * left;
+    const int steps = std::max(4, static_cast<int>(r * std::abs(turn) / 0.5));
+    for (int k = 0; k < steps; ++k)
+      add(centre + Eigen::Rotation2Dd(turn * k / steps) * (from - centre));
+    from = corners[i] + cut_m * out;
+  }
+  straight(corners.back());
+  add(corners.back());
+  return edge;
+}
+
+TEST(Edges, AChicaneWhoseCornersAreTighterThanHalfTheRoad) {
+  // A road of 9.5 m that turns left by 90 degrees and 32 m on right again; its corners are rounded
+  // with 2.5 to 4 m, so that it is 15 m wide in them.
+  const Edge left = rounded({{0, 9.5}, {60.5, 9.5}, {60.5, 41.5}, {130, 41.5}}, {2.5, 4.0});
+  const Edge right = rounded({{0, 0}, {70, 0}, {70, 32}, {130, 32}}, {4.0, 2.5});
+  const EdgeRoad road = road_between_edges(left, right);
+  const double length_m = road.line.u_step_m * static_cast<double>(road.line.size() - 1);
+  // Between the way along the corners and the shortest that keeps off the edges.
+  EXPECT_GT(length_m, 65.25 + 32.0 + 64.75 - 2.0 * 9.5);
+  EXPECT_LT(length_m, 65.25 + 32.0 + 64.75);
+  for (std::size_t i = 0; i < road.line.size(); ++i) {
+    const Eigen::Vector2d p(road.line.x_m[i], road.line.y_m[i]);
+    for (const Edge* edge : {&left, &right}) {
+      double nearest_m = 1e9;
+      for (const Eigen::Vector3d& q : edge->points_m)
+        nearest_m = std::min(nearest_m, (q.head<2>() - p).norm());
+      EXPECT_GT(nearest_m, 3.5) << p.transpose();
+      EXPECT_LT(nearest_m, 8.5) << p.transpose();
+    }
+  }
+}
+
 TEST(Edges, SurveyedCircuits) {
   struct Case {
     const char *left, *right;
@@ -313,6 +364,27 @@ TEST(Edges, SurveyedCircuits) {
                 c.left, road.line.u_step_m * static_cast<double>(road.line.size() - 1),
                 1e3 * report.point_error_max_m, 1e3 * report.edge_gap_median_m,
                 1e3 * report.edge_gap_max_m);
+  }
+}
+
+TEST(Edges, CircuitsOfOthers) {
+  struct Case {
+    std::string name;
+    double length_m, share;  // as published with the file; how near the road comes to it
+  };
+  for (const Case& c : {Case{"fl_zolder", 3995.7, 5e-3}, Case{"fl_pau_ville", 2761.9, 5e-3},
+                        Case{"fl_mugello_3d", 5252.6, 1e-3}, Case{"iac_monza", 5792.4, 1e-3},
+                        Case{"mount_panorama", 6232.7, 1e-3}}) {
+    const std::string path = places::data() + "/edges2/" + c.name;
+    if (!std::filesystem::exists(path + "_left.csv")) GTEST_SKIP() << "no " << path;
+    EdgeOptions coarse;
+    coarse.u_step_m = 0.5;
+    const EdgeRoad road =
+        road_between_edges(read_edge(path + "_left.csv"), read_edge(path + "_right.csv"), coarse);
+    EXPECT_TRUE(road.line.closed) << c.name;
+    EXPECT_NEAR(road.line.u_step_m * static_cast<double>(road.line.size() - 1), c.length_m,
+                c.share * c.length_m)
+        << c.name;
   }
 }
 

@@ -316,4 +316,21 @@ EdgeMeeting meet_edge(const EdgeCurve& curve, double s_guess_m, double reach_m,
   return best;
 }
 
+EdgeMeeting nearest_on_edge(const EdgeCurve& curve, double s_guess_m, double reach_m,
+                            const Vector2d& from) {
+  EdgeMeeting best;
+  const auto look = [&](double around_m, double within_m, double step_m) {
+    for (double s_m = around_m - within_m; s_m <= around_m + within_m; s_m += step_m) {
+      if (!curve.closed && (s_m < 0.0 || s_m > curve.length_m)) continue;
+      const Vector3d p = curve.at(s_m);
+      const double distance_m = (p.head<2>() - from).norm();
+      if (!best.found || distance_m < best.v_m) best = {true, distance_m, s_m, p.z()};
+    }
+  };
+  constexpr double kCoarse_m = 1.0;
+  look(s_guess_m, reach_m, kCoarse_m);
+  if (best.found) look(best.s_m, kCoarse_m, kDense_m);
+  return best;
+}
+
 }  // namespace road

@@ -31,13 +31,18 @@ struct EdgeCurve {
 /// or closed, checks the order of points. Throws Error with file:line.
 EdgeCurve edge_curve(const Edge& edge, bool reversed = false);
 
-/// Where the straight line through `from` along `normal` meets the curve, looking along the curve
-/// outwards from `s_guess_m` up to `reach_m`; false when it does not.
+/// Where a curve is met from a place beside it: `v_m` along the normal there.
 struct EdgeMeeting {
   bool found = false;
   double v_m = 0.0, s_m = 0.0, z_m = 0.0;
 };
+/// Where the straight line through `from` along `normal` meets the curve, looking along the curve
+/// outwards from `s_guess_m` up to `reach_m`; false when it does not.
 EdgeMeeting meet_edge(const EdgeCurve& curve, double s_guess_m, double reach_m,
                       const Eigen::Vector2d& from, const Eigen::Vector2d& normal);
+
+/// The same where the curve comes nearest to `from`; `v_m` is that distance.
+EdgeMeeting nearest_on_edge(const EdgeCurve& curve, double s_guess_m, double reach_m,
+                            const Eigen::Vector2d& from);
 
 }  // namespace road

@@ -15,6 +15,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kReach_m = 30.0;  // along an edge, around where it should be met
+constexpr double kNear_m = 15.0;   // the same, where it is nearest
+// A normal that goes this many times as far to an edge as the nearest way is not square to it.
+constexpr double kSlanted = 1.5, kSlack_m = 0.5;
 
 // A closed line starts this much before the first row of LEFT: between its last node and its first
 // is a gap of 1 mm, wider on the outside of a bend, in which a query finds no height.
@@ -68,8 +71,18 @@ double beside(const crg::ReferenceLine& line, const Vector2d& p, double u_guess)
 
 EdgeSection cut_edges(const EdgeCurve& left, const EdgeCurve& right, const Rung& guess,
                       const Vector2d& at, const Vector2d& normal) {
-  return {meet_edge(left, guess.left_s_m, kReach_m, at, normal),
-          meet_edge(right, guess.right_s_m, kReach_m, at, normal)};
+  // In bends about as tight as half the road the normal may miss an edge, or meet it far behind the
+  // bend: then the edge lies where it is nearest.
+  const auto met = [&](const EdgeCurve& curve, double s_guess_m, double side) {
+    EdgeMeeting by_normal = meet_edge(curve, s_guess_m, kReach_m, at, normal);
+    EdgeMeeting nearest = nearest_on_edge(curve, s_guess_m, kNear_m, at);
+    if (!nearest.found ||
+        (by_normal.found && std::abs(by_normal.v_m) <= kSlanted * nearest.v_m + kSlack_m))
+      return by_normal;
+    nearest.v_m *= side;
+    return nearest;
+  };
+  return {met(left, guess.left_s_m, 1.0), met(right, guess.right_s_m, -1.0)};
 }
 
 void refuse_missed(const EdgeSection& section, const EdgeCurve& left, const EdgeCurve& right,
