@@ -171,6 +171,11 @@ void check_extent(double extent, double unit_m, const MeshReadOptions& options,
         fitting +=
             fmt::format("{}--unit {} ({:.0f} m)", fitting.empty() ? "" : " or ", name, fitted_m);
     }
+    constexpr double kMetresPerKm = 1000.0;
+    const double of_km_m = extent * unit_m * options.scale * kMetresPerKm;
+    if (of_km_m >= 100.0 && of_km_m <= kLargestMesh_m)
+      fitting += fmt::format("{}--scale {:g} ({:.0f} m) for kilometres",
+                             fitting.empty() ? "" : " or ", kMetresPerKm * options.scale, of_km_m);
     const std::string scaled =
         options.scale == 1.0 ? "" : fmt::format(", times the scale {:g},", options.scale);
     throw Error(fmt::format("{}: the mesh is {:.6g} {}{} across; wanted {:.0f} m to {:.0f} km; {}",
