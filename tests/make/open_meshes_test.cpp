@@ -48,7 +48,8 @@ Found find(const std::string& file) {
   road::CleanReport report;
   const road::RoadMesh surface = road::clean(mesh, {}, &report);
   Found found{road::trace_centreline(surface), {}};
-  found.doubts = road::doubts_about(found.line, road::RaySurface(surface.mesh), mesh, report);
+  found.doubts =
+      road::doubts_about(found.line, road::RaySurface(surface.mesh), surface.mesh, mesh, report);
   return found;
 }
 
@@ -206,7 +207,8 @@ TEST(Network, HasARoadAlongALineDrawnOnItsPicture) {
   const road::Centreline line = road::trace_centreline(surface);
   EXPECT_TRUE(line.closed);
   EXPECT_NEAR(line.length_m, 2213.0, 22.0);  // on the picture, 1 %
-  EXPECT_TRUE(road::doubts_about(line, road::RaySurface(surface.mesh), mesh, report).empty());
+  EXPECT_TRUE(
+      road::doubts_about(line, road::RaySurface(surface.mesh), surface.mesh, mesh, report).empty());
   EXPECT_NO_THROW(road::fit_reference_line(line));
   for (const Eigen::Vector2d& p : drawn) {
     double nearest_m = 1e9;
@@ -227,7 +229,8 @@ TEST(Network, HasARouteRoundALoopOfACloverleaf) {
   const road::RoadMesh surface = road::clean(mesh, options, &report);
   const road::Centreline line = road::trace_centreline(surface);
   EXPECT_FALSE(line.closed);
-  EXPECT_TRUE(road::doubts_about(line, road::RaySurface(surface.mesh), mesh, report).empty());
+  EXPECT_TRUE(
+      road::doubts_about(line, road::RaySurface(surface.mesh), surface.mesh, mesh, report).empty());
   EXPECT_NO_THROW(road::fit_reference_line(line));
   double highest_m = 0.0, lowest_y_m = 0.0;
   for (const Eigen::Vector3d& p : line.points_m)

@@ -17,7 +17,7 @@ TEST(Summary, HasTheFixedKeys) {
   summary.inputs = {{"mesh", "a/b.obj", std::string(64, 'a')}};
   summary.reference_line.length_m = 2057.6;
   summary.reference_line.closed = true;
-  summary.validate.points = 10;
+  summary.validate.points = summary.validate.road_points = 10;
   summary.validate.z_error_m = {0.1, 0.2, 0.3, 0.4};
   const auto json = nlohmann::json::parse(summary_json(summary));
   EXPECT_DOUBLE_EQ(json["reference_line"]["length_m"], 2057.6);
@@ -81,20 +81,20 @@ TEST(Summary, GridIsDescribed) {
 
 TEST(Summary, ValidationFailsForAReason) {
   ValidateReport good;
-  good.points = 1000;
+  good.points = good.road_points = 1000;
   good.z_error_m = {0.0, 0.001, 0.002, 0.2};
   EXPECT_TRUE(validation_failures(good).empty());
 
   ValidateReport none;
   EXPECT_EQ(validation_failures(none).size(), 1u);
   ValidateReport high = good;
-  high.z_error_m.p99 = 0.06;
+  high.road_error_p99_m = 0.06;
   EXPECT_EQ(validation_failures(high).size(), 1u);
   ValidateReport nan = good;
-  nan.z_error_m.p99 = std::nan("");
+  nan.road_error_p99_m = std::nan("");
   EXPECT_EQ(validation_failures(nan).size(), 1u);
   ValidateReport off = good;
-  off.points_without_mesh = 2;
+  off.road_points_without_mesh = 2;
   EXPECT_EQ(validation_failures(off).size(), 1u);
   ValidateReport seam = good;
   seam.seam_z_step_m = 0.011;

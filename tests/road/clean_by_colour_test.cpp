@@ -43,7 +43,8 @@ Found find(const std::string& path, road::CleanOptions options = {}) {
   const road::Mesh mesh = road::read_mesh(path, road::read_to_clean({}, options));
   const road::RoadMesh surface = road::clean(mesh, options, &found.report);
   found.line = road::trace_centreline(surface);
-  found.doubts = road::doubts_about(found.line, road::RaySurface(surface.mesh), mesh, found.report);
+  found.doubts = road::doubts_about(found.line, road::RaySurface(surface.mesh), surface.mesh, mesh,
+                                    found.report);
   std::vector<double> half_m = found.line.half_width_m;
   std::nth_element(half_m.begin(), half_m.begin() + static_cast<std::ptrdiff_t>(half_m.size() / 2),
                    half_m.end());

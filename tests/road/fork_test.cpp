@@ -108,7 +108,8 @@ Traced trace(const road::Mesh& mesh) {
   const road::RoadMesh surface = road::clean(mesh, {}, &report);
   Traced traced;
   traced.line = road::trace_centreline(surface);
-  traced.doubts = road::doubts_about(traced.line, road::RaySurface(surface.mesh), mesh, report);
+  traced.doubts =
+      road::doubts_about(traced.line, road::RaySurface(surface.mesh), surface.mesh, mesh, report);
   for (const Vector3d& p : traced.line.points_m)
     traced.off_m = std::max(traced.off_m, middle_off_m(p));
   return traced;

@@ -192,7 +192,8 @@ TEST(Guide, OverMissingSurfaceIsRefusedWithThePlaceAndDoubtedWhenItIsLess) {
   road::CleanReport report;
   const road::RoadMesh road = road::clean(some.mesh, options, &report);
   const road::Centreline line = road::trace_centreline(road);
-  const auto doubts = road::doubts_about(line, road::RaySurface(road.mesh), some.mesh, report);
+  const auto doubts =
+      road::doubts_about(line, road::RaySurface(road.mesh), road.mesh, some.mesh, report);
   ASSERT_EQ(doubts.size(), 1u);
   EXPECT_THAT(doubts[0], HasSubstr("the surface is missing along 1"));
 }
@@ -585,7 +586,8 @@ TEST(ShapeAlone, DoubtsALaneOfWhatIsAllOneRoad) {
   road::CleanReport report;
   const road::RoadMesh surface = road::clean(mesh, {}, &report);
   const road::Centreline line = road::trace_centreline(surface);
-  const auto doubts = road::doubts_about(line, road::RaySurface(surface.mesh), mesh, report);
+  const auto doubts =
+      road::doubts_about(line, road::RaySurface(surface.mesh), surface.mesh, mesh, report);
   double widest_m = 0.0;
   for (const double half_m : line.half_width_m) widest_m = std::max(widest_m, 2.0 * half_m);
   ASSERT_LT(widest_m, 7.0) << "columns of different widths: shape takes one of them";
@@ -614,8 +616,9 @@ TEST(Plausible, NamesThatFindAClosedRoadOutweighTheLongerRingOfAVerge) {
   road::CleanOptions by_shape;
   by_shape.use_names = road::UseNames::no;
   const road::RoadMesh shaped = road::clean(world.mesh, by_shape, &report);
-  const auto doubts = road::doubts_about(road::trace_centreline(shaped),
-                                         road::RaySurface(shaped.mesh), world.mesh, report);
+  const auto doubts =
+      road::doubts_about(road::trace_centreline(shaped), road::RaySurface(shaped.mesh), shaped.mesh,
+                         world.mesh, report);
   ASSERT_EQ(doubts.size(), 1u);
   EXPECT_THAT(doubts[0], HasSubstr("is called 'grass' in the mesh"));
 }
@@ -628,8 +631,9 @@ TEST(Plausible, DoubtsARoadThatIsMuchWiderInPlaces) {
   world.strip(ring, -13.0, -5.0, "asphalt", 0.0, 0.3, 108);
   road::CleanReport report;
   const road::RoadMesh surface = road::clean(world.mesh, {}, &report);
-  const auto doubts = road::doubts_about(road::trace_centreline(surface),
-                                         road::RaySurface(surface.mesh), world.mesh, report);
+  const auto doubts =
+      road::doubts_about(road::trace_centreline(surface), road::RaySurface(surface.mesh),
+                         surface.mesh, world.mesh, report);
   ASSERT_EQ(doubts.size(), 1u);
   EXPECT_THAT(doubts[0], HasSubstr("times as wide as usual (9.8 m), 26.0 m at"));
   EXPECT_THAT(doubts[0], HasSubstr("--guide FILE"));
@@ -648,8 +652,8 @@ TEST(ShapeAlone, DoubtsAStripThatMayBeTheVergeOfAnother) {
     road::CleanReport report;
     const road::RoadMesh surface = road::clean(mesh, {}, &report);
     EXPECT_FALSE(report.by_names);
-    return road::doubts_about(road::trace_centreline(surface), road::RaySurface(surface.mesh), mesh,
-                              report);
+    return road::doubts_about(road::trace_centreline(surface), road::RaySurface(surface.mesh),
+                              surface.mesh, mesh, report);
   };
   // A road of 10 m between verges, or beside one: the wider strip is taken.
   for (const std::vector<double>& offsets_m :
@@ -671,8 +675,8 @@ TEST(ShapeAlone, DoubtsARoadThatTheMeshCallsWater) {
     road::CleanReport report;
     const road::RoadMesh surface = road::clean(mesh, {}, &report);
     EXPECT_FALSE(report.by_names);
-    return road::doubts_about(road::trace_centreline(surface), road::RaySurface(surface.mesh), mesh,
-                              report);
+    return road::doubts_about(road::trace_centreline(surface), road::RaySurface(surface.mesh),
+                              surface.mesh, mesh, report);
   };
   EXPECT_TRUE(doubts_as("Material.001").empty());
   EXPECT_TRUE(doubts_as("Freshwater").empty()) << "the beginning of a word, or none";

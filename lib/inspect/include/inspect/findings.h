@@ -6,6 +6,7 @@
 
 #include "inspect/height_map.h"
 #include "inspect/kerb_strips.h"
+#include "road/road_edges.h"
 
 namespace road {
 
@@ -36,15 +37,17 @@ struct FindingOptions {
   /// before and behind, or 5.5 times the scatter of its own column, whichever is more. Patches and
   /// undulations of up to 30 mm are ordinary road.
   double min_bump_m = 0.04;
-  double max_bump_m = 0.3;         ///< beyond: error; no wheel follows, it is a wrong layer
+  double max_bump_m = 0.3;         ///< beyond: error; no wheel follows, it is a wrong layer ...
+  double max_crest_slope = 0.35;   ///< ... but for a crest over all of the width, no steeper
   double min_seam_step_m = 0.002;  ///< a written float32 file keeps 1 mm
   double max_seam_step_m = 0.01;   ///< beyond: error; as ValidateLimits
   double min_seam_heading_rad = 0.002;
   double max_seam_heading_rad = 0.02;
   double max_seam_gap_m = 0.05;    ///< in the plan; more is no closed road
-  double max_hole_m = 0.5;         ///< larger holes are errors: a wheel falls in
+  double max_hole_m = kMaxHole_m;  ///< larger holes are errors: a wheel falls in
   std::size_t max_per_kind = 200;  ///< the rest is told in one finding
   bool closed = false;             ///< the file says that the road is closed
+  RoadEdges edges;                 ///< of the rows: what lies beyond is a remark, never an error
   unsigned threads = 0;
 };
 
@@ -52,6 +55,9 @@ struct FindingOptions {
 /// `kerbs`: their ends and edges are no bumps.
 std::vector<Finding> find_defects(const HeightMap& map, const KerbStrips& kerbs,
                                   const FindingOptions& options = {});
+
+/// Errors that lie beyond the edges of the road become remarks, and say so.
+void mark_beyond(const RoadEdges& edges, const HeightMap& map, std::vector<Finding>& findings);
 
 enum class Verdict { usable, usable_with_remarks, not_usable };
 Verdict verdict_of(const std::vector<Finding>& findings);

@@ -28,6 +28,7 @@ struct KerbStripOptions {
   double row_step_m = 0.5;      ///< rows looked at
   double min_height_m = 0.015;  ///< lower ones drown in the roughness of class C roads
   double max_width_m = 3.0;     ///< wider rises are run-off or terrain
+  double max_height_m = 0.4;    ///< higher ones are walls
   double min_length_m = 4.0;
 };
 

@@ -7,6 +7,7 @@
 
 #include "mesh/mesh.h"
 #include "road/align.h"
+#include "road/road_edges.h"
 
 namespace crg {
 class Surface;
@@ -22,6 +23,7 @@ struct ValidateOptions {
   double named_error_m = 0.015;  ///< places with a larger error are named one by one
   double reach_m = 1.0;          ///< a mesh surface further than this above or below does not count
   RotoTranslation T_global_mesh;  ///< how the file was moved against the mesh
+  RoadEdges edges;                ///< of the rows of the file: limits hold between them
   unsigned threads = 0;           ///< 0 = all cores; any number gives the same answer
 };
 
@@ -45,6 +47,9 @@ struct ValidateReport {
   double mean_error_m = 0.0;            ///< signed, file - mesh
   std::size_t points = 0;               ///< compared
   std::size_t points_without_mesh = 0;  ///< file has z, mesh has nothing within reach
+  /// Of the points between the edges alone: what the limits hold for.
+  std::size_t road_points = 0, road_points_without_mesh = 0;
+  double road_error_p99_m = 0.0;
   double worst_u_m = 0.0, worst_v_m = 0.0,
          worst_error_m = 0.0;  ///< where max is; file - mesh there
   double seam_z_step_m = 0.0;  ///< closed roads: largest |z(last row) - z(first row)|

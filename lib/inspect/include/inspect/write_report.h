@@ -42,6 +42,7 @@ struct ReportRequest {
   AlignOptions align;             ///< how; a mesh already read is tilted and scaled already
   RotoTranslation T_global_mesh;  ///< where the mesh lies, when there are no control points
   ValidateOptions validate;       ///< how to compare with the mesh; where it lies is set here
+  ValidateLimits limits;                    ///< of what is compared with the mesh
   std::optional<ValidateReport> validated;  ///< what validate() said; asked here when empty
   std::optional<std::vector<Kerb>>
       kerbs;  ///< as found on the mesh; when empty they are found by the shape of the road
@@ -56,6 +57,7 @@ struct ReportRequest {
   std::string before_path;           ///< the same road before smoothing and kerb refinement
   const crg::Crg* before = nullptr;  ///< the same, in memory
   std::string grip_path;             ///< a road file that holds friction in place of heights
+  RoadEdges edges;  ///< of the rows of the file; empty: all of it is judged as road
   const std::vector<Provenance>* provenance = nullptr;  ///< per node of the file
   std::vector<ReportSource> sources;
   std::vector<std::string> remarks;   ///< of the build that made the road: shown among the notes

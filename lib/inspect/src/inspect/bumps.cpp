@@ -82,6 +82,27 @@ std::vector<Swelling> find_swellings(const HeightMap& map, const Residuals& r,
   return found;
 }
 
+/// Whether all of the road rises or falls here, and nowhere as steeply as where a layer changes.
+bool is_crest(const HeightMap& map, const Swelling& s, double max_slope) {
+  const auto row = [&](double u_m) {
+    return static_cast<std::size_t>(std::clamp((u_m - map.line.u_begin_m) / map.line.u_step_m + 0.5,
+                                               0.0, static_cast<double>(map.rows() - 1)));
+  };
+  constexpr double kAllOfTheWidth = 0.9;
+  double low_m = 0.0, high_m = 0.0;
+  for (std::size_t j = 0; j < map.columns(); ++j) {
+    if (std::isnan(map.at(row(s.u_m), j))) continue;
+    low_m = std::min(low_m, map.v_m[j]), high_m = std::max(high_m, map.v_m[j]);
+  }
+  if (s.v_end_m - s.v_begin_m < kAllOfTheWidth * (high_m - low_m)) return false;
+  for (std::size_t i = row(s.u_begin_m - 1.0); i < row(s.u_end_m + 1.0); ++i)
+    for (std::size_t j = 0; j < map.columns(); ++j) {
+      const float rise_m = map.at(i + 1, j) - map.at(i, j);
+      if (std::abs(rise_m) > static_cast<float>(max_slope * map.line.u_step_m)) return false;
+    }
+  return true;
+}
+
 /// Crests and troughs that follow each other at one distance become one finding: four lines say no
 /// more than one.
 std::vector<Finding> join_waves(std::vector<Finding> found) {
@@ -163,12 +184,15 @@ std::vector<Finding> find_bumps(const HeightMap& map, const KerbStrips& kerbs,
   for (const bool is_bump : {true, false}) {
     for (const Swelling& s : is_bump ? up : down) {
       if (is_echo(s, is_bump ? down : up)) continue;
-      Finding f = finding(map, is_bump ? "bump" : "pothole", s.u_begin_m, s.u_end_m, s.value_m, "m",
-                          s.value_m > options.max_bump_m ? Severity::error : Severity::remark,
-                          fmt::format("{} of {:.0f} mm at u = {:.1f} m, v = {:.1f} m ({:.1f} m "
-                                      "long, {:.1f} m wide where it exceeds the limit)",
-                                      is_bump ? "Bump" : "Pothole", 1000.0 * s.value_m, s.u_m,
-                                      s.v_m, s.u_end_m - s.u_begin_m, s.v_end_m - s.v_begin_m));
+      Finding f =
+          finding(map, is_bump ? "bump" : "pothole", s.u_begin_m, s.u_end_m, s.value_m, "m",
+                  s.value_m > options.max_bump_m && !is_crest(map, s, options.max_crest_slope)
+                      ? Severity::error
+                      : Severity::remark,
+                  fmt::format("{} of {:.0f} mm at u = {:.1f} m, v = {:.1f} m ({:.1f} m "
+                              "long, {:.1f} m wide where it exceeds the limit)",
+                              is_bump ? "Bump" : "Pothole", 1000.0 * s.value_m, s.u_m, s.v_m,
+                              s.u_end_m - s.u_begin_m, s.v_end_m - s.v_begin_m));
       f.v_begin_m = s.v_begin_m;
       f.v_end_m = s.v_end_m;
       found.push_back(std::move(f));

@@ -17,7 +17,7 @@ Comparison compare(const HeightMap& map, const KerbStrips& kerbs, const Referenc
   make_statistics(result);
   const ReferenceKerbs of_reference = kerbs_of_reference(map, reference, options);
   find_kerb_losses(map, of_reference, name, options, result);
-  find_deviations(of_reference, name, options, result);
+  find_deviations(map, of_reference, name, options, result);
   const std::vector<PlaceError> shown = show_known(known, result);
   make_statistics(result);
   find_worst(map, reference, options, shown, result);

@@ -15,9 +15,10 @@ Finding finding(const HeightMap& map, const char* kind, double u_begin_m, double
 /// tile_step: places where most of the width steps at once.
 std::vector<Finding> find_tile_steps(const HeightMap& map, const FindingOptions& options);
 
-/// hole: pieces without height inside the road; nan_stripe goes to `stripes`.
-std::vector<Finding> find_missing(const HeightMap& map, const FindingOptions& options,
-                                  std::vector<Finding>& stripes);
+/// hole: pieces without height between others; nan_stripe goes to `stripes`, also where `road`,
+/// what lies between the edges of the map, loses most of its width.
+std::vector<Finding> find_missing(const HeightMap& map, const HeightMap& road,
+                                  const FindingOptions& options, std::vector<Finding>& stripes);
 
 /// fold: bends that are tighter than the road is wide.
 std::vector<Finding> find_folds(const HeightMap& map);

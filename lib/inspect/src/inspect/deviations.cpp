@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/statistics.h"
 #include "inspect/validate.h"
 
 namespace road {
@@ -162,8 +163,25 @@ void find_bare(const std::string& name, const CompareOptions& options, Compariso
 }
 
 /// The limits of validate() hold for the whole road.
-void check_limits(const std::string& name, Comparison& result) {
-  const ValidateLimits limits;
+void check_limits(const std::string& name, const HeightMap& map, const CompareOptions& options,
+                  Comparison& result) {
+  const ValidateLimits& limits = options.limits;
+  std::vector<float> off_m;
+  std::size_t without = 0;
+  for (std::size_t i = 0; i < result.rows; ++i) {
+    const double u_m = result.u_begin_m + (static_cast<double>(i) + 0.5) * result.u_cell_m;
+    const auto row = static_cast<std::size_t>(std::clamp(
+        (u_m - map.line.u_begin_m) / map.line.u_step_m, 0.0, static_cast<double>(map.rows() - 1)));
+    for (std::size_t j = 0; j < result.v_m.size(); ++j) {
+      const std::size_t k = i * result.v_m.size() + j;
+      if (!options.edges.has(row, result.v_m[j])) continue;
+      without += result.without_reference[k];
+      if (!std::isnan(result.error_m[k])) off_m.push_back(std::abs(result.error_m[k]));
+    }
+  }
+  const double share = static_cast<double>(without) /
+                       static_cast<double>(std::max<std::size_t>(1, without + off_m.size()));
+  const double p99_m = off_m.empty() ? 0.0 : static_cast<double>(base::quantile(off_m, 0.99));
   const auto whole = [&](const char* kind, double value, const char* unit, std::string text) {
     Finding f = make_finding(kind, value, unit, Severity::error, std::move(text));
     f.u_begin_m = result.u_begin_m;
@@ -172,24 +190,23 @@ void check_limits(const std::string& name, Comparison& result) {
     f.v_end_m = result.v_m.back();
     result.findings.push_back(std::move(f));
   };
-  if (result.abs_error_m.p99 > limits.max_z_error_p99_m) {
-    whole("deviation", result.abs_error_m.p99, "m",
+  if (p99_m > limits.max_z_error_p99_m) {
+    whole("deviation", p99_m, "m",
           fmt::format(
               "1 % of the road lies more than {:.0f} mm off the {}; at most {:.0f} mm are accepted",
-              1000.0 * result.abs_error_m.p99, name, 1000.0 * limits.max_z_error_p99_m));
+              1000.0 * p99_m, name, 1000.0 * limits.max_z_error_p99_m));
   }
-  if (result.share_without_reference > limits.max_share_without_mesh) {
-    whole("no_reference", result.share_without_reference, "1",
+  if (share > limits.max_share_without_mesh) {
+    whole("no_reference", share, "1",
           fmt::format("{:.2f} % of the road have no surface of the {} within reach; at most {:.2f} "
                       "% are accepted",
-                      100.0 * result.share_without_reference, name,
-                      100.0 * limits.max_share_without_mesh));
+                      100.0 * share, name, 100.0 * limits.max_share_without_mesh));
   }
 }
 
 }  // namespace
 
-void find_deviations(const ReferenceKerbs& reference, const std::string& name,
+void find_deviations(const HeightMap& map, const ReferenceKerbs& reference, const std::string& name,
                      const CompareOptions& options, Comparison& result) {
   const double cell_m2 = v_cell_of(result) * result.u_cell_m;
   const std::vector<Piece> off = pieces_off(reference, options, result);
@@ -223,7 +240,7 @@ void find_deviations(const ReferenceKerbs& reference, const std::string& name,
   }
   if (!options.reference_is_truth) return;
   find_bare(name, options, result);
-  check_limits(name, result);
+  check_limits(name, map, options, result);
 }
 
 }  // namespace road

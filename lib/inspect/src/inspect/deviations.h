@@ -9,8 +9,8 @@
 namespace road {
 
 /// Findings of the kinds deviation, no_reference, and kerb_loss where a ridge is lost that was not
-/// recognised as a kerb. Places on kerbs are left to find_kerb_losses().
-void find_deviations(const ReferenceKerbs& reference, const std::string& name,
+/// recognised as a kerb. `map`: of the file. Places on kerbs are left to find_kerb_losses().
+void find_deviations(const HeightMap& map, const ReferenceKerbs& reference, const std::string& name,
                      const CompareOptions& options, Comparison& result);
 
 }  // namespace road

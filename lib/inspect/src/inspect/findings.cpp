@@ -4,12 +4,39 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "defects.h"
 
 namespace road {
 namespace {
+
+constexpr const char* kBeyond = "; beyond the edge of the road";
+
+/// The map with the heights between the edges, or with those beyond, alone.
+HeightMap part_of(HeightMap map, const RoadEdges& edges, bool between) {
+  for (std::size_t i = 0; i < map.rows(); ++i)
+    for (std::size_t j = 0; j < map.columns(); ++j)
+      if (edges.has(i, map.v_m[j]) != between)
+        map.at(i, j) = std::numeric_limits<float>::quiet_NaN();
+  return map;
+}
+
+/// Bumps and potholes of the road, and of what lies beyond its edges those that would be errors.
+std::vector<Finding> bumps_of_both(const HeightMap& map, const HeightMap& road,
+                                   const KerbStrips& kerbs, const FindingOptions& options,
+                                   const std::vector<Finding>& steps) {
+  std::vector<Finding> bumps = find_bumps(road, kerbs, options, steps);
+  if (options.edges.empty()) return bumps;
+  for (Finding& f : find_bumps(part_of(map, options.edges, false), kerbs, options, steps)) {
+    if (f.severity != Severity::error) continue;
+    f.severity = Severity::remark;
+    f.text += kBeyond;
+    bumps.push_back(std::move(f));
+  }
+  return bumps;
+}
 
 /// Keeps the largest ones when there are too many, and says so.
 void append(std::vector<Finding>& all, std::vector<Finding> some, const HeightMap& map,
@@ -54,9 +81,10 @@ std::vector<Finding> find_defects(const HeightMap& map, const KerbStrips& kerbs,
                                   const FindingOptions& options) {
   std::vector<Finding> all;
   std::vector<Finding> stripes;
-  std::vector<Finding> holes = find_missing(map, options, stripes);
-  std::vector<Finding> steps = find_tile_steps(map, options);
-  std::vector<Finding> seam = find_seam_faults(map, options);
+  const HeightMap road = options.edges.empty() ? map : part_of(map, options.edges, true);
+  std::vector<Finding> holes = find_missing(map, road, options, stripes);
+  std::vector<Finding> steps = find_tile_steps(road, options);
+  std::vector<Finding> seam = find_seam_faults(road, options);
   std::vector<Finding> jumps = steps;
   for (const Finding& f : seam) {
     if (f.unit != "m") continue;
@@ -65,8 +93,9 @@ std::vector<Finding> find_defects(const HeightMap& map, const KerbStrips& kerbs,
     jumps.push_back(f);
     jumps.back().u_begin_m = jumps.back().u_end_m = map.line.u_begin_m;
   }
-  std::vector<Finding> bumps = find_bumps(map, kerbs, options, jumps);
-  append(all, find_folds(map), map, options.max_per_kind);
+  std::vector<Finding> bumps = bumps_of_both(map, road, kerbs, options, jumps);
+  for (std::vector<Finding>* some : {&stripes, &holes}) mark_beyond(options.edges, map, *some);
+  append(all, find_folds(road), map, options.max_per_kind);
   append(all, std::move(stripes), map, options.max_per_kind);
   append(all, std::move(seam), map, options.max_per_kind);
   append(all, std::move(holes), map, options.max_per_kind);
@@ -80,6 +109,20 @@ std::vector<Finding> find_defects(const HeightMap& map, const KerbStrips& kerbs,
   append(all, std::move(steps), map, options.max_per_kind);
   append(all, std::move(bumps), map, options.max_per_kind);
   return all;
+}
+
+void mark_beyond(const RoadEdges& edges, const HeightMap& map, std::vector<Finding>& findings) {
+  const auto row = [&](double u_m) {
+    return static_cast<std::size_t>(std::clamp((u_m - map.line.u_begin_m) / map.line.u_step_m + 0.5,
+                                               0.0, static_cast<double>(map.rows() - 1)));
+  };
+  for (Finding& f : findings) {
+    if (f.severity != Severity::error ||
+        !lies_beyond(edges, row(f.u_begin_m), row(f.u_end_m), f.v_begin_m, f.v_end_m))
+      continue;
+    f.severity = Severity::remark;
+    f.text += kBeyond;
+  }
 }
 
 Verdict verdict_of(const std::vector<Finding>& findings) {

@@ -84,7 +84,8 @@ std::optional<KerbRow> kerb_of_half(const Half& half, const KerbStripOptions& op
     }
     if (kerb.height_m < enough) continue;
     for (std::size_t q = j; q < k && over(q) < 0.1 * kerb.height_m; ++q) kerb.v_begin_m = half.v[q];
-    if (kerb.v_end_m - kerb.v_begin_m > options.max_width_m) return std::nullopt;
+    if (kerb.v_end_m - kerb.v_begin_m > options.max_width_m || kerb.height_m > options.max_height_m)
+      return std::nullopt;
     return kerb;
   }
   return std::nullopt;

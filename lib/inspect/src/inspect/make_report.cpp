@@ -76,6 +76,8 @@ struct Road {
   const crg::Surface& surface;
   const HeightMap& map;
   const KerbStrips& kerbs;
+  const RoadEdges& edges;
+  const ValidateLimits& limits;
 };
 
 void compare_with(const std::string& key, const std::string& name,
@@ -85,6 +87,8 @@ void compare_with(const std::string& key, const std::string& name,
   CompareOptions options;
   options.max_cells = 600'000;  // 2.4 MB of the page each
   options.reference_is_truth = is_truth;
+  options.edges = road.edges;
+  options.limits = road.limits;
   options.threads = threads;
   comparisons.emplace_back(key, compare(road.map, road.kerbs, reference, name, options, known));
 }
@@ -224,15 +228,20 @@ report::TrackReport make_report(const ReportRequest& request) {
     throw Error(fmt::format("{}: {} values of provenance for {} nodes", request.crg_path,
                             request.provenance->size(), map.z_m.size()));
   }
+  if (!request.edges.empty() && request.edges.left_m.size() != map.rows())
+    throw Error(fmt::format("{}: edges of {} rows for {} rows", request.crg_path,
+                            request.edges.left_m.size(), map.rows()));
   const KerbStrips by_shape = find_kerb_strips(map);
   const KerbStrips kerbs = request.kerbs ? strips_of(*request.kerbs) : by_shape;
   FindingOptions finding_options;
   finding_options.closed = map.line.closed;
+  finding_options.edges = request.edges;
   finding_options.threads = request.threads;
   std::vector<Finding> findings = find_defects(map, by_shape, finding_options);
   add_failures(request.failures, map, findings);
 
-  const Compared compared = compare_all({surface, map, kerbs}, request, report);
+  const Compared compared =
+      compare_all({surface, map, kerbs, request.edges, request.limits}, request, report);
   std::optional<crg::Surface> grip;
   if (!request.grip_path.empty()) {
     grip.emplace(crg::read(request.grip_path));
@@ -240,6 +249,7 @@ report::TrackReport make_report(const ReportRequest& request) {
   }
   for (const auto& [key, comparison] : compared.comparisons)
     findings.insert(findings.end(), comparison.findings.begin(), comparison.findings.end());
+  mark_beyond(request.edges, map, findings);
   add_checked(checked, map, findings, report);
   std::stable_sort(findings.begin(), findings.end(),
                    [](const Finding& a, const Finding& b) { return a.severity > b.severity; });

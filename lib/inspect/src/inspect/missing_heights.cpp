@@ -46,20 +46,24 @@ std::vector<RowRun> find_bare_rows(const std::vector<RowExtent>& extents, double
 
 }  // namespace
 
-std::vector<Finding> find_missing(const HeightMap& map, const FindingOptions& options,
-                                  std::vector<Finding>& stripes) {
+std::vector<Finding> find_missing(const HeightMap& map, const HeightMap& road,
+                                  const FindingOptions& options, std::vector<Finding>& stripes) {
   const std::size_t rows = map.rows(), columns = map.columns();
-  const std::vector<RowExtent> extents = row_extents(map);
+  const std::vector<RowExtent> extents = row_extents(map), of_road = row_extents(road);
   std::vector<std::uint8_t> bare(rows, 0);
-  for (const RowRun& run : find_bare_rows(extents, map.line.u_step_m)) {
+  for (const RowRun& run : find_bare_rows(of_road, map.line.u_step_m)) {
     std::fill(bare.begin() + static_cast<std::ptrdiff_t>(run.begin),
               bare.begin() + static_cast<std::ptrdiff_t>(run.end), 1);
     const double length_m = static_cast<double>(run.end - run.begin) * map.line.u_step_m;
     stripes.push_back(finding(
         map, "nan_stripe", map.u_of(run.begin), map.u_of(run.end - 1), length_m, "m",
         Severity::error,
-        fmt::format("No road over {:.2f} m from u = {:.1f} m: {} of the width is missing", length_m,
-                    map.u_of(run.begin), extents[run.begin].empty() ? "all" : "more than half")));
+        fmt::format("No road over {:.2f} m from u = {:.1f} m: {}", length_m, map.u_of(run.begin),
+                    of_road[run.begin].empty()
+                        ? fmt::format("all of the width is missing; where the mesh has a gap, "
+                                      "--bridge-gap-m {:.0f} closes it",
+                                      std::ceil(length_m) + 1.0)
+                        : "more than half of the width is missing")));
   }
 
   // Nodes without height between the outermost heights of their row, joined to pieces.

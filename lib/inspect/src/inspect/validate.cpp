@@ -27,12 +27,13 @@ ErrorQuantiles quantiles(std::vector<double>& errors) {
   return {at(0.50), at(0.95), at(0.99), errors.back()};
 }
 
-void check_seam(const crg::Surface& road, ValidateReport& report) {
+void check_seam(const crg::Surface& road, const RoadEdges& edges, ValidateReport& report) {
   const crg::ReferenceLine& line = road.reference_line();
   const crg::Grid& grid = road.grid();
   if (!line.closed || grid.rows() < 2) return;
   const std::size_t last = grid.rows() - 1;
   for (std::size_t j = 0; j < grid.columns(); ++j) {
+    if (!edges.has(0, grid.v_m[j])) continue;
     const auto step = static_cast<double>(std::abs(grid.at(last, j) - grid.at(0, j)));
     if (step > report.seam_z_step_m) report.seam_z_step_m = step;
   }
@@ -62,9 +63,9 @@ ValidateReport validate(const crg::Surface& road, const RaySurface& mesh,
                             road.file().source, grid.rows(), grid.columns()));
 
   ValidateReport report;
-  check_seam(road, report);
+  check_seam(road, options.edges, report);
   std::mt19937_64 random(options.seed);
-  std::vector<double> errors;
+  std::vector<double> errors, road_errors;
   std::vector<RoughPoint> rough;
   double sum = 0.0;
   const auto remember = [&](double u_m, double v_m, double error) {
@@ -83,12 +84,16 @@ ValidateReport validate(const crg::Surface& road, const RaySurface& mesh,
     const double v_m = grid.v_m.front() + (grid.v_m.back() - grid.v_m.front()) * uniform(random);
     if (std::isnan(road.z_at_uv(u_m, v_m))) continue;
     const auto found = error_at(road, mesh, options, u_m, v_m);
+    const bool on_road =
+        options.edges.has(static_cast<std::size_t>((u_m - grid.u_begin_m) / grid.u_step_m), v_m);
     if (!found) {
       ++report.points_without_mesh;
+      report.road_points_without_mesh += on_road ? 1 : 0;
       continue;
     }
     const double error = *found;
     if (std::abs(error) > options.named_error_m) rough.push_back({u_m, v_m, error});
+    if (on_road) road_errors.push_back(std::abs(error));
     sum += error;
     errors.push_back(std::abs(error));
     remember(u_m, v_m, error);
@@ -96,6 +101,8 @@ ValidateReport validate(const crg::Surface& road, const RaySurface& mesh,
   report.points = errors.size();
   if (!errors.empty()) report.mean_error_m = sum / static_cast<double>(errors.size());
   report.z_error_m = quantiles(errors);
+  report.road_points = road_errors.size();
+  report.road_error_p99_m = quantiles(road_errors).p99;
   report.rough_places = find_rough_places(road, mesh, options, std::move(rough));
   for (const RoughPlace& place : report.rough_places)
     remember(place.worst_u_m, place.worst_v_m, place.worst_error_m);

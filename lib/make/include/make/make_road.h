@@ -15,6 +15,7 @@
 #include "mesh/mesh.h"
 #include "road/centreline.h"
 #include "road/patch.h"
+#include "road/road_edges.h"
 #include "road/sample.h"
 
 namespace road {
@@ -26,6 +27,7 @@ struct MadeRoad {
   Centreline centreline;    ///< in the frame of the mesh, as are road and mesh
   crg::ReferenceLine line;  ///< where the recipe puts it on the Earth
   SampledGrid sampled;
+  RoadEdges edges;                  ///< of its rows; empty for a stretch
   std::optional<crg::Grid> before;  ///< before kerb refinement and smoothing, where it was wanted
   std::vector<KerbPatch> patches;
   std::optional<crg::Grid> friction;

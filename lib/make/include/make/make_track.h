@@ -11,6 +11,7 @@
 #include "make/recipe.h"
 #include "mesh/mesh.h"
 #include "road/edges.h"
+#include "road/road_edges.h"
 #include "road/sample.h"
 
 namespace base {
@@ -47,7 +48,9 @@ struct BuildEvidence {
   std::array<double, 3>
       road_width_m{};       ///< between the borders of the road: least, median, largest
   std::vector<Kerb> kerbs;  ///< on the mesh
+  RoadEdges edges;          ///< of the rows of the file
   ValidateReport validate;
+  ValidateLimits limits;
 };
 constexpr std::size_t kMaxBeforeNodes = 40'000'000;  ///< 160 MB
 

@@ -89,6 +89,8 @@ ReportFiles report_build(const BuildRequest& order, const Recipe& recipe, const 
   }
   request.validated = evidence.validate;
   request.kerbs = evidence.kerbs;
+  request.edges = evidence.edges;
+  request.limits = evidence.limits;
   request.road_width_m = evidence.road_width_m;
   const auto& read = summary.at("read");
   request.mesh_up = read.at("up").get<std::string>() + ", " + read.at("up_why").get<std::string>();

@@ -18,6 +18,7 @@
 #include "mesh/error.h"
 #include "mesh/ray_surface.h"
 #include "road/gaps.h"
+#include "road/road_edges.h"
 #include "road/stretch.h"
 #include "suggest_unit.h"
 
@@ -158,6 +159,10 @@ SampledGrid sampled_grid(const Recipe& recipe, const std::optional<URange>& stre
   if (rows) built.line = line_of_rows(built.line, *rows);
   close_cracks(sampled, surface, built.road, built.line, report);
   end_at_walls(sampled, built.line, built.mesh, recipe.sample.threads, report);
+  if (!rows) {
+    built.edges = road_edges(sampled, built.line, built.centreline);
+    end_where_whole(sampled, built.edges, built.line, report);
+  }
   return sampled;
 }
 
@@ -244,7 +249,8 @@ MadeRoad make_road(const Recipe& recipe, const std::vector<InputFile>& inputs,
       });
   if (!recipe.line_is_right && !options.stretch)
     built.doubts = stage("doubt", [&] {
-      auto doubts = doubts_about(built.centreline, surface, built.mesh, summary.clean);
+      auto doubts =
+          doubts_about(built.centreline, surface, built.road.mesh, built.mesh, summary.clean);
       if (auto ends = doubt_about_ends(built.centreline, built.mesh, prepared.recipe.clean))
         doubts.push_back(std::move(*ends));
       if (prepared.recipe.read.unit == Unit::automatic && prepared.recipe.read.scale == 1.0 &&

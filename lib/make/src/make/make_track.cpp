@@ -49,6 +49,8 @@ BuildEvidence evidence_of(MadeRoad built) {
   const CentrelineReport& line = built.summary.centreline;
   evidence.road_width_m = {line.width_min_m, line.width_median_m, line.width_max_m};
   evidence.kerbs = std::move(built.summary.kerb.kerbs);
+  evidence.edges = std::move(built.edges);
+  evidence.limits = limits_of(built.summary);
   evidence.validate = std::move(built.summary.validate);
   return evidence;
 }

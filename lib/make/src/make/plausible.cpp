@@ -76,28 +76,56 @@ void surface_missing(const Centreline& line, const RaySurface& surface,
                   100.0 * missing_m / all_m, missing_m, all_m, longest_m, place.x(), place.y()));
 }
 
+/// Whether the mesh draws the road at a station as one strip: every triangle from border to border.
+/// A lane beside the road has its own border, so corners lie between.
+bool is_one_strip(const Centreline& line, std::size_t station, const RaySurface& surface,
+                  const Mesh& road) {
+  constexpr int kPlaces = 9;
+  constexpr double kBorder = 0.7;  // of the half width: as far apart may two neighbouring ends be
+  const std::size_t n = line.points_m.size();
+  const auto wrapped = [&](std::size_t i) { return line.closed ? i % n : std::min(i, n - 1); };
+  const Vector3d &at = line.points_m[station], &next = line.points_m[wrapped(station + 1)];
+  const Vector3d& before = line.points_m[station > 0 ? station - 1 : line.closed ? n - 1 : 0];
+  const Eigen::Vector2d along = (next - before).head<2>();
+  const Eigen::Vector2d left = Eigen::Vector2d(-along.y(), along.x()).normalized();
+  const double half_m = line.half_width_m[station];
+  for (int k = 0; k < kPlaces; ++k) {
+    const Eigen::Vector2d place = at.head<2>() + (1.8 * (k + 0.5) / kPlaces - 0.9) * half_m * left;
+    const auto hit = surface.nearest_hit(place.x(), place.y(), at.z(), 1.0 + 0.5 * half_m);
+    if (!hit) return false;
+    for (int c = 0; c < 3; ++c) {
+      const Vector3d corner = road.origin_m + road.vertex(hit->triangle, c);
+      if (std::abs((corner - at).head<2>().dot(left)) < kBorder * half_m) return false;
+    }
+  }
+  return true;
+}
+
 /// A pit lane or an apron in one piece with the road: the line lies in the middle of all of it.
-void wide_in_places(const Centreline& line, std::vector<std::string>& doubts) {
+void wide_in_places(const Centreline& line, const RaySurface& surface, const Mesh& road,
+                    std::vector<std::string>& doubts) {
   const std::size_t n = line.points_m.size(), segments = line.closed ? n : n - 1;
   std::vector<double> half_m = line.half_width_m;
   const auto middle = half_m.begin() + static_cast<std::ptrdiff_t>(half_m.size() / 2);
   std::nth_element(half_m.begin(), middle, half_m.end());
   const double usual_m = *middle;
   double wide_m = 0.0, all_m = 0.0;
-  std::size_t widest = 0;
+  std::optional<std::size_t> widest;
   for (std::size_t i = 0; i < segments; ++i) {
     const double length_m = (line.points_m[(i + 1) % n] - line.points_m[i]).head<2>().norm();
     all_m += length_m;
-    if (line.half_width_m[i] > kMuchWider * usual_m) wide_m += length_m;
-    if (line.half_width_m[i] > line.half_width_m[widest]) widest = i;
+    if (line.half_width_m[i] <= kMuchWider * usual_m || is_one_strip(line, i, surface, road))
+      continue;
+    wide_m += length_m;
+    if (!widest || line.half_width_m[i] > line.half_width_m[*widest]) widest = i;
   }
   if (wide_m <= kWideShare * all_m) return;
   doubts.push_back(fmt::format(
       "along {:.0f} m of the line what looks like road is more than {} times as wide as usual "
       "({:.1f} m), {:.1f} m at ({:.1f}, {:.1f}): a pit lane or an apron may be taken for road, and "
       "the line lies in the middle of both",
-      wide_m, kMuchWider, 2.0 * usual_m, 2.0 * line.half_width_m[widest], line.points_m[widest].x(),
-      line.points_m[widest].y()));
+      wide_m, kMuchWider, 2.0 * usual_m, 2.0 * line.half_width_m[*widest],
+      line.points_m[*widest].x(), line.points_m[*widest].y()));
 }
 
 void little_of_the_ground(const Mesh& mesh, const CleanReport& report,
@@ -240,12 +268,13 @@ void nothing_confirms(const Centreline& line, const Mesh& mesh, const CleanRepor
 }  // namespace
 
 std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& surface,
-                                      const Mesh& mesh, const CleanReport& report) {
+                                      const Mesh& road, const Mesh& mesh,
+                                      const CleanReport& report) {
   std::vector<std::string> doubts = report.doubts;
   if (!report.by_guide)
     surface_missing(line, surface, doubts);  // a guide knows better where it should be
   const std::size_t first = doubts.size();
-  if (!report.by_guide) wide_in_places(line, doubts);
+  if (!report.by_guide) wide_in_places(line, surface, road, doubts);
   const bool confirmed =
       report.by_names && (!report.road_agreement || *report.road_agreement >= kAgreement);
   if (!confirmed && !report.by_guide) nothing_confirms(line, mesh, report, doubts);

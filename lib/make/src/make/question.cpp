@@ -46,7 +46,8 @@ std::optional<Candidate> road_with(const std::string& flags, const Mesh& mesh,
     const RoadMesh road = clean(mesh, recipe.clean, &report);
     const Centreline line = trace_centreline(road, recipe.centreline);
     fit_reference_line(line, recipe.reference_line);
-    if (!doubts_about(line, RaySurface(road.mesh), mesh, report).empty()) return std::nullopt;
+    if (!doubts_about(line, RaySurface(road.mesh), road.mesh, mesh, report).empty())
+      return std::nullopt;
     return Candidate{flags, line.points_m, line.length_m, 2.0 * base::median(line.half_width_m),
                      line.closed};
   } catch (const Error&) {  // no answer that leads on
@@ -94,7 +95,7 @@ std::vector<Candidate> candidates(const Mesh& mesh, const Recipe& recipe, std::s
         const RoadMesh road = clean(mesh, tried.clean, &report);
         const Centreline line = trace_centreline(road, tried.centreline);
         fit_reference_line(line, tried.reference_line);
-        if (!doubts_about(line, RaySurface(road.mesh), mesh, report).empty()) continue;
+        if (!doubts_about(line, RaySurface(road.mesh), road.mesh, mesh, report).empty()) continue;
         if (!line.closed && same_material_elsewhere(line, mesh, report)) continue;
         const auto is_this = [&](const Centreline& other) {
           return other.closed == line.closed && goes_along(line, other) && goes_along(other, line);

@@ -99,6 +99,17 @@ Json json_of(const SampleReport& report) {
                          {"height_m", crossing.height_m}});
     remarks.push_back(describe(crossing));
   }
+  const auto cut = [&](const char* side, const std::vector<URange>& ranges) {
+    if (ranges.empty()) return;
+    double length_m = 0.0;
+    for (const URange& range : ranges) length_m += range.u_end_m - range.u_begin_m;
+    remarks.push_back(fmt::format(
+        "beyond the {} edge of the road the surface is not whole and ends early along {:.1f} m, in "
+        "{} place{} from u = {:.1f} m on",
+        side, length_m, ranges.size(), ranges.size() == 1 ? "" : "s", ranges.front().u_begin_m));
+  };
+  cut("left", report.cut_left);
+  cut("right", report.cut_right);
   return {{"nodes", report.nodes},
           {"nodes_with_z", report.nodes_with_z},
           {"filled", report.filled},
@@ -106,6 +117,8 @@ Json json_of(const SampleReport& report) {
           {"folds", json_of(report.folds)},
           {"neighbours", json_of(report.neighbours)},
           {"walls", json_of(report.walls)},
+          {"cut_left", json_of(report.cut_left)},
+          {"cut_right", json_of(report.cut_right)},
           {"crossings", crossings},
           {"remarks", remarks}};
 }
@@ -190,6 +203,9 @@ Json json_of(const ValidateReport& report, const ValidateLimits& limits) {
           {"failures", failures},
           {"points", report.points},
           {"points_without_mesh", report.points_without_mesh},
+          {"road_points", report.road_points},
+          {"road_points_without_mesh", report.road_points_without_mesh},
+          {"road_error_p99_m", report.road_error_p99_m},
           {"z_error_m", {{"p50", z.p50}, {"p95", z.p95}, {"p99", z.p99}, {"max", z.max}}},
           {"mean_error_m", report.mean_error_m},
           {"worst_u_m", report.worst_u_m},

@@ -15,24 +15,24 @@ ValidateLimits limits_of(const BuildSummary& summary) {
 std::vector<std::string> validation_failures(const ValidateReport& report,
                                              const ValidateLimits& limits) {
   std::vector<std::string> failures;
-  if (report.points == 0) {
+  if (report.road_points == 0) {
     failures.push_back(
         "no point of the file could be compared with the mesh: do the file and the mesh share a "
         "frame?");
     return failures;
   }
-  if (!(report.z_error_m.p99 <= limits.max_z_error_p99_m))
-    failures.push_back(
-        fmt::format("1 % of the points are more than {:.4g} m from the mesh, at most {:.4g} m "
-                    "wanted; the worst is {:.4g} m at u = {:.2f} m, v = {:.2f} m",
-                    report.z_error_m.p99, limits.max_z_error_p99_m, report.z_error_m.max,
-                    report.worst_u_m, report.worst_v_m));
-  const double share = static_cast<double>(report.points_without_mesh) /
-                       static_cast<double>(report.points + report.points_without_mesh);
+  if (!(report.road_error_p99_m <= limits.max_z_error_p99_m))
+    failures.push_back(fmt::format(
+        "1 % of the points of the road are more than {:.4g} m from the mesh, at most {:.4g} m "
+        "wanted; the worst is {:.4g} m at u = {:.2f} m, v = {:.2f} m",
+        report.road_error_p99_m, limits.max_z_error_p99_m, report.z_error_m.max, report.worst_u_m,
+        report.worst_v_m));
+  const double share = static_cast<double>(report.road_points_without_mesh) /
+                       static_cast<double>(report.road_points + report.road_points_without_mesh);
   if (share > limits.max_share_without_mesh)
-    failures.push_back(fmt::format("{} of {} points have a height where the mesh has no surface",
-                                   report.points_without_mesh,
-                                   report.points + report.points_without_mesh));
+    failures.push_back(fmt::format(
+        "{} of {} points of the road have a height where the mesh has no surface",
+        report.road_points_without_mesh, report.road_points + report.road_points_without_mesh));
   if (!(report.seam_z_step_m <= limits.max_seam_z_step_m))
     failures.push_back(
         fmt::format("the height steps by {:.4g} m at the seam, at most {:.4g} m wanted",

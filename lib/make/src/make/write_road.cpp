@@ -78,6 +78,7 @@ void write_friction(MadeRoad& built, const base::OutputSet& outputs) {
 ValidateReport validate_written(const MadeRoad& built, const base::OutputSet& outputs) {
   const Recipe& recipe = built.summary.recipe;
   ValidateOptions options = recipe.validate;
+  options.edges = built.edges;
   if (built.summary.placement) options.T_global_mesh = built.summary.placement->align.T_global_mesh;
   crg::Crg file = crg::read(outputs.staged(road_name(recipe)));
   for (std::size_t k = 0; k < built.added_m.size(); ++k) file.grid.z_m[k] -= built.added_m[k];

@@ -17,6 +17,9 @@ namespace road {
 void close_cracks(SampledGrid& sampled, const RaySurface& surface, const RoadMesh& road,
                   const crg::ReferenceLine& line, SampleReport& report);
 
+/// Counts again what has a height: nodes_with_z, filled and holes of `report`.
+void count_nodes(const SampledGrid& sampled, SampleReport& report);
+
 /// Ends each row at a wall. A mesh often has its ground in front of a wall and behind it, but not
 /// below: a gap as narrow as those that sampling fills, so that the file would have even ground
 /// through the wall and a place behind it that nobody reaches. From such a gap outwards the nodes

@@ -41,6 +41,8 @@ struct SampleReport {
   std::vector<URange> folds;  ///< rows trimmed because 1 - curvature * v <= margin
   std::vector<URange> neighbours;  ///< rows trimmed at the middle to another leg of the track
   std::vector<URange> walls;  ///< rows that end at a wall in a gap of the surface: end_at_walls()
+  /// Rows whose surface beyond the road's edge is notched: end_where_whole().
+  std::vector<URange> cut_left, cut_right;
   std::vector<Crossing> crossings;  ///< where the road passes over, under or through itself
 };
 

@@ -24,25 +24,6 @@ constexpr double kHighest_m = 3.0;  // what begins higher spans the track
 constexpr double kBeside_m = 0.5;   // from the gap: what stands here too is no wall
 constexpr double kWidest_m = 1.0;   // of a gap; sampling ends the surface at wider ones
 
-/// Counts again what has a height.
-void count_nodes(const SampledGrid& sampled, SampleReport& report) {
-  const std::size_t rows = sampled.grid.rows(), columns = sampled.grid.columns();
-  report.nodes_with_z = report.filled = report.holes = 0;
-  for (std::size_t i = 0; i < rows; ++i) {
-    std::size_t with_z = 0, first = columns, last = 0;
-    for (std::size_t j = 0; j < columns; ++j) {
-      const Provenance provenance = sampled.provenance[i * columns + j];
-      if (provenance == Provenance::none) continue;
-      report.filled += provenance == Provenance::filled ? 1 : 0;
-      first = std::min(first, j);
-      last = j;
-      ++with_z;
-    }
-    report.nodes_with_z += with_z;
-    if (with_z > 0) report.holes += last - first + 1 - with_z;
-  }
-}
-
 /// Both sides of the crack at (u, v) of row i; nothing when it is none.
 std::optional<std::array<SurfaceHit, 2>> sides_of_crack(const RaySurface& surface,
                                                         const crg::ReferenceLine& line,
@@ -120,6 +101,24 @@ struct Row {
 };
 
 }  // namespace
+
+void count_nodes(const SampledGrid& sampled, SampleReport& report) {
+  const std::size_t rows = sampled.grid.rows(), columns = sampled.grid.columns();
+  report.nodes_with_z = report.filled = report.holes = 0;
+  for (std::size_t i = 0; i < rows; ++i) {
+    std::size_t with_z = 0, first = columns, last = 0;
+    for (std::size_t j = 0; j < columns; ++j) {
+      const Provenance provenance = sampled.provenance[i * columns + j];
+      if (provenance == Provenance::none) continue;
+      report.filled += provenance == Provenance::filled ? 1 : 0;
+      first = std::min(first, j);
+      last = j;
+      ++with_z;
+    }
+    report.nodes_with_z += with_z;
+    if (with_z > 0) report.holes += last - first + 1 - with_z;
+  }
+}
 
 void close_cracks(SampledGrid& sampled, const RaySurface& surface, const RoadMesh& road,
                   const crg::ReferenceLine& line, SampleReport& report) {

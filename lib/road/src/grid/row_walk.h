@@ -17,6 +17,7 @@ constexpr std::size_t kWalkRows = 16;
 struct RowGuide {
   std::vector<double> z_m, half_width_m;
 };
+RowGuide guide_rows(const crg::ReferenceLine& line, const Centreline& centreline);
 
 /// How far a row may reach to each side before it folds over itself or comes nearer to another leg
 /// of the line: the smallest circle that touches the line at the row and passes through another

@@ -29,30 +29,6 @@ constexpr double kCrossingReach =
     2.0;  // times the grid's half width: how far from its middle a level crossing is one
 constexpr double kCoarseStep_m = 1.0;  // of the search for folds and neighbours along u
 
-RowGuide guide_rows(const crg::ReferenceLine& line, const Centreline& centreline) {
-  const std::size_t n = centreline.points_m.size();
-  std::vector<double> s{0.0};
-  const std::size_t segments = centreline.closed ? n : n - 1;
-  for (std::size_t i = 0; i < segments; ++i) {
-    s.push_back(s.back() +
-                (centreline.points_m[(i + 1) % n] - centreline.points_m[i]).head<2>().norm());
-  }
-  RowGuide guide;
-  guide.z_m.reserve(line.size());
-  guide.half_width_m.reserve(line.size());
-  std::size_t at = 0;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    const double here = s.back() * static_cast<double>(i) / static_cast<double>(line.size() - 1);
-    while (at + 1 < segments && s[at + 1] < here) ++at;
-    const double t = std::clamp((here - s[at]) / std::max(s[at + 1] - s[at], 1e-9), 0.0, 1.0);
-    const std::size_t next = (at + 1) % n;
-    const auto mix = [t](double a, double b) { return a + t * (b - a); };
-    guide.z_m.push_back(mix(centreline.points_m[at].z(), centreline.points_m[next].z()));
-    guide.half_width_m.push_back(mix(centreline.half_width_m[at], centreline.half_width_m[next]));
-  }
-  return guide;
-}
-
 /// How far a row reaches on one side, and whether a fold is the reason.
 struct Side {
   double limit_m;
@@ -357,6 +333,30 @@ SampledGrid sample(const RoadMesh& road, const RaySurface& surface, const crg::R
 }
 
 }  // namespace
+
+RowGuide guide_rows(const crg::ReferenceLine& line, const Centreline& centreline) {
+  const std::size_t n = centreline.points_m.size();
+  std::vector<double> s{0.0};
+  const std::size_t segments = centreline.closed ? n : n - 1;
+  for (std::size_t i = 0; i < segments; ++i) {
+    s.push_back(s.back() +
+                (centreline.points_m[(i + 1) % n] - centreline.points_m[i]).head<2>().norm());
+  }
+  RowGuide guide;
+  guide.z_m.reserve(line.size());
+  guide.half_width_m.reserve(line.size());
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const double here = s.back() * static_cast<double>(i) / static_cast<double>(line.size() - 1);
+    while (at + 1 < segments && s[at + 1] < here) ++at;
+    const double t = std::clamp((here - s[at]) / std::max(s[at + 1] - s[at], 1e-9), 0.0, 1.0);
+    const std::size_t next = (at + 1) % n;
+    const auto mix = [t](double a, double b) { return a + t * (b - a); };
+    guide.z_m.push_back(mix(centreline.points_m[at].z(), centreline.points_m[next].z()));
+    guide.half_width_m.push_back(mix(centreline.half_width_m[at], centreline.half_width_m[next]));
+  }
+  return guide;
+}
 
 SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface,
                         const crg::ReferenceLine& line, const Centreline& centreline,
