@@ -53,6 +53,17 @@ TEST(ReadFile, NamesPathAndReason) {
   EXPECT_THAT(refusal(folder.path("."), 9), HasSubstr("is a folder, wanted a file"));
 }
 
+TEST(ReadFile, NamesAPointerOfGitLfs) {
+  const support::TemporaryFolder folder;
+  const std::string pointer =
+      "version https://git-lfs.github.com/spec/v1\noid sha256:7711\nsize 202118652\n";
+  EXPECT_THAT(
+      refusal(folder.file("a.glb", pointer), 999),
+      testing::AllOf(HasSubstr("a.glb: is a pointer of Git LFS"), HasSubstr("'git lfs pull'")));
+  EXPECT_EQ(refusal(folder.file("b.md", "# " + pointer), 999), "");
+  EXPECT_EQ(refusal(folder.file("c.md", pointer + std::string(2000, ' ')), 9999), "");
+}
+
 TEST(ReadFile, RefusesAtOnceWhatIsNoFile) {
   const support::TemporaryFolder folder;
   ASSERT_EQ(::mkfifo(folder.path("fifo").c_str(), 0600), 0);

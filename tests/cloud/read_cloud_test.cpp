@@ -141,6 +141,14 @@ TEST(ReadCloud, LeavesOutPointsThatAreNoNumbersAndRefusesNothingElse) {
   EXPECT_THAT(refusal("123", "a.dat"), HasSubstr("ending"));
 }
 
+TEST(ReadCloud, NamesWhatLiesInThePlaceOfAFile) {
+  for (const char* name : {"a.las", "a.laz", "a.ply", "a.pcd", "a.bin", "a.xyz"}) {
+    EXPECT_THAT(refusal("version https://git-lfs.github.com/spec/v1\noid sha256:77\n", name),
+                HasSubstr("is a pointer of Git LFS"));
+    EXPECT_THAT(refusal("<!DOCTYPE html>\n<html></html>", name), HasSubstr("is an HTML page"));
+  }
+}
+
 TEST(ReadCloud, HugePromisesCostNothing) {
   std::string pcd = support::as_pcd({}, "binary", false);
   pcd.replace(pcd.find("POINTS 20"), 9, "POINTS 18446744073709551615");

@@ -376,6 +376,13 @@ TEST_F(ReadMesh, RefusesMissingEmptyAndForeignFiles) {
        {"obj", "acc", "ac", "stl", "ply", "glb", "gltf", "fbx", "dae", "3ds", "txt"}) {
     const std::string name = std::string("a.") + extension;
     EXPECT_THAT(message_of(folder_.file(name, "")), HasSubstr("the file is empty")) << extension;
+    EXPECT_THAT(message_of(folder_.file(
+                    name, "version https://git-lfs.github.com/spec/v1\noid sha256:77\nsize 9\n")),
+                HasSubstr(name + ": is a pointer of Git LFS"))
+        << extension;
+    EXPECT_THAT(message_of(folder_.file(name, "\n<!DOCTYPE html>\n<html><body>404</body></html>")),
+                HasSubstr(name + ": is an HTML page"))
+        << extension;
     EXPECT_NE(message_of(folder_.file(name, "Dear editor,\nthis is a letter and no mesh.\n")),
               "no error")
         << extension;
@@ -460,6 +467,12 @@ TEST_F(ReadMesh, WritesWhatItReads) {
   } catch (const road::Error& error) {
     EXPECT_THAT(error.what(), HasSubstr(".stl, .ply or .obj"));
   }
+}
+
+TEST(ReadMeshOpen, NamesAPointerOfGitLfs) {
+  const std::string path = places::data() + "/meshes2/nfsput_spielberg_lfs.glb";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent";
+  EXPECT_THAT(message_of(path), HasSubstr("git lfs pull"));
 }
 
 TEST(ReadMeshTorcs, ReadsEveryTrack) {

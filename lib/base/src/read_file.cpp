@@ -10,6 +10,7 @@
 
 #include "base/descriptor.h"
 #include "base/error.h"
+#include "base/stand_in.h"
 
 namespace base {
 namespace {
@@ -52,10 +53,12 @@ std::string read_file(const std::string& path, std::size_t largest_bytes) {
     const ssize_t count = ::read(file.value, block, sizeof block);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) fail_to_read(path, "cannot read");
-    if (count == 0) return bytes;
+    if (count == 0) break;
     bytes.append(block, static_cast<std::size_t>(count));
     if (bytes.size() > largest_bytes) refuse(largest_bytes, "more than ");  // it has grown
   }
+  want_no_lfs_pointer(bytes, path);
+  return bytes;
 }
 
 }  // namespace base

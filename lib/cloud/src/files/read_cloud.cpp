@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "base/ending.h"
+#include "base/stand_in.h"
 #include "cloud/error.h"
 #include "decode.h"
 #include "emitter.h"
@@ -69,6 +70,8 @@ CloudReadReport read_all(std::string_view bytes, const std::string& name,
                          const std::function<void(std::size_t)>& done) {
   CloudReadReport report;
   if (bytes.empty()) throw Error(name + ": empty file; a point cloud is wanted");
+  base::want_no_lfs_pointer(bytes, name);
+  base::want_no_web_page(bytes, name);
   Records records = records_of(bytes, name, report);
   if (!records.owned.empty()) records.bytes = records.owned;
   Emitter emit(name, options, report, sink);

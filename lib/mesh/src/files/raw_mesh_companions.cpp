@@ -8,6 +8,7 @@
 #include "base/ending.h"
 #include "base/read_file.h"
 #include "base/sha256.h"
+#include "base/stand_in.h"
 #include "mesh/error.h"
 
 namespace road {
@@ -61,6 +62,7 @@ std::optional<std::string> Companions::read(const std::string& path, std::size_t
   if (!exists(path)) return std::nullopt;
   try {
     std::string content = base::read_file(path, most_bytes);
+    base::want_no_web_page(content, path);
     if (opened_) opened_(content.size());
     add(path, base::sha256(content));
     return content;

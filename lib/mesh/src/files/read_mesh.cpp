@@ -10,6 +10,7 @@
 
 #include "base/ending.h"
 #include "base/read_file.h"
+#include "base/stand_in.h"
 #include "decide_up.h"
 #include "mesh/error.h"
 #include "raw_mesh.h"
@@ -33,6 +34,7 @@ std::string load(const std::string& path) {
   std::string bytes = base::read_file(path, kLargestMeshFile);
   if (bytes.empty())
     throw Error(fmt::format("{}: the file is empty; copy or export the mesh again", path));
+  base::want_no_web_page(bytes, path);
   return bytes;
 }
 
