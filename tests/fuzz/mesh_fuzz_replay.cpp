@@ -7,6 +7,7 @@
 
 #include "fuzz/mesh_fuzz.h"
 #include "fuzz/mutated.h"
+#include "support/gltf_parts.h"
 #include "support/mesh_files.h"
 
 namespace {
@@ -20,7 +21,7 @@ std::string seed_file(std::string_view kind, std::size_t variant) {
   }
   if (kind == "obj") return support::as_obj(mesh, variant % 2 == 0 ? 'z' : 'y');
   if (kind == "acc") return support::as_acc(mesh);
-  return support::as_glb(mesh);
+  return variant % 2 == 0 ? support::as_glb(mesh) : support::busy_gltf().glb();
 }
 
 }  // namespace

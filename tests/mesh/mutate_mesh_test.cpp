@@ -17,6 +17,7 @@
 #include "support/analytic_roads.h"
 #include "support/brute_force.h"
 #include "support/draco_gltf.h"
+#include "support/gltf_parts.h"
 #include "support/mesh_files.h"
 #include "support/temporary_folder.h"
 
@@ -174,6 +175,11 @@ void read_mutants(const std::string& mesh_name, const std::string& mesh,
 
 TEST(MutateMesh, DamagedGltfAndItsBufferAreReadOrRefused) {
   const support::GltfAndBin parts = support::as_gltf(support::small_road(), "a.bin");
+  read_mutants("a.gltf", parts.gltf, "a.bin", parts.bin);
+}
+
+TEST(MutateMesh, DamagedInstancesOfIntegersAreReadOrRefused) {
+  const support::GltfAndBin parts = support::busy_gltf().with_bin("a.bin");
   read_mutants("a.gltf", parts.gltf, "a.bin", parts.bin);
 }
 

@@ -103,14 +103,15 @@ struct MeshReadReport {
   std::vector<MeshFile> files;
 };
 
-/// Reads any format assimp knows (.obj .glb .gltf .ply .stl .fbx .dae .3ds .ac .acc ...), glTF
-/// compressed by Draco too. Source axes are turned (turned_up()), never mirrored unless the options
-/// or the file say so. Large coordinates (UTM) of text formats and of double PLY survive: a local
-/// origin is subtracted in double before assimp sees them. Throws Error: missing, empty, truncated,
-/// a pointer of Git LFS or a web page in its place, no triangles, not finite or > 1e7 m coordinates
-/// (with object name and vertex), wrong axis or unit (what was seen, which flag to give), nested
-/// beyond reason, refers to geometry outside its folder, or its reader crashed or took far too much
-/// time or memory.
+/// Reads any format assimp knows (.obj .glb .gltf .ply .stl .fbx .dae .3ds .ac .acc ...), of glTF
+/// also what is compressed by Draco, quantized or shown by instances. Source axes are turned
+/// (turned_up()), never mirrored unless the options or the file say so. Large coordinates (UTM) of
+/// text formats and of double PLY survive: a local origin is subtracted in double before assimp
+/// sees them. Throws Error: missing, empty, truncated, a pointer of Git LFS or a web page in its
+/// place, requires an extension of glTF that is not read, no triangles, not finite or > 1e7 m
+/// coordinates (with object name and vertex), wrong axis or unit (what was seen, which flag to
+/// give), nested beyond reason, refers to geometry outside its folder, or its reader crashed or
+/// took far too much time or memory.
 Mesh read_mesh(const std::string& path, const MeshReadOptions& options = {},
                MeshReadReport* report = nullptr);
 

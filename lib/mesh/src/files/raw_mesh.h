@@ -78,11 +78,28 @@ std::size_t triangulate(const std::vector<Eigen::Vector3d>& vertices,
 /// What a glTF calls a buffer -> its bytes; nothing where they cannot be had.
 using BufferFile = std::function<std::optional<std::string>(const std::string& uri)>;
 
-/// A glTF or .glb whose meshes are compressed by Draco, with plain ones in their place, or nothing
-/// where none is. Throws Error: damaged, or far more triangles declared than so many bytes can
-/// hold. Damaged files may crash it.
-std::optional<std::string> without_draco(std::string_view bytes, const std::string& path,
-                                         const BufferFile& buffer_file);
+/// What assimp does not know of a node of glTF.
+struct NodePlacement {
+  /// Where its mesh is shown, in its frame (EXT_mesh_gpu_instancing).
+  std::vector<Eigen::Matrix4d> instances = {Eigen::Matrix4d::Identity()};
+  double step = 0.0;  ///< of the coordinates of its mesh, before it is placed; 0: of float32
+};
+
+struct PlainGltf {
+  std::string bytes;
+  std::vector<NodePlacement> placements;  ///< of nodes whose names take_placement() knows
+};
+
+/// A glTF or .glb with float32 positions that lie in its buffers where it has others: compressed by
+/// Draco, integers (KHR_mesh_quantization) or sparse. Nothing where assimp reads it as it is.
+/// Throws Error: it requires an extension that is not read, is damaged, or declares far more than
+/// so many bytes can hold. Files with damaged data of Draco may crash it.
+std::optional<PlainGltf> plain_gltf(std::string_view bytes, const std::string& path,
+                                    const BufferFile& buffer_file);
+
+/// The placement that belongs to the name of a node, or nullptr. The name becomes that of the file.
+const NodePlacement* take_placement(const std::vector<NodePlacement>& placements,
+                                    std::string& name);
 
 /// Any other format. Files that the mesh refers to are read only below its folder unless
 /// the options say otherwise: one with geometry refuses the mesh, one for looks is a remark. Calls

@@ -20,6 +20,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Vertices and faces of what is shown again and again: a forest along a track.
+constexpr std::uint64_t kMostCopied = 40'000'000;
+constexpr double kNotableStep_m = 1e-3;
+
 /// Bytes that live as long as the stream that assimp reads them from.
 struct OwnedBytes {
   std::string bytes;
@@ -146,6 +150,35 @@ void add_part(const aiMesh& part, const Eigen::Matrix4d& T_world_node,
   }
 }
 
+/// Counts the copies of a part that a few bytes can ask for, before memory is taken for them.
+void check_copies(const aiMesh& part, std::size_t copies, const std::string& name,
+                  const std::string& path, std::uint64_t& placed) {
+  placed += copies * (std::uint64_t{part.mNumVertices} + part.mNumFaces);
+  if (placed > kMostCopied)
+    throw Error(fmt::format(
+        "{}: object '{}' is shown {} times; all copies together have more than {} vertices and "
+        "faces; leave out what is no road",
+        path, name, copies, kMostCopied));
+}
+
+/// Coordinates that are farther apart than anybody expects of float32.
+struct CoarseSteps {
+  double largest = 0.0;
+  std::string object;
+
+  void add(double step, const Eigen::Matrix4d& T_world_mesh, const std::string& name) {
+    step *= T_world_mesh.topLeftCorner<3, 3>().colwise().norm().maxCoeff();
+    if (step > largest) largest = step, object = name;
+  }
+  void remark(double metres_per_unit, std::vector<std::string>& remarks) const {
+    if (metres_per_unit * largest > kNotableStep_m)
+      remarks.push_back(fmt::format(
+          "coordinates were stored as integers and snap to {:.1f} mm at most (object '{}'); export "
+          "without quantization (gltfpack: -noq) where heights look like stairs",
+          1000.0 * metres_per_unit * largest, object));
+  }
+};
+
 /// Along x, y or z (0, 1, 2) with its sign; nothing where it is not stated.
 std::optional<Eigen::Vector3d> stated_axis(const aiMetadata& meta, const std::string& name) {
   std::int32_t line = -1, sign = 1;
@@ -180,7 +213,10 @@ void put_stated_unit(const aiMetadata& meta, RawMesh& mesh) {
   }
 }
 
-RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::string& path) {
+/// `placements` as plain_gltf() gave them.
+RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::string& path,
+                const std::vector<NodePlacement>& placements, CoarseSteps& steps,
+                const std::function<void(std::size_t)>& opened) {
   RawMesh mesh;
   mesh.stored_as_float32 = true;
   Reach bounds;
@@ -196,6 +232,7 @@ RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::
     const aiNode* node;
     Eigen::Matrix4d T_world_node;
   };
+  std::uint64_t copied = 0;
   std::vector<Visit> open{{scene.mRootNode, to_eigen(scene.mRootNode->mTransformation)}};
   while (!open.empty()) {
     const Visit visit = open.back();
@@ -204,21 +241,33 @@ RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::
       const aiNode* child = visit.node->mChildren[k];
       open.push_back({child, visit.T_world_node * to_eigen(child->mTransformation)});
     }
+    std::string node_name = object_name(*visit.node);
+    static const NodePlacement kAsItLies;
+    const NodePlacement* known = take_placement(placements, node_name);
+    const NodePlacement& placement = known != nullptr ? *known : kAsItLies;
     for (unsigned int k = 0; k < visit.node->mNumMeshes; ++k) {
       if (visit.node->mMeshes[k] >= scene.mNumMeshes ||
           scene.mMeshes[visit.node->mMeshes[k]] == nullptr)
         throw Error(fmt::format(
             "{}: object '{}' refers to a part that the file does not hold; export the mesh again",
-            path, object_name(*visit.node)));
+            path, node_name));
       const aiMesh& part = *scene.mMeshes[visit.node->mMeshes[k]];
-      std::string name = object_name(*visit.node);
+      std::string name = node_name;
       if (name.empty() || visit.node == scene.mRootNode)
         name = part.mName.length > 0 ? part.mName.C_Str() : name;
       const bool has_material = part.mMaterialIndex < scene.mNumMaterials;
       mesh.objects.push_back({name, has_material ? materials[part.mMaterialIndex] : "",
                               has_material ? textures[part.mMaterialIndex] : ""});
       mesh.look_of_object.push_back(has_material ? part.mMaterialIndex + 1 : 0);
-      add_part(part, visit.T_world_node, origin, name, path, mesh, bounds);
+      if (placement.instances.size() > 1) {
+        check_copies(part, placement.instances.size(), name, path, copied);
+        if (opened) opened(placement.instances.size() * part.mNumVertices);
+      }
+      for (const Eigen::Matrix4d& T_node_mesh : placement.instances) {
+        const Eigen::Matrix4d T_world_mesh = visit.T_world_node * T_node_mesh;
+        add_part(part, T_world_mesh, origin, name, path, mesh, bounds);
+        steps.add(placement.step, T_world_mesh, name);
+      }
     }
   }
   if (!mesh.vertices.empty())
@@ -261,17 +310,20 @@ RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
   const std::string own =
       goes_up ? (companions.folder() / fs::path(path).filename()).string() : path;
   const std::string extension = base::ending_of(path);
-  std::optional<std::string> plain;
+  std::optional<PlainGltf> plain;
   if (extension == ".glb" || extension == ".gltf") {
-    plain = without_draco(bytes, path, [&](const std::string& uri) {
+    plain = plain_gltf(bytes, path, [&](const std::string& uri) {
       auto content = companions.read((fs::path(own).parent_path() / uri).string());
       companions.remarks_on_outside();  // throws: a buffer is geometry
+      if (!content && !companions.problems().empty())
+        throw Error(fmt::format("{}: refers to a file that cannot be read: {}", path,
+                                companions.problems().front()));
       return content;
     });
   }
   if (plain) {
-    bytes = *plain;
-    if (opened) opened(plain->size());
+    bytes = plain->bytes;
+    if (opened) opened(bytes.size());
   }
   Assimp::Importer importer;
   importer.SetIOHandler(new MemoryFirst(own, bytes, companions));  // owned by the importer
@@ -297,8 +349,11 @@ RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
         ".dae .3ds .ac .acc)",
         path, reason));
   }
-  RawMesh mesh = flatten(*scene, origin, path);
+  CoarseSteps steps;
+  RawMesh mesh = flatten(*scene, origin, path,
+                         plain ? plain->placements : std::vector<NodePlacement>(), steps, opened);
   mesh.remarks.insert(mesh.remarks.begin(), remarks.begin(), remarks.end());
+  steps.remark(metres_per(options.unit) * options.scale, mesh.remarks);
   if (!problems.empty()) {
     mesh.remarks.push_back("refers to a file that cannot be read: " + problems.front());
   } else if (companions.outside().empty()) {
