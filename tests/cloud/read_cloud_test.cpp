@@ -22,7 +22,7 @@ using support::CloudSeed;
 using ::testing::HasSubstr;
 
 Cloud read_bytes(const std::string& bytes, const std::string& name,
-                 CloudReadReport* report = nullptr, CloudReadOptions options = {}) {
+                 CloudReadReport* report = nullptr, const CloudReadOptions& options = {}) {
   const support::TemporaryFolder folder;
   return read_cloud(folder.file(name, bytes), options, report);
 }
@@ -269,7 +269,8 @@ TEST(ReadCloud, RefusesDegreesInEveryFormat) {
     for (int i = 0; i < 100; ++i) {
       pole += fmt::format("{} {} {}\n", x0 + 0.2 * std::sin(0.7 * i), x0 + 2.0 * std::cos(0.7 * i),
                           0.05 * i);
-      square += fmt::format("{} {} {}\n", x0 + 0.05 * (i % 10), x0 + 0.05 * (i / 10), 0.001 * i);
+      const int row = i / 10;
+      square += fmt::format("{} {} {}\n", x0 + 0.05 * (i % 10), x0 + 0.05 * row, 0.001 * i);
     }
     EXPECT_EQ(refusal(pole, "a.xyz"), "accepted");
     EXPECT_EQ(refusal(square, "a.xyz"), "accepted");
@@ -307,7 +308,7 @@ TEST(RealClouds, Autzen) {
   file.seekg(179);
   double bounds[6];
   file.read(reinterpret_cast<char*>(bounds), sizeof bounds);
-  for (int k = 0; k < 3; ++k) {
+  for (std::ptrdiff_t k = 0; k < 3; ++k) {
     EXPECT_NEAR(facts.max_m[k] / 0.3048, bounds[2 * k], 1e-6);
     EXPECT_NEAR(facts.min_m[k] / 0.3048, bounds[2 * k + 1], 1e-6);
   }
