@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "explain/gyro_or_banking.h"
+
 namespace explain {
 namespace judge_test {
 
@@ -25,6 +27,31 @@ TEST(Judge, SaysTheStrongestClaimThatHoldsForTheWhole) {
   // Of another car nothing is known.
   all.doubtful_car = true;
   EXPECT_EQ(judge(all), Verdict::kUnknown);
+}
+
+TEST(Judge, AGyroThatShowsTooLittleMayBeARoadThatLeans) {
+  Signals log;
+  log.present[kYawRate] = log.present[kAy] = true;
+  log.column[kYawRate] = "gyro_z";
+  Findings all;
+  Finding gain;
+  gain.mechanism = "sensor.gain";
+  gain.channel = "gyro_z";
+  gain.parameters.push_back({"gain error", "1", -0.047, -0.05, -0.044});
+  all.findings = {gain};
+  tie_gain_with_banking(log, all);
+  EXPECT_EQ(judge(all), Verdict::kTie) << "the lateral speed is not logged";
+  EXPECT_FALSE(all.findings[0].not_used.empty());
+  // No road makes a gyro show more, and with all channels the bank shows by itself.
+  all.findings = {gain};
+  all.findings[0].parameters[0].value = 0.047;
+  tie_gain_with_banking(log, all);
+  EXPECT_EQ(judge(all), Verdict::kExplained);
+  all.findings = {gain};
+  log.present[kVy] = true;
+  tie_gain_with_banking(log, all);
+  EXPECT_EQ(judge(all), Verdict::kExplained);
+  EXPECT_TRUE(all.findings[0].not_used.empty());
 }
 
 TEST(Judge, SomethingLeftAloneIsUnknown) {

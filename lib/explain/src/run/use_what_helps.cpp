@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numeric>
 
 #include "explain/fuel.h"
 #include "explain/kept.h"
@@ -89,12 +88,13 @@ Outcome drive(const Trial& trial, const Chosen& chosen) {
 /// the last as long as together they are not. The others are told why not.
 Chosen what_helps(const Trial& trial, Findings& findings, const base::Progress& progress,
                   Outcome& outcome) {
-  Chosen chosen(findings.findings.size());
-  std::iota(chosen.begin(), chosen.end(), std::size_t{0});
+  Chosen chosen;
+  for (std::size_t k = 0; k < findings.findings.size(); ++k)
+    if (findings.findings[k].not_used.empty()) chosen.push_back(k);
   outcome = drive(trial, chosen);
-  if (outcome.why_not.empty()) return chosen;
+  if (chosen.empty() || outcome.why_not.empty()) return chosen;
   if (chosen.size() == 1) {
-    findings.findings[0].not_used = outcome.why_not;
+    findings.findings[chosen.front()].not_used = outcome.why_not;
     return {};
   }
   const Outcome together = outcome;

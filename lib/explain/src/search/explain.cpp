@@ -2,6 +2,7 @@
 
 #include "analysis.h"
 #include "explain/discs.h"
+#include "explain/gyro_or_banking.h"
 #include "explain/judge.h"
 #include "explain/plausible_car.h"
 #include "explain/short_waves.h"
@@ -19,6 +20,7 @@ Findings explain(const Comparison& c, const ExplainOptions& options) {
   stage("brake discs");
   add_discs(out, c.recordings, c.mapping, c.car);
   doubt_the_car(out);
+  tie_gain_with_banking(c.logs.front(), out);
   out.verdict = judge(out);
   return out;
 }
