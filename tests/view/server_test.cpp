@@ -136,7 +136,9 @@ TEST_F(Server, PagesOutOfTheFoldersGetNoPartInThisOne) {
   const auto page = get("api/file?id=0/report.html");
   EXPECT_EQ(page->status, 200);
   EXPECT_EQ(page->get_header_value("Content-Security-Policy"),
-            "sandbox allow-scripts allow-downloads");
+            "sandbox allow-scripts allow-downloads; default-src 'none'; "
+            "script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+            "img-src data: blob:; base-uri 'none'; form-action 'none'");
   EXPECT_EQ(page->get_header_value("X-Content-Type-Options"), "nosniff");
 }
 
