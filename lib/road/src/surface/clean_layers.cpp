@@ -15,7 +15,8 @@ namespace road {
 namespace {
 
 constexpr double kThinnest_m = 0.05;  // thinner ones are decals that look the wrong way
-constexpr double kThickest_m = 1.5;   // of a slab; under thicker ones one drives
+constexpr double kSame_m = 1e-3;
+constexpr double kThickest_m = 1.5;  // of a slab; under thicker ones one drives
 
 /// A name without its level of detail, and that level: "road_LOD1" is ("road", 1).
 std::optional<std::pair<std::string, int>> level_of(const std::string& name) {
@@ -62,24 +63,42 @@ std::vector<bool> two_sided(const Mesh& mesh, const std::vector<bool>& flat) {
   return up;
 }
 
-/// Marks the undersides; their number.
+/// Marks the undersides, each with all that hangs together with it and looks down; their number.
 std::size_t mark_undersides(const Mesh& mesh, const std::vector<bool>& flat,
                             std::vector<bool>& hidden) {
   const std::vector<bool> looked_at = two_sided(mesh, flat);
   if (std::find(looked_at.begin(), looked_at.end(), true) == looked_at.end()) return 0;
   const RaySurface surface(mesh);
-  std::size_t count = 0;
+  std::vector<std::uint32_t> down;
+  std::vector<double> below_m2(mesh.triangles.size(), 0.0);  // under a face of the same object
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const std::uint32_t object = mesh.object_of_triangle[t];
     if (hidden[t] || !flat[t] || !looked_at[object] || rise_m2(mesh, t) >= 0.0) continue;
+    down.push_back(t);
     const Eigen::Vector3d at =
         mesh.origin_m + (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)) / 3.0;
     const std::vector<SurfaceHit> hits = surface.all_hits(at.x(), at.y());
-    hidden[t] = std::any_of(hits.begin(), hits.end(), [&](const SurfaceHit& hit) {
+    const bool is_below = std::any_of(hits.begin(), hits.end(), [&](const SurfaceHit& hit) {
       const double over_m = hit.z_m - at.z();
       return over_m > kThinnest_m && over_m < kThickest_m && flat[hit.triangle] &&
              mesh.object_of_triangle[hit.triangle] == object && rise_m2(mesh, hit.triangle) > 0.0;
     });
+    if (is_below) below_m2[t] = -rise_m2(mesh, t);
+  }
+  // Pieces by corners in one place: an underside goes on where the slab is thicker.
+  const std::vector<std::uint32_t> place = weld(mesh.vertices_m, kSame_m, kSame_m);
+  DisjointSets pieces(mesh.vertices_m.size());
+  const auto piece_of = [&](std::uint32_t t) { return pieces.find(place[mesh.triangles[t][0]]); };
+  for (const std::uint32_t t : down)
+    for (int c = 1; c < 3; ++c)
+      pieces.join(place[mesh.triangles[t][0]],
+                  place[mesh.triangles[t][static_cast<std::size_t>(c)]]);
+  std::map<std::uint32_t, double> more_below_m2;
+  for (const std::uint32_t t : down)
+    more_below_m2[piece_of(t)] += 2.0 * below_m2[t] + rise_m2(mesh, t);
+  std::size_t count = 0;
+  for (const std::uint32_t t : down) {
+    hidden[t] = more_below_m2[piece_of(t)] > 0.0;
     count += hidden[t] ? 1 : 0;
   }
   return count;
@@ -101,10 +120,11 @@ std::vector<bool> hidden_triangles(const Mesh& mesh, const std::vector<bool>& fl
                     mesh.objects[static_cast<std::size_t>(first - coarser.begin())].name));
   }
   if (const std::size_t count = mark_undersides(mesh, flat, hidden); count > 0)
-    remarks.push_back(fmt::format(
-        "{} triangle{} that look down, up to {} m below faces of their own object that look up, "
-        "left out as undersides",
-        count, count == 1 ? "" : "s", kThickest_m));
+    remarks.push_back(
+        fmt::format("{} triangle{} that look down, most of each piece up to {} m below faces of "
+                    "their own object "
+                    "that look up, left out as undersides",
+                    count, count == 1 ? "" : "s", kThickest_m));
   return hidden;
 }
 
