@@ -346,7 +346,8 @@ TEST_F(Built, FailedValidationIsExitCode3InOneLine) {
                           "--max-z-error-p99-m", "0", "--smooth-window-m", "5"});
   EXPECT_EQ(r.code, 3);
   EXPECT_THAT(r.err, StartsWith("crgbuild: "));
-  EXPECT_THAT(r.err, HasSubstr("not usable, 1 error: 1 % of the points of the road are more than "));
+  EXPECT_THAT(r.err,
+              HasSubstr("not usable, 1 error: 1 % of the points of the road are more than "));
   EXPECT_THAT(r.err, HasSubstr(" at u = "));
   EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1);
   EXPECT_FALSE(Json::parse(read(*folder / "strict/summary.json"))["validation"]["passed"]);

@@ -105,9 +105,8 @@ ExplainedFiles explain_files(const ExplainRequest& request, const base::Progress
         "tried");
   Findings used = findings;
   std::erase_if(used.findings, [](const Finding& f) { return !f.not_used.empty(); });
-  out.corrected = drive
-                      ? use_what_helps(request, road, car, recordings, stages, progress, findings)
-                      : write_corrected(request, request.out_path, road, car, recordings, used);
+  out.corrected = drive ? use_what_helps(request, road, car, recordings, stages, progress, findings)
+                        : write_corrected(request, request.out_path, road, car, recordings, used);
   // Without a logged fuel the stated mass is that of the whole car.
   out.fuel_logged = recordings.logs.front().present[kFuel] && request.fuel_kg == 0;
 

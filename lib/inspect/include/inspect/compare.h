@@ -46,7 +46,7 @@ struct CompareOptions {
   double min_deviation_area_m2 = 0.5;  ///< ... over this area is a finding
   double max_deviation_m = 0.1;        ///< beyond: error, where the reference is the mesh
   bool reference_is_truth =
-      true;         ///< false: another file, differences are changes and never errors
+      true;               ///< false: another file, differences are changes and never errors
   RoadEdges edges;        ///< of the rows of the map: limits hold between them
   ValidateLimits limits;  ///< of all of the road
   unsigned threads = 0;

@@ -42,7 +42,7 @@ struct ReportRequest {
   AlignOptions align;             ///< how; a mesh already read is tilted and scaled already
   RotoTranslation T_global_mesh;  ///< where the mesh lies, when there are no control points
   ValidateOptions validate;       ///< how to compare with the mesh; where it lies is set here
-  ValidateLimits limits;                    ///< of what is compared with the mesh
+  ValidateLimits limits;          ///< of what is compared with the mesh
   std::optional<ValidateReport> validated;  ///< what validate() said; asked here when empty
   std::optional<std::vector<Kerb>>
       kerbs;  ///< as found on the mesh; when empty they are found by the shape of the road
