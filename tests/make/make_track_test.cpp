@@ -12,10 +12,13 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "base/sha256.h"
 #include "circuit/circuit.h"
 #include "circuit/synth.h"
 #include "crg/surface.h"
+#include "mesh/export_mesh.h"
 #include "support/places.h"
+#include "support/ring_strips.h"
 #include "support/temporary_folder.h"
 
 namespace make_track_test {
@@ -181,6 +184,22 @@ TEST(Build, SaysWhatItDid) {
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(dir),
                           std::filesystem::directory_iterator{}),
             10);
+}
+
+TEST(Build, TheRoadSaysWhatItWasMadeOf) {
+  const support::TemporaryFolder folder;
+  road::Mesh mesh;
+  support::add_ring_strip(mesh, "road", -5.0, 5.0, 0.0, 0.0);
+  road::export_mesh(mesh, folder.path("ring.obj"), {road::UpAxis::z, road::Unit::m});
+  road::Recipe recipe = road::recipe_for_mesh(folder.path("ring.obj"));
+  recipe.read.up = road::UpAxis::z;
+  const crg::Crg file = crg::read(road::make_track(recipe, folder.path("out")).crg_path);
+  const std::vector<std::string> wanted{"mesh: ring.obj, SHA-256",
+                                        "  " + base::sha256_of_file(folder.path("ring.obj"))};
+  ASSERT_EQ(file.comment.size(), 3u);
+  EXPECT_TRUE(file.comment[0].starts_with("made by Kerbstone, crgbuild "));
+  EXPECT_EQ(file.comment[1], wanted[0]);
+  EXPECT_EQ(file.comment[2], wanted[1]);
 }
 
 TEST(Build, KnowsNoRoadBesideTheRoad) {

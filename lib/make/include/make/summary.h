@@ -66,6 +66,10 @@ struct BuildSummary {
 /// "crgbuild 1.2.3".
 std::string program_name();
 
+/// For $CT of a road file: the program and what went in, with each SHA-256. No date: the same
+/// inputs give the same bytes. What a mesh refers to is in summary.json alone.
+std::vector<std::string> source_lines(const std::vector<InputFile>& inputs);
+
 /// JSON text, two spaces of indentation, keys in a fixed order (docs/formats.md). NaN becomes null.
 /// The versions of the libraries are added here. The same bytes for the same inputs.
 std::string summary_json(const BuildSummary& summary);

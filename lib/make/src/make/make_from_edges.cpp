@@ -59,9 +59,9 @@ BuildResult make_from_edges(const EdgeRecipe& recipe, const std::string& output_
   });
   stage("write", [&] {
     write_centreline_csv(road.centreline, outputs.staged(kCentrelineName));
-    base::write_file(
-        outputs.staged(road_crg),
-        crg::to_bytes(track_crg(road.line, std::move(road.sampled.grid)), recipe.format));
+    crg::Crg file = track_crg(road.line, std::move(road.sampled.grid));
+    file.comment = source_lines(summary.inputs);
+    base::write_file(outputs.staged(road_crg), crg::to_bytes(file, recipe.format));
   });
   summary.line_length_m = road.line.u_step_m * static_cast<double>(road.line.size() - 1);
   paths.summary_json = edges_summary_json(summary);

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 
 #include "base/json_text.h"
+#include "base/one_line.h"
 #include "base/sha256.h"
 #include "grid_stage.h"
 #include "mesh/error.h"
@@ -53,6 +55,17 @@ std::string sha256_if_there(const std::string& path) {
 }  // namespace
 
 std::string program_name() { return fmt::format("crgbuild {}", KERBSTONE_VERSION); }
+
+std::vector<std::string> source_lines(const std::vector<InputFile>& inputs) {
+  std::vector<std::string> lines{"made by Kerbstone, " + program_name()};
+  for (const InputFile& input : inputs) {
+    if (input.role == kMeshFile || input.sha256.empty()) continue;
+    lines.push_back(base::one_line(
+        input.role + ": " + std::filesystem::path(input.path).filename().string() + ", SHA-256"));
+    lines.push_back("  " + input.sha256);
+  }
+  return lines;
+}
 
 std::string summary_json(const BuildSummary& summary) {
   Json out = head_of(summary);

@@ -63,6 +63,7 @@ void write_road(MadeRoad& built, const base::OutputSet& outputs) {
   crg::Crg file = track_crg(built.line, std::move(built.sampled.grid));
   if (summary.placement) write_projection(summary.placement->projection, built.line, file);
   summary.wgs84 = geo_ends(file);
+  file.comment = source_lines(summary.inputs);
   base::write_file(outputs.staged(road_name(summary.recipe)),
                    crg::to_bytes(file, summary.recipe.format));
 }
