@@ -168,6 +168,7 @@ TEST(Habits, AWrongCommandLineIsOneLineThatHelps) {
   EXPECT_THAT(err({"build", "x.obj", "-o", "x", "--smooth-window", "1"}),
               HasSubstr("did you mean --smooth-window-m?"));
   EXPECT_THAT(err({"track.obj"}), HasSubstr("crgbuild build -o out track.obj"));
+  EXPECT_THAT(err({"track.obj", "-o", "x"}), HasSubstr("crgbuild build -o out track.obj"));
   EXPECT_THAT(err({"--jsn", "info", "x.crg"}), HasSubstr("did you mean --json?"));
 }
 

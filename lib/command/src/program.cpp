@@ -100,7 +100,10 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error, const Adv
            std::isdigit(static_cast<unsigned char>(word[1])) == 0 && word != "--";
   });
   const bool command_missing = !last_chosen(app)->get_subcommands({}).empty();
-  if (flag != unknown.end()) return about_flag(app, *flag);
+  // A file in the place of the command: its flags are those of the command that is missing.
+  const bool begins_with_word = !unknown.empty() && unknown.front()[0] != '-';
+  if (flag != unknown.end() && !(command_missing && begins_with_word))
+    return about_flag(app, *flag);
   if (command_missing) return about_word(app, unknown.empty() ? "" : unknown.front(), advice);
   return error.what();
 }
