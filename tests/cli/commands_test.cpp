@@ -145,6 +145,7 @@ TEST_F(Built, WritesItsFilesAndSaysWhere) {
   }
   EXPECT_THAT(ran.out, HasSubstr(out("stadium.crg")));
   EXPECT_THAT(ran.out, HasSubstr(out("stadium.png")));
+  EXPECT_THAT(ran.out, HasSubstr("  u runs counter-clockwise (--reverse turns it round)\n"));
   std::size_t files = 0;
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(*folder / "out"))
     ++files;

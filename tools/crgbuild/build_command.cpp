@@ -79,6 +79,14 @@ std::string cost_text(const road::BuildResult& result) {
   return fmt::format("  {}{}\n", text, why);
 }
 
+/// Which way round a closed road runs. Along a guide or a route it is theirs.
+std::string direction_text(const road::Recipe& recipe, bool closed) {
+  if (!closed || recipe.clean.guide || recipe.guide_path || !recipe.clean.route_m.empty())
+    return "";
+  return recipe.centreline.reverse ? "  u runs clockwise, as told\n"
+                                   : "  u runs counter-clockwise (--reverse turns it round)\n";
+}
+
 /// What a build tells its user.
 std::string build_text(const road::Recipe& recipe, const road::BuildResult& result) {
   const auto s = nlohmann::json::parse(result.summary_json);
@@ -89,6 +97,7 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
   std::string text = fmt::format(
       "{}: {} road of {:.1f} m, {:.1f} to {:.1f} m wide, with kerbs and run-off {:.1f} to {:.1f} "
       "m\n"
+      "{}"
       "  up {}, {}{}\n"
       "  kept {} of {} triangles (by {})\n"
       "  grid {} x {} nodes, {:.4g} x {:.4g} m; {} holes, {} filled, {} folds trimmed\n"
@@ -99,7 +108,8 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
       recipe.name, line.at("closed").get<bool>() ? "closed" : "open", number(line.at("length_m")),
       number(width.at("width_min_m")), number(width.at("width_max_m")),
       number(grid.at("width_min_m")), number(grid.at("width_max_m")),
-      read.at("up").get<std::string>(), read.at("up_why").get<std::string>(),
+      direction_text(recipe, line.at("closed").get<bool>()), read.at("up").get<std::string>(),
+      read.at("up_why").get<std::string>(),
       read.at("mirrored").get<bool>() ? "; mirrored, as told" : "",
       clean.at("triangles_kept").get<std::size_t>(), clean.at("triangles_in").get<std::size_t>(),
       clean.at("told_by").get<std::string>(), grid.at("rows").get<std::size_t>(),
