@@ -19,7 +19,7 @@ const result = await build({
   nodePaths,
   minify: true,
   format: 'iife',
-  target: ['chrome100', 'firefox100', 'safari15'],
+  target: ['chrome100', 'firefox113', 'safari16.4'],
   charset: 'ascii',
   legalComments: 'inline',
   write: false,

@@ -1,4 +1,4 @@
-// The report's data: JSON in the page, long rows of numbers packed as base64.
+// The report's data: JSON in the page, long rows of numbers packed: zlib, then base64.
 
 function bytesOf(text) {
   const binary = atob(text);
@@ -7,10 +7,26 @@ function bytesOf(text) {
   return bytes;
 }
 
+/// Planes of bytes back to numbers; integers are differences from the one before.
+async function numbersOf(packed) {
+  const Kind = packed.type === 'f32' ? Float32Array : Int16Array, size = Kind.BYTES_PER_ELEMENT;
+  const inflated = new Blob([bytesOf(packed.data)]).stream().pipeThrough(new DecompressionStream('deflate'));
+  const planes = new Uint8Array(await new Response(inflated).arrayBuffer()), count = planes.length / size;
+  const values = new Kind(count), bytes = new Uint8Array(values.buffer);
+  for (let p = 0; p < size; ++p) for (let k = 0; k < count; ++k) bytes[k * size + p] = planes[p * count + k];
+  if (Kind === Int16Array) for (let k = 1; k < count; ++k) values[k] += values[k - 1];
+  return values;
+}
+
+/// All packed rows in a tree of values, unpacked in their places.
+async function unpackAll(tree) {
+  if (tree === null || typeof tree !== 'object') return;
+  if (typeof tree.data === 'string' && typeof tree.type === 'string') tree.numbers = await numbersOf(tree);
+  else await Promise.all(Object.values(tree).map(unpackAll));
+}
+
 export function unpack(packed) {
-  const buffer = bytesOf(packed.data).buffer;
-  if (packed.type === 'f32') return new Float32Array(buffer);
-  return new Int16Array(buffer);
+  return packed.numbers;
 }
 
 /// Float32Array of begin[row] + step * integer; the two smallest integers stand for NaN.
@@ -73,6 +89,8 @@ export function withGaps(values, factor = 1) {
   return Array.from(values, (value) => (value === null || Number.isNaN(value) ? null : value * factor));
 }
 
-export function readData() {
-  return JSON.parse(document.getElementById('report-data').textContent);
+export async function readData() {
+  const data = JSON.parse(document.getElementById('report-data').textContent);
+  await unpackAll(data);
+  return data;
 }

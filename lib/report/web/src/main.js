@@ -107,8 +107,12 @@ function keyHelp() {
   return { button, help, toggle };
 }
 
-function main() {
-  const data = readData();
+async function main() {
+  if (typeof DecompressionStream === 'undefined') {
+    document.getElementById('report').textContent = 'This page needs a browser of 2023 or later. Every number is in report.json.';
+    return;
+  }
+  const data = await readData();
   document.title = `${data.title} – road report`;
   const state = makeState(data.u_begin_m, data.u_end_m);
   const sheet = unpackSheet(data.sheet);
