@@ -85,6 +85,24 @@ TEST_F(WriteReport, CleanRoadIsUsableAndItsNumbersAreThere) {
   }
 }
 
+TEST_F(WriteReport, FacetsAreNoRoughness) {
+  test_support::OvalOptions smooth;
+  smooth.iso_class = 0;
+  test_support::Oval oval = test_support::oval_road(smooth);
+  test_support::plant(oval, [](double u_m, double) {
+    const double knot = std::floor(u_m / 4.0), t = u_m / 4.0 - knot;
+    const auto height_m = [](double k) { return 0.02 * std::sin(12.9898 * k * k); };
+    return (1.0 - t) * height_m(knot) + t * height_m(knot + 1.0);
+  });
+  request.crg_path = write(oval, "facets.crg");
+  const json report = report_of(request);
+  ASSERT_EQ(report["roughness"].size(), 2u);
+  for (const json& track : report["roughness"]) {
+    EXPECT_TRUE(track["iso8608"].is_null()) << track["iso8608"];
+    EXPECT_NEAR(track["facets"]["median_m"], 4.0, 0.1);
+  }
+}
+
 TEST_F(WriteReport, CurvesInTheTextAreTheNumbersOfTheReport) {
   report::TrackReport report;
   report.curves.push_back({"x",

@@ -130,7 +130,9 @@ void add_roughness(const HeightMap& map, double middle_m, bool before,
     track.v_m = middle_m + (left ? kHalfTrack_m : -kHalfTrack_m);
     const std::vector<std::vector<double>> sections{long_section(map, track.v_m)};
     DisplacementPsd psd = displacement_psd(sections, step_m);
-    if (const auto fit = fit_iso8608(psd)) {
+    const auto facets = facet_spacing(sections[0], step_m);
+    // Through its own facets a mesh has any class.
+    if (const auto fit = fit_iso8608(psd); fit && !facets) {
       track.iso_class = std::string(1, fit->iso_class);
       track.psd_at_n0_m3 = fit->psd_at_n0_m3;
       track.exponent = fit->exponent;
@@ -138,7 +140,7 @@ void add_roughness(const HeightMap& map, double middle_m, bool before,
       track.fit_n_max_cpm = fit->n_max_cpm;
       track.band_cut = fit->band_cut;
     }
-    if (const auto facets = facet_spacing(sections[0], step_m)) {
+    if (facets) {
       track.facet_median_m = facets->median_m;
       track.facet_p10_m = facets->p10_m;
       track.facet_p90_m = facets->p90_m;

@@ -107,7 +107,7 @@ struct RoughnessTrack {
   double v_m = 0.0;
   bool before = false;
   std::vector<double> n_cpm, psd_m3;
-  std::string iso_class;  ///< empty: no class could be fitted
+  std::string iso_class;  ///< empty: none could be fitted, or facets would be taken for roughness
   double psd_at_n0_m3 = 0.0, exponent = 0.0, fit_n_min_cpm = 0.0, fit_n_max_cpm = 0.0;
   bool band_cut = false;
   double facet_median_m = 0.0, facet_p10_m = 0.0, facet_p90_m = 0.0;  ///< 0: no facets seen
