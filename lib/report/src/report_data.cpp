@@ -197,6 +197,18 @@ Json control_points_json(const TrackReport& report) {
 
 }  // namespace
 
+Json rules_json(const TrackReport& report) {
+  Json list = Json::array();
+  for (const RuleView& r : report.rules)
+    list.push_back({{"what", r.what},
+                    {"unit", r.unit},
+                    {"limit", number(r.limit)},
+                    {"value", number(r.value)},
+                    {"seen", r.is_seen},
+                    {"u_m", r.u_m ? number(*r.u_m) : Json(nullptr)}});
+  return list;
+}
+
 Json common_json(const TrackReport& report) {
   Json comparisons = Json::array();
   for (const ComparisonView& c : report.comparisons) comparisons.push_back(comparison_json(c));
@@ -214,6 +226,7 @@ Json common_json(const TrackReport& report) {
           {"title", report.title},
           {"verdict", report.verdict},
           {"findings", findings_json(report)},
+          {"rules", rules_json(report)},
           {"looked_for", report.looked_for},
           {"facts", facts_json(report.facts)},
           {"u_begin_m", report.u_begin_m},

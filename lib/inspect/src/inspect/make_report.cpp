@@ -254,6 +254,7 @@ report::TrackReport make_report(const ReportRequest& request) {
   std::stable_sort(findings.begin(), findings.end(),
                    [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
   add_findings(findings, report);
+  add_rules(finding_options, request.limits, findings, compared.validated, report);
   add_looked_for(finding_options, compared.comparisons, report);
 
   const AlongU along = along_u(map, extents);

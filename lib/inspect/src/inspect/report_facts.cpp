@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <initializer_list>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -134,6 +135,49 @@ void add_facts(const HeightMap& map, const AlongU& along, const crg::Crg& file,
                    map.line.u_step_m,
                    (map.v_m.back() - map.v_m.front()) / static_cast<double>(map.columns() - 1)));
   add_file(map, file, grid, request, report);
+}
+
+void add_rules(const FindingOptions& options, const ValidateLimits& limits,
+               const std::vector<Finding>& findings, const std::optional<ValidateReport>& validated,
+               report::TrackReport& report) {
+  // What lies beyond the edges is beyond the limits without being an error.
+  const auto add = [&](const char* what, std::initializer_list<const char*> kinds, const char* unit,
+                       double limit, double from) {
+    report::RuleView rule{what, unit, limit, from, false, {}};
+    for (const Finding& f : findings) {
+      const double size = std::abs(f.value);
+      if (f.unit != unit || (f.severity == Severity::remark && size > limit) ||
+          std::find(kinds.begin(), kinds.end(), f.kind) == kinds.end())
+        continue;
+      if (rule.is_seen && size <= rule.value) continue;
+      rule.value = size, rule.is_seen = true, rule.u_m = f.u_begin_m;
+    }
+    report.rules.push_back(std::move(rule));
+  };
+  const auto add_value = [&](const char* what, const char* unit, double limit, double value) {
+    report.rules.push_back({what, unit, limit, value, true, {}});
+  };
+  const CompareOptions compared;
+  add("hole in the road, longer side", {"hole", "nan_stripe"}, "m", options.max_hole_m, 0.0);
+  add("bump or pothole", {"bump", "pothole"}, "m", options.max_bump_m, options.min_bump_m);
+  add("step across the road", {"tile_step"}, "m", options.max_tile_step_m, options.min_tile_step_m);
+  add("bend folded over itself", {"fold"}, "m", 0.0, 0.0);
+  if (options.closed) {
+    add("step where the road closes", {"wrong_seam"}, "m", options.max_seam_step_m,
+        options.min_seam_step_m);
+    add("kink where the road closes", {"wrong_seam"}, "rad", options.max_seam_heading_rad,
+        options.min_seam_heading_rad);
+  }
+  if (!validated) return;
+  add_value("99 % of the road off the mesh", "m", limits.max_z_error_p99_m,
+            validated->road_error_p99_m);
+  const double all =
+      static_cast<double>(validated->road_points + validated->road_points_without_mesh);
+  add_value("road without mesh", "1", limits.max_share_without_mesh,
+            all > 0.0 ? static_cast<double>(validated->road_points_without_mesh) / all : 0.0);
+  add("place off the mesh", {"deviation"}, "m", compared.max_deviation_m, compared.min_deviation_m);
+  add("kerb lower than in the mesh", {"kerb_loss"}, "m", compared.max_deviation_m,
+      compared.min_kerb_loss_m);
 }
 
 void add_looked_for(const FindingOptions& options, const Comparisons& comparisons,

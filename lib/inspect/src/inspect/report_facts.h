@@ -30,6 +30,11 @@ void add_facts(const HeightMap& map, const AlongU& along, const crg::Crg& file,
                const ReportRequest& request, const KerbStrips& kerbs,
                const std::optional<ValidateReport>& validated, report::TrackReport& report);
 
+/// The rules of the verdict with their limits and the largest that was seen on the road.
+void add_rules(const FindingOptions& options, const ValidateLimits& limits,
+               const std::vector<Finding>& findings, const std::optional<ValidateReport>& validated,
+               report::TrackReport& report);
+
 /// What would have been a finding; a clean verdict says no more than that.
 void add_looked_for(const FindingOptions& options, const Comparisons& comparisons,
                     report::TrackReport& report);

@@ -124,6 +124,15 @@ struct ControlPointView {
   bool left_out = false;  ///< an outlier: the alignment did not use it
 };
 
+/// One rule of the verdict, met or not.
+struct RuleView {
+  std::string what, unit;
+  double limit = 0.0;  ///< beyond: not usable
+  double value = 0.0;  ///< the largest seen; where none is known, what would have been seen
+  bool is_seen = false;
+  std::optional<double> u_m;  ///< where, if at one place
+};
+
 /// A section that another tool adds.
 struct ExtraSection {
   std::string title;
@@ -136,6 +145,7 @@ struct TrackReport {
   std::string title;
   std::string verdict;  ///< "usable", "usable_with_remarks", "not_usable"
   std::vector<ReportFinding> findings;
+  std::vector<RuleView> rules;  ///< of the verdict, those that are kept among them
   std::vector<std::string>
       looked_for;           ///< sentences with the limits beyond which something is a finding
   std::vector<Fact> facts;  ///< the few numbers beside the verdict

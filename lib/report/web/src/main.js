@@ -55,6 +55,20 @@ function findings(data, state) {
   return panel;
 }
 
+/// Every rule of the verdict: what is allowed, the largest that was seen, and what is left.
+function rules(data, state) {
+  const rows = data.rules.map((rule) => {
+    const kept = rule.seen ? rule.value <= rule.limit : true;
+    const shown = rule.seen ? number(rule.value, rule.unit) : rule.value > 0 ? `below ${number(rule.value, rule.unit)}` : 'none';
+    const left = !rule.seen ? '' : rule.limit > 0 ? `${Math.round(100 * (1 - rule.value / rule.limit))} %` : '';
+    return el('tr', {}, el('td', {}, el('span', { class: `tag ${kept ? 'kept' : 'error'}` }, kept ? 'kept' : 'broken')), el('td', {}, rule.what),
+      el('td', { class: 'number' }, number(rule.limit, rule.unit)), el('td', { class: 'number' }, shown), el('td', { class: 'number' }, left),
+      el('td', {}, rule.u_m === null ? '' : placeButton(state, rule.u_m, rule.u_m)));
+  });
+  return el('div', { class: 'panel', 'data-view': 'rules' }, el('div', { class: 'scroll' }, el('table', {},
+    el('thead', {}, el('tr', {}, ['', 'rule', 'limit', 'largest seen', 'left', 'where'].map((head) => el('th', {}, head)))), el('tbody', {}, rows))));
+}
+
 /// Where to: "1406.8", or a stretch, "1400 to 1450".
 function goToForm(state) {
   const box = numberBox('Go to u / m', { 'data-role': 'go-to', placeholder: 'u / m' });
@@ -151,11 +165,11 @@ async function main() {
       el('nav', {}, [['verdict', 'Verdict'], ['track', 'Track'], ['along', 'Along u'], ['errors', 'Errors'], ['kerbs', 'Kerbs'], ['roughness', 'Roughness'], ['health', 'File']]
         .map(([id, text]) => el('a', { href: `#${id}` }, text))),
       range, goToForm(state), el('button', { type: 'button', 'data-role': 'reset', onclick: () => state.reset() }, 'Whole road'), linkButton(state), keys.button, theme, keys.help),
+    el('div', { class: 'two even' }, el('div', { class: 'panel', id: 'map' }, el('div', { class: 'tools' }, el('label', {}, 'Colour', fields), measuring,
+      el('span', {}, 'click: cross section · drag: move · two fingers, or click and wheel: zoom')), makePlan(sheet, windows, surface, data, state)), rules(data, state)),
     findings(data, state),
     el('div', { class: 'panel' }, el('dl', { class: 'facts' }, data.facts.map((fact) => el('div', {}, el('dt', {}, fact.name), el('dd', {}, fact.value))))),
     section('track', 'Track',
-      el('div', { class: 'panel' }, el('div', { class: 'tools' }, el('label', {}, 'Colour', fields), measuring,
-        el('span', {}, 'click: cross section · drag: move · two fingers, or click and wheel: zoom')), makePlan(sheet, windows, surface, data, state)),
       el('div', { class: 'panel two even' }, makeCut(surface, data, state), makeMeasure(surface, data, state)),
       el('div', { class: 'panel' }, makeScene(sheet, windows, data, state))),
     section('along', 'Along u', alongU(data, state), el('div', { class: 'panel', 'data-view': 'seam' }, seam(data, state))),
