@@ -85,7 +85,34 @@ TEST_F(WriteReport, CleanRoadIsUsableAndItsNumbersAreThere) {
   }
 }
 
+TEST_F(WriteReport, EveryRuleHasItsLimitAndTheLargestThatWasSeen) {
+  road::ReportRequest request;
+  const auto rule = [&](const Oval& oval, const std::string& what) {
+    request.crg_path = write(oval, "ruled.crg");
+    const json rules = report_of(request)["rules"];
+    for (const json& r : rules)
+      if (r["what"] == what) return r;
+    return json();
+  };
+  EXPECT_FALSE(rule(clean_oval(), "bump or pothole")["seen"]);
+  Oval bad = clean_oval();
+  test_support::plant(bad, [](double u, double v) {
+    return 0.1 * std::max(0.0, 1.0 - std::hypot(u - 500.0, v - 1.0));
+  });
+  const json kept = rule(bad, "bump or pothole");
+  EXPECT_TRUE(kept["seen"]);
+  EXPECT_EQ(kept["limit"], 0.3);
+  EXPECT_NEAR(kept["value"], 0.1, 0.02);
+  EXPECT_NEAR(kept["u_m"], 500.0, 2.0);
+  Oval open = clean_oval();
+  test_support::plant(open, [](double u, double v) {
+    return std::hypot(u - 700.0, v - 1.0) < 1.0 ? std::nan("") : 0.0;
+  });
+  EXPECT_GT(rule(open, "hole in the road, longer side")["value"].get<double>(), 0.5);
+}
+
 TEST_F(WriteReport, FacetsAreNoRoughness) {
+  road::ReportRequest request;
   test_support::OvalOptions smooth;
   smooth.iso_class = 0;
   test_support::Oval oval = test_support::oval_road(smooth);

@@ -158,7 +158,8 @@ void add_rules(const FindingOptions& options, const ValidateLimits& limits,
     report.rules.push_back({what, unit, limit, value, true, {}});
   };
   const CompareOptions compared;
-  add("hole in the road, longer side", {"hole", "nan_stripe"}, "m", options.max_hole_m, 0.0);
+  add("hole in the road, longer side", {"hole"}, "m", options.max_hole_m, 0.0);
+  add("stripe without road", {"nan_stripe"}, "m", 0.0, 0.0);
   add("bump or pothole", {"bump", "pothole"}, "m", options.max_bump_m, options.min_bump_m);
   add("step across the road", {"tile_step"}, "m", options.max_tile_step_m, options.min_tile_step_m);
   add("bend folded over itself", {"fold"}, "m", 0.0, 0.0);
