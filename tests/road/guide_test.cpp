@@ -21,6 +21,7 @@
 #include "road/clean.h"
 #include "road/reference_line.h"
 #include "support/places.h"
+#include "support/ring_strips.h"
 #include "support/temporary_folder.h"
 
 namespace guide_test {
@@ -621,6 +622,31 @@ TEST(Plausible, NamesThatFindAClosedRoadOutweighTheLongerRingOfAVerge) {
                          world.mesh, report);
   ASSERT_EQ(doubts.size(), 1u);
   EXPECT_THAT(doubts[0], HasSubstr("is called 'grass' in the mesh"));
+}
+
+TEST(Plausible, DoubtsAStripAtTheRimOfFlatGround) {
+  road::Centreline line;
+  line.closed = true;
+  line.length_m = support::kRingLength_m;
+  for (double s_m = 0.0; s_m < support::kRingLength_m; s_m += 5.0) {
+    line.points_m.push_back(support::on_ring(s_m, 0.0, 0.0));
+    line.half_width_m.push_back(5.0);
+  }
+  const auto doubts_on = [&](double right_m, double left_m) {
+    road::Mesh ground;
+    support::add_ring_strip(ground, "", right_m, left_m, 0.0, 0.0);
+    road::CleanReport report;  // by shape
+    report.class_of_triangle.assign(ground.triangles.size(), road::SurfaceClass::road);
+    std::string all;
+    for (const std::string& doubt :
+         road::doubts_about(line, road::RaySurface(ground), ground, ground, report))
+      all += doubt;
+    return all;
+  };
+  EXPECT_THAT(doubts_on(-5.0, 20.0), HasSubstr("at the rim of flat ground"));
+  EXPECT_THAT(doubts_on(-20.0, 5.0), HasSubstr("at the rim of flat ground"));
+  EXPECT_EQ(doubts_on(-20.0, 20.0), "") << "ground on both sides is what roads have";
+  EXPECT_EQ(doubts_on(-5.0, 5.0), "") << "a road alone";
 }
 
 TEST(Plausible, DoubtsARoadThatIsMuchWiderInPlaces) {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <map>
@@ -251,6 +252,49 @@ std::optional<std::string> same_material_elsewhere(const Centreline& line, const
 
 namespace {
 
+/// A strip at the rim of flat ground, found by its shape alone: the road may be what lies beside
+/// it.
+void at_the_rim(const Centreline& line, const Mesh& mesh, std::vector<std::string>& doubts) {
+  constexpr double kEvery_m = 10.0, kSlope = 0.3;
+  constexpr double kMostly = 0.6, kHardly = 0.2;  // of the line
+  const RaySurface ground(mesh);
+  const std::size_t n = line.points_m.size();
+  std::array<std::size_t, 2> with_ground{};
+  std::size_t looked = 0;
+  double gone_m = kEvery_m;
+  for (std::size_t i = 0; i + 1 < n; ++i) {
+    const Vector3d& at = line.points_m[i];
+    const Eigen::Vector2d along = (line.points_m[i + 1] - at).head<2>();
+    gone_m += along.norm();
+    if (gone_m < kEvery_m || along.norm() == 0.0) continue;
+    gone_m = 0.0;
+    ++looked;
+    const Eigen::Vector2d left = Eigen::Vector2d(-along.y(), along.x()).normalized();
+    const double half_m = line.half_width_m[i];
+    for (const bool is_left : {true, false}) {
+      bool goes_on = true;
+      for (const double beside : {0.3, 0.9, 1.5}) {  // half widths beyond the edge
+        const double off_m = (1.0 + beside) * half_m;
+        const Eigen::Vector2d place = at.head<2>() + (is_left ? off_m : -off_m) * left;
+        goes_on =
+            goes_on &&
+            ground.nearest_hit(place.x(), place.y(), at.z(), 0.5 + kSlope * off_m).has_value();
+      }
+      with_ground[is_left ? 0 : 1] += goes_on ? 1 : 0;
+    }
+  }
+  const auto [least, most] = std::minmax(with_ground[0], with_ground[1]);
+  if (static_cast<double>(most) < kMostly * static_cast<double>(looked) ||
+      static_cast<double>(least) > kHardly * static_cast<double>(looked))
+    return;
+  doubts.push_back(fmt::format(
+      "by its shape alone the road lies at the rim of flat ground, which goes on along {:.0f} % of "
+      "it on the {} and {:.0f} % on the other side: it may be the verge of the road",
+      100.0 * static_cast<double>(most) / static_cast<double>(looked),
+      with_ground[0] > with_ground[1] ? "left" : "right",
+      100.0 * static_cast<double>(least) / static_cast<double>(looked)));
+}
+
 /// Where no name told what is road.
 void nothing_confirms(const Centreline& line, const Mesh& mesh, const CleanReport& report,
                       std::vector<std::string>& doubts) {
@@ -261,6 +305,7 @@ void nothing_confirms(const Centreline& line, const Mesh& mesh, const CleanRepor
                     100.0 * *report.road_agreement));
   if (!report.by_names) called_something_else(mesh, report, doubts);
   if (!line.closed && !report.by_names) little_of_the_ground(mesh, report, doubts);
+  if (!report.by_names && !report.by_colour) at_the_rim(line, mesh, doubts);
   if (auto elsewhere = same_material_elsewhere(line, mesh, report))
     doubts.push_back(std::move(*elsewhere));
 }
