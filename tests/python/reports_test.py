@@ -97,7 +97,7 @@ def test_a_road_that_must_not_be_used_is_raised_with_what_was_made(here):
     ran = command("crgbuild", "build", "track.obj", "-o", "out", *FLAGS, "--max-z-error-p99-m", "1e-9", code=3)
     with pytest.raises(kerbstone.NotUsable) as refused:
         kerbstone.build("track.obj", "out", max_z_error_p99_m=1e-9, force=True, **KEYS)
-    assert str(refused.value) in ran.stderr and "not usable, 1 error: 1 % of the points" in str(refused.value)
+    assert str(refused.value) in ran.stderr and "not usable, 1 error: 1 % of the points of the road" in str(refused.value)
     result = refused.value.result
     assert isinstance(result, kerbstone.Built) and Path(result.crg_path).exists()
     assert isinstance(refused.value, kerbstone.Error)

@@ -432,7 +432,7 @@ try {
     check(String(await rangesOf(there)) === String(await rangesOf(page)), `a link restores what every view shows (${await rangesOf(there)}; ${await rangesOf(page)})`);
     for (const role of ['cut-text', 'measured']) check(await there.innerText(`[data-role="${role}"]`) === await page.innerText(`[data-role="${role}"]`), `a link restores ${role}`);
     check(await there.inputValue('[data-role="field"]') === 'grip', 'a link restores the colour');
-    check(await there.evaluate(() => scrollY) > 0, 'a link scrolls to the track');
+    check(await there.evaluate(() => scrollY) > 0, 'a link scrolls to the map');
     await page.evaluate(() => document.activeElement.blur());
     await page.mouse.move(2, 2);
     const [here, restored] = [await coarse(page, '[data-view="plan"] canvas'), await coarse(there, '[data-view="plan"] canvas')];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -46,9 +47,10 @@ struct CompareOptions {
   double min_deviation_area_m2 = 0.5;  ///< ... over this area is a finding
   double max_deviation_m = 0.1;        ///< beyond: error, where the reference is the mesh
   bool reference_is_truth =
-      true;               ///< false: another file, differences are changes and never errors
-  RoadEdges edges;        ///< of the rows of the map: limits hold between them
-  ValidateLimits limits;  ///< of all of the road
+      true;         ///< false: another file, differences are changes and never errors
+  RoadEdges edges;  ///< of the rows of the map: limits hold between them
+  std::optional<ValidateLimits> limits = ValidateLimits{};  ///< of all of the road; empty: judged
+                                                            ///< already
   unsigned threads = 0;
 };
 

@@ -165,7 +165,8 @@ void find_bare(const std::string& name, const CompareOptions& options, Compariso
 /// The limits of validate() hold for the whole road.
 void check_limits(const std::string& name, const HeightMap& map, const CompareOptions& options,
                   Comparison& result) {
-  const ValidateLimits& limits = options.limits;
+  if (!options.limits) return;
+  const ValidateLimits& limits = *options.limits;
   std::vector<float> off_m;
   std::size_t without = 0;
   for (std::size_t i = 0; i < result.rows; ++i) {

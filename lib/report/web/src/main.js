@@ -226,7 +226,7 @@ async function main() {
     return true;
   };
   addEventListener('hashchange', follow);
-  if (follow()) document.getElementById('track').scrollIntoView();
+  if (follow()) document.getElementById('map').scrollIntoView();
   document.documentElement.dataset.ready = 'yes';
 }
 
