@@ -305,7 +305,7 @@ void nothing_confirms(const Centreline& line, const Mesh& mesh, const CleanRepor
                     100.0 * *report.road_agreement));
   if (!report.by_names) called_something_else(mesh, report, doubts);
   if (!line.closed && !report.by_names) little_of_the_ground(mesh, report, doubts);
-  if (!report.by_names && !report.by_colour) at_the_rim(line, mesh, doubts);
+  if (!report.by_names && !report.by_colour && doubts.empty()) at_the_rim(line, mesh, doubts);
   if (auto elsewhere = same_material_elsewhere(line, mesh, report))
     doubts.push_back(std::move(*elsewhere));
 }

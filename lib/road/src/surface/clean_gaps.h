@@ -17,12 +17,6 @@ bool fill_gaps_from_other_names(const Mesh& mesh, const Soup& soup,
                                 const std::vector<bool>& may_fill,
                                 std::vector<SurfaceClass>& class_of_triangle, CleanReport& facts);
 
-/// Marks drawn across gaps of the road, under its name, and wider than it (sectors, a start): what
-/// lies in a gap stays road, what sticks out of it becomes scenery. Otherwise the middle of the
-/// road would follow the mark to both sides.
-void cut_strokes(const Mesh& mesh, const std::vector<bool>& flat, const CleanOptions& options,
-                 std::vector<SurfaceClass>& class_of_triangle, CleanReport& facts);
-
 /// Triangles of the mesh that carry the road from p to q.
 struct Bridge {
   Eigen::Vector3d p, q;

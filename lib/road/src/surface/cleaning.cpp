@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "clean_gaps.h"
+#include "clean_layers.h"
 #include "clean_parts.h"
 #include "mesh/error.h"
 #include "mesh_topology.h"
