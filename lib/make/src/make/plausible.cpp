@@ -252,12 +252,40 @@ std::optional<std::string> same_material_elsewhere(const Centreline& line, const
 
 namespace {
 
+/// Another surface of the mesh a little above the road: a wheel would meet that one.
+void below_another(const Centreline& line, const RaySurface& ground,
+                   std::vector<std::string>& doubts) {
+  constexpr double kEvery_m = 10.0, kMuch = 0.3;        // of the line
+  constexpr double kLowest_m = 0.03, kHighest_m = 2.5;  // paint lies lower, bridges higher
+  std::size_t looked = 0, covered = 0;
+  double gone_m = kEvery_m, over_m = 0.0;
+  for (std::size_t i = 0; i + 1 < line.points_m.size(); ++i) {
+    const Vector3d& at = line.points_m[i];
+    gone_m += (line.points_m[i + 1] - at).head<2>().norm();
+    if (gone_m < kEvery_m) continue;
+    gone_m = 0.0;
+    ++looked;
+    for (const SurfaceHit& hit : ground.all_hits(at.x(), at.y())) {
+      if (hit.z_m - at.z() < kLowest_m || hit.z_m - at.z() > kHighest_m) continue;
+      ++covered;
+      over_m = std::max(over_m, hit.z_m - at.z());
+      break;
+    }
+  }
+  if (static_cast<double>(covered) <= kMuch * static_cast<double>(looked)) return;
+  doubts.push_back(fmt::format(
+      "another surface of the mesh lies up to {:.2f} m above the road along {:.0f} % of it: that "
+      "one may be the road; name the lower one in a recipe as what it is (name_rules, class "
+      "scenery), or take it out of the mesh",
+      over_m, 100.0 * static_cast<double>(covered) / static_cast<double>(looked)));
+}
+
 /// A strip at the rim of flat ground, found by its shape alone: the road may be what lies beside
 /// it.
-void at_the_rim(const Centreline& line, const Mesh& mesh, std::vector<std::string>& doubts) {
+void at_the_rim(const Centreline& line, const RaySurface& ground,
+                std::vector<std::string>& doubts) {
   constexpr double kEvery_m = 10.0, kSlope = 0.3;
   constexpr double kMostly = 0.6, kHardly = 0.2;  // of the line
-  const RaySurface ground(mesh);
   const std::size_t n = line.points_m.size();
   std::array<std::size_t, 2> with_ground{};
   std::size_t looked = 0;
@@ -305,7 +333,6 @@ void nothing_confirms(const Centreline& line, const Mesh& mesh, const CleanRepor
                     100.0 * *report.road_agreement));
   if (!report.by_names) called_something_else(mesh, report, doubts);
   if (!line.closed && !report.by_names) little_of_the_ground(mesh, report, doubts);
-  if (!report.by_names && !report.by_colour && doubts.empty()) at_the_rim(line, mesh, doubts);
   if (auto elsewhere = same_material_elsewhere(line, mesh, report))
     doubts.push_back(std::move(*elsewhere));
 }
@@ -323,6 +350,10 @@ std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& 
   const bool confirmed =
       report.by_names && (!report.road_agreement || *report.road_agreement >= kAgreement);
   if (!confirmed && !report.by_guide) nothing_confirms(line, mesh, report, doubts);
+  const RaySurface ground(mesh);
+  below_another(line, ground, doubts);
+  if (!report.by_names && !report.by_colour && !report.by_guide && doubts.empty())
+    at_the_rim(line, ground, doubts);
   if (doubts.size() > first) doubts.back() += fmt::format("; {}", kWayOut);
   return doubts;
 }

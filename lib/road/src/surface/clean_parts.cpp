@@ -149,7 +149,8 @@ void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges,
   std::vector<std::uint32_t>& component = found.of_triangle;
   join_by_bridges(soup, bridges, component);
   struct Part {
-    double road_m2 = 0.0;
+    double road_m2 = 0.0, height_m3 = 0.0;  // the sum of area times height
+    double mean_height_m() const { return height_m3 / road_m2; }
     double distance_m = std::numeric_limits<double>::infinity();
     Eigen::Vector3d lowest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
     Eigen::Vector3d highest = -lowest;
@@ -159,7 +160,10 @@ void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges,
   for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
     if (soup.surface_class[i] != SurfaceClass::road) continue;
     Part& part = parts[component[i]];
-    part.road_m2 += soup.area_vector_of(i).norm();
+    const double area_m2 = soup.area_vector_of(i).norm();
+    part.road_m2 += area_m2;
+    for (const std::uint32_t vertex : soup.triangles[i])
+      part.height_m3 += area_m2 * soup.vertices_m[vertex].z() / 3.0;
     for (const std::uint32_t vertex : soup.triangles[i]) {
       const Eigen::Vector3d& v = soup.vertices_m[vertex];
       part.lowest = part.lowest.cwiseMin(v);
@@ -175,14 +179,20 @@ void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges,
   for (auto part = parts.begin(); part != parts.end(); ++part) {
     if (part->second.road_m2 > chosen->second.road_m2) chosen = part;
   }
+  const auto same_road = [](const Part& a, const Part& b) {
+    const double apart_m = (a.lowest - b.lowest).norm() + (a.highest - b.highest).norm();
+    return apart_m < kSameRoadShare * (b.highest - b.lowest).norm();
+  };
+  // Of one road drawn twice a wheel meets the upper one.
+  for (auto part = parts.begin(); part != parts.end(); ++part)
+    if (part->second.road_m2 >= kOtherCircuitShare * chosen->second.road_m2 &&
+        same_road(chosen->second, part->second) &&
+        part->second.mean_height_m() > chosen->second.mean_height_m())
+      chosen = part;
   std::vector<const Part*> circuits;
   for (const auto& [number, part] : parts) {
     // One road drawn twice is one road.
-    const auto is_this = [&, &part = part](const Part* other) {
-      const double apart_m =
-          (part.lowest - other->lowest).norm() + (part.highest - other->highest).norm();
-      return apart_m < kSameRoadShare * (part.highest - part.lowest).norm();
-    };
+    const auto is_this = [&, &part = part](const Part* other) { return same_road(*other, part); };
     if (part.road_m2 >= kOtherCircuitShare * chosen->second.road_m2 &&
         std::none_of(circuits.begin(), circuits.end(), is_this))
       circuits.push_back(&part);
