@@ -70,13 +70,17 @@ std::vector<Finding> find_missing(const HeightMap& map, const HeightMap& road,
   std::vector<Finding> holes;
   std::vector<std::uint8_t> seen;
   const auto is_hole = [&](std::size_t i, std::size_t j) {
-    return !bare[i] && j > extents[i].first && j < extents[i].last && std::isnan(map.at(i, j));
+    return !bare[i] && std::isnan(map.at(i, j)) &&
+           ((j > extents[i].first && j < extents[i].last) ||
+            (!options.edges.empty() && j > 0 && j + 1 < columns &&
+             options.edges.has(i, map.v_m[j])));
   };
   std::vector<std::pair<std::size_t, std::size_t>> stack;
   for (std::size_t i = 0; i < rows; ++i) {
     const RowExtent& extent = extents[i];
-    if (bare[i] || extent.empty() || extent.count == extent.last - extent.first + 1) continue;
-    for (std::size_t j = extent.first; j <= extent.last; ++j) {
+    if (bare[i] || extent.empty()) continue;
+    if (options.edges.empty() && extent.count == extent.last - extent.first + 1) continue;
+    for (std::size_t j = 0; j < columns; ++j) {
       if (!is_hole(i, j)) continue;
       if (seen.empty()) seen.resize(rows * columns, 0);
       if (seen[i * columns + j]) continue;

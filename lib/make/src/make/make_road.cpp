@@ -160,7 +160,7 @@ SampledGrid sampled_grid(const Recipe& recipe, const std::optional<URange>& stre
   close_cracks(sampled, surface, built.road, built.line, report);
   end_at_walls(sampled, built.line, built.mesh, recipe.sample.threads, report);
   if (!rows) {
-    built.edges = road_edges(sampled, built.line, built.centreline);
+    built.edges = road_edges(sampled, built.line, built.centreline, report);
     end_where_whole(sampled, built.edges, built.line, report);
   }
   return sampled;

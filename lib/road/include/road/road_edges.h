@@ -22,9 +22,10 @@ struct RoadEdges {
 
 /// In each row the outermost node of road or kerb that follows from the line on: over what is
 /// missing up to the width that was traced, further only without a break. A notch of the edge
-/// belongs to the road up to the lines at 45 degrees from where it begins and ends.
+/// belongs to the road: all of it where both ends are abrupt and no more than 12 m apart, else up
+/// to the lines at 45 degrees from its ends; but not in rows that sampling cut short (`report`).
 RoadEdges road_edges(const SampledGrid& sampled, const crg::ReferenceLine& line,
-                     const Centreline& centreline);
+                     const Centreline& centreline, const SampleReport& report);
 
 /// Whether rows [first, last] have nothing of the road between v_begin_m and v_end_m.
 bool lies_beyond(const RoadEdges& edges, std::size_t first, std::size_t last, double v_begin_m,

@@ -13,6 +13,10 @@
 namespace road {
 namespace {
 
+// A piece of the road's edge that is missing: both ends this abrupt, and no longer than this.
+constexpr double kAbrupt_m = 0.4, kLongestNotch_m = 12.0;
+constexpr double kBesideCut_m = 20.0;
+
 bool is_driven(const SampledGrid& sampled, std::size_t node) {
   return sampled.provenance[node] != Provenance::none &&
          (sampled.surface_class[node] == SurfaceClass::road ||
@@ -35,6 +39,22 @@ void limit_slope(std::vector<double>& value, double step, bool closed, double si
   for (int turn = 0; turn < turns; ++turn) {
     for (std::size_t i = n - 1; i > 0; --i) pull(i - 1, i);
     if (closed) pull(n - 1, 0);
+  }
+}
+
+/// Between an abrupt end of the edge and where it is as abruptly back, it goes straight on.
+void fill_notches(std::vector<double>& edge_m, double u_step_m, double sign) {
+  const std::size_t n = edge_m.size();
+  const auto longest = static_cast<std::size_t>(kLongestNotch_m / u_step_m);
+  for (std::size_t a = 0; a + 1 < n; ++a) {
+    if (sign * (edge_m[a] - edge_m[a + 1]) < kAbrupt_m) continue;
+    for (std::size_t b = a + 1; b + 1 < n && b - a <= longest; ++b) {
+      if (sign * (edge_m[b + 1] - edge_m[b]) < kAbrupt_m) continue;
+      const double filled_m = sign * std::min(sign * edge_m[a], sign * edge_m[b + 1]);
+      for (std::size_t i = a + 1; i <= b; ++i)
+        edge_m[i] = sign * std::max(sign * edge_m[i], sign * filled_m);
+      break;
+    }
   }
 }
 
@@ -157,7 +177,7 @@ std::vector<char> end_side(const Outwards& side, const std::vector<double>& edge
 }  // namespace
 
 RoadEdges road_edges(const SampledGrid& sampled, const crg::ReferenceLine& line,
-                     const Centreline& centreline) {
+                     const Centreline& centreline, const SampleReport& report) {
   const std::vector<double> half_m = guide_rows(line, centreline).half_width_m;
   const std::size_t rows = sampled.grid.rows(), columns = sampled.grid.columns();
   const auto& v_m = sampled.grid.v_m;
@@ -180,8 +200,20 @@ RoadEdges road_edges(const SampledGrid& sampled, const crg::ReferenceLine& line,
         break;
     }
   }
+  // Rows that were cut short on purpose have no notch: a fold, another leg, a wall.
+  const RoadEdges seen = edges;
+  fill_notches(edges.left_m, line.u_step_m, 1.0);
+  fill_notches(edges.right_m, line.u_step_m, -1.0);
   limit_slope(edges.left_m, line.u_step_m, line.closed, 1.0);
   limit_slope(edges.right_m, line.u_step_m, line.closed, -1.0);
+  for (const auto* ranges : {&report.folds, &report.neighbours, &report.walls})
+    for (const URange& range : *ranges)
+      for (std::size_t i = 0; i < rows; ++i) {
+        const double u_m = static_cast<double>(i) * line.u_step_m;
+        if (u_m < range.u_begin_m - kBesideCut_m || u_m > range.u_end_m + kBesideCut_m) continue;
+        edges.left_m[i] = seen.left_m[i];
+        edges.right_m[i] = seen.right_m[i];
+      }
   return edges;
 }
 
