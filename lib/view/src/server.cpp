@@ -219,8 +219,7 @@ class Pages {
     const std::string path = asked_path(request);
     const auto type = types.find(fs::path(path).extension().string());
     if (type == types.end()) throw Refusal(403, "not a kind of file that is shown here");
-    // A page out of a folder may be a stranger's: it gets no part in this one, and nothing that it
-    // knows (its address has the token) leaves through what it loads.
+    // A stranger's page gets no part in this one, and loads nothing: its address has the token.
     response.set_header("Content-Security-Policy",
                         "sandbox allow-scripts allow-downloads; default-src 'none'; "
                         "script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
