@@ -275,8 +275,7 @@ Up decide_up(const RawMesh& mesh, UpAxis told, const std::string& path,
   const AlongLine& along = all[static_cast<std::size_t>(line)];
   if (line == line_of(mesh.up)) return as_the_format(along, mesh.up, path, remarks);
   const UpAxis up = measured(all, line);
-  if (side_of(along) != 0 && side_of_things(mesh, line) == -side_of(along))
-    ask_for_side(along, up, path);
+  if (is_minus(up) && side_of_things(mesh, line) > 0) ask_for_side(along, up, path);
   const std::string inverted =
       is_minus(up) ? fmt::format("; if their winding alone is inverted, give --up {}", kLines[line])
                    : "";

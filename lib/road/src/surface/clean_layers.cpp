@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kThinnest_m = 0.05;  // thinner ones are decals that look the wrong way
 constexpr double kSame_m = 1e-3;
-constexpr double kThickest_m = 3.0;  // of a slab; under thicker ones one drives
+constexpr double kThickest_m = 1.5;  // of a slab; under thicker ones one drives
 
 /// A name without its level of detail, and that level: "road_LOD1" is ("road", 1).
 std::optional<std::pair<std::string, int>> level_of(const std::string& name) {
