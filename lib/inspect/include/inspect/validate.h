@@ -27,8 +27,7 @@ struct ValidateOptions {
   unsigned threads = 0;           ///< 0 = all cores; any number gives the same answer
 };
 
-/// A stretch of the road where the file leaves the mesh by more than
-/// ValidateOptions::named_error_m, and why.
+/// A stretch where the file leaves the mesh by more than ValidateOptions::named_error_m, and why.
 struct RoughPlace {
   double u_begin_m = 0.0, u_end_m = 0.0, v_min_m = 0.0, v_max_m = 0.0;
   double largest_error_m = 0.0;

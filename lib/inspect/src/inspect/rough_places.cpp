@@ -168,11 +168,6 @@ std::vector<RoughPlace> find_rough_places(const crg::Surface& road, const RaySur
     }
   });
   for (const auto& points : of_row) known.insert(known.end(), points.begin(), points.end());
-  // Beyond the edges of the road a step to lower ground is no fault of it.
-  std::erase_if(known, [&](const RoughPoint& p) {
-    return !options.edges.has(static_cast<std::size_t>((p.u_m - grid.u_begin_m) / grid.u_step_m),
-                              p.v_m);
-  });
   std::stable_sort(known.begin(), known.end(),
                    [](const RoughPoint& a, const RoughPoint& b) { return a.u_m < b.u_m; });
 

@@ -267,7 +267,7 @@ export function makePlan(sheet, windows, surface, data, state) {
     if (what === 'print') { resize(); setField(); draw(); return; }
     later();
   });
-  new ResizeObserver(() => { resize(); later(); }).observe(box);
+  new ResizeObserver(() => { resize(); if (state.map) setField(); later(); }).observe(box);
   setField();
   return root;
 }
