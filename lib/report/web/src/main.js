@@ -165,7 +165,7 @@ async function main() {
       el('nav', {}, [['verdict', 'Verdict'], ['track', 'Track'], ['along', 'Along u'], ['errors', 'Errors'], ['kerbs', 'Kerbs'], ['roughness', 'Roughness'], ['health', 'File']]
         .map(([id, text]) => el('a', { href: `#${id}` }, text))),
       range, goToForm(state), el('button', { type: 'button', 'data-role': 'reset', onclick: () => state.reset() }, 'Whole road'), linkButton(state), keys.button, theme, keys.help),
-    el('div', { class: 'two even' }, el('div', { class: 'panel', id: 'map' }, el('div', { class: 'tools' }, el('label', {}, 'Colour', fields), measuring,
+    el('div', {}, el('div', { class: 'panel', id: 'map' }, el('div', { class: 'tools' }, el('label', {}, 'Colour', fields), measuring,
       el('span', {}, 'click: cross section · drag: move · two fingers, or click and wheel: zoom')), makePlan(sheet, windows, surface, data, state)), rules(data, state)),
     findings(data, state),
     el('div', { class: 'panel' }, el('dl', { class: 'facts' }, data.facts.map((fact) => el('div', {}, el('dt', {}, fact.name), el('dd', {}, fact.value))))),
