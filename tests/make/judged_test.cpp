@@ -55,14 +55,14 @@ road::Mesh ring_with(const Fault& fault, double faulty_right_m) {
       add_ring_strip(mesh, name, right_m, left_m, 0.0, 0.0);
       continue;
     }
-    const double end_m = kEnd_m;
-    add_ring_strip(mesh, name, right_m, left_m, 0.0, 0.0, end_m, support::kRingLength_m + kBegin_m);
+    add_ring_strip(mesh, name, right_m, left_m, 0.0, 0.0, kEnd_m,
+                   support::kRingLength_m + kBegin_m);
     if (fault.left_out) continue;
     constexpr int kAcross = 6;
     for (int k = 0; k < kAcross; ++k) {
       const std::size_t first = mesh.vertices_m.size();
       add_ring_strip(mesh, name, right_m + 3.0 * k / kAcross, right_m + 3.0 * (k + 1) / kAcross,
-                     0.0, 0.0, kBegin_m, end_m);
+                     0.0, 0.0, kBegin_m, kEnd_m);
       for (std::size_t v = first; v < mesh.vertices_m.size(); ++v) {
         Eigen::Vector3d& p = mesh.vertices_m[v];
         const double s_m = support::kRing_m * std::atan2(p.y(), p.x());

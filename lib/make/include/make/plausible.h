@@ -16,7 +16,8 @@ namespace road {
 ///
 /// Looked at: surface missing along the line, more than 5 % of it; more than 1.6 times the usual
 /// width along more than 1 % of it, but where the mesh draws it as one strip from border to border;
-/// and where no name told what is road: names of what nobody drives on (water, a roof), a strip at
+/// another surface of the mesh 0.03 to 2.5 m above it, along more than 30 %; and where no name told
+/// what is road: names of what nobody drives on (water, a roof), a strip at
 /// the rim of flat ground, an open road that is less than half of the flat ground, and more of the
 /// material of the road elsewhere than a fifth of what was found. Along a guide or a route: what
 /// cleaning doubted there. `surface` holds the triangles of `road`, `mesh` everything that was

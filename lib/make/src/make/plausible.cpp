@@ -30,9 +30,10 @@ constexpr double kMainMaterialShare = 0.6;
 constexpr double kMuchWider = 1.6, kWideShare = 0.01;
 
 constexpr const char* kWayOut =
-    "look at the picture of the classes (.classes.png); tell what is road by a rough line (--guide "
-    "FILE) or by name_rules in a "
-    "recipe, or, if the line is right all the same, say so with --line-is-right";
+    "look at the picture of the classes (.classes.png); tell what is road by a rough line along "
+    "its middle (--guide FILE, with --guide-width-m W where nothing on the mesh shows its width) "
+    "or by name_rules in a recipe, or, if the line is right all the same, say so with "
+    "--line-is-right";
 
 double flat_area_m2(const Mesh& mesh, std::size_t t) {
   const Vector3d a = mesh.vertex(t, 1) - mesh.vertex(t, 0),
@@ -275,8 +276,7 @@ void below_another(const Centreline& line, const RaySurface& ground,
   if (static_cast<double>(covered) <= kMuch * static_cast<double>(looked)) return;
   doubts.push_back(fmt::format(
       "another surface of the mesh lies up to {:.2f} m above the road along {:.0f} % of it: that "
-      "one may be the road; name the lower one in a recipe as what it is (name_rules, class "
-      "scenery), or take it out of the mesh",
+      "one may be the road",
       over_m, 100.0 * static_cast<double>(covered) / static_cast<double>(looked)));
 }
 

@@ -98,6 +98,8 @@ std::optional<std::string> doubt_about_width(const Centreline& line, const Mesh&
       can_try ? described(other_units(mesh, metres_per_unit, anywhere(options))) : "";
   text += others.empty() ? "; if the mesh has another unit, give it (--unit or --scale)"
                          : "; " + others;
+  if (options.guide && !options.guide_width_m)
+    text += "; if nothing on the mesh shows the road's width, give it (--guide-width-m W)";
   return text + "; if it is as wide as that, say so with --line-is-right";
 }
 

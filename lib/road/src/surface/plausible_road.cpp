@@ -123,7 +123,7 @@ Cleaning more_plausible(const Mesh& mesh, const Triangles& triangles,
   const bool whole = by_name.closed && by_name.share > kAllOfTheNamed;
   const bool take_shape = by_form.worth() > (whole ? kMuchMore : kClearlyMore) * by_name.worth();
   Cleaning& taken = take_shape ? *shaped : *named;
-  taken.is_sure = by_name.closed && by_name.share > kNearlyAll && !by_form.closed;
+  taken.is_sure = !take_shape && by_name.closed && by_name.share > kNearlyAll && !by_form.closed;
   taken.facts.remarks.push_back(fmt::format(
       "names and shape disagree about what is road: by names {}, by shape {}; taken by {} "
       "(--use-names {} takes the other)",
