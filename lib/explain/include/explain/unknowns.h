@@ -76,6 +76,9 @@ inline constexpr std::array<RoadKind, kRoadKinds> kRoad{{
     {"road.friction", "grip added", "1", 0.03, 0.1, false},
 }};
 
+/// The mechanism of a column that shows too much or too little.
+inline constexpr const char* kSensorGain = "sensor.gain";
+
 /// All unknowns that these logs can speak about, in a fixed order, and the rest with reasons.
 struct Inventory {
   std::vector<Unknown> unknowns;

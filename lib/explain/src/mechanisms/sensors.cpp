@@ -38,7 +38,7 @@ void bias(const Listing& l, Channel c, const char* unit, double step, double lea
 }
 
 void gain(const Listing& l, Channel c, double least) {
-  of_channel(l, c, "sensor.gain", {"gain error", "1", 0.01, least},
+  of_channel(l, c, kSensorGain, {"gain error", "1", 0.01, least},
              "logged = (1 + gain error) * true",
              [c](Setting& s, double v) { s.sensor[c].gain += v; });
 }
@@ -198,7 +198,7 @@ void write_lever_arm(MappingChanges& out, const Finding& f) {
 
 std::vector<Mechanism> mechanisms() {
   return {{.id = "sensor.bias", .list = list, .write_mapping = write_bias},
-          {.id = "sensor.gain", .most = 0.5, .write_mapping = write_gain},
+          {.id = kSensorGain, .most = 0.5, .write_mapping = write_gain},
           {.id = "sensor.delay", .most = 1.0, .write_mapping = write_delay},
           {.id = "sensor.low_pass", .most = 5.0, .write_mapping = write_low_pass},
           {.id = "sensor.misalignment", .most = 0.3, .write_mapping = write_misalignment},

@@ -28,7 +28,8 @@ Match match(const std::vector<double>& x, const std::vector<double>& reference,
   for (int lag = -kMost; lag <= kMost; ++lag) {
     double n = 0, sx = 0, sr = 0, xx = 0, rr = 0, xr = 0;
     for (std::size_t i = kMost; i + kMost < reference.size(); i += 2) {
-      const double r = reference[i], v = x[static_cast<std::size_t>(static_cast<int>(i) + lag)];
+      const double r = reference[i],
+                   v = x[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + lag)];
       if (!std::isfinite(r) || !std::isfinite(v)) continue;
       n += 1, sx += v, sr += r, xx += v * v, rr += r * r, xr += v * r;
     }
