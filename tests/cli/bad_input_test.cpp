@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -81,6 +82,8 @@ TEST(BadInput, OpenRoadWorksAndSaysSo) {
 TEST(BadInput, WrongUnitSaysWhichFlagToGive) {
   for (const auto& [unit, scale] : {std::pair{"mm", 1000.0}, std::pair{"ft", 1 / 0.3048},
                                     std::pair{"cm", 100.0}, std::pair{"inch", 1 / 0.0254}}) {
+    const bool usual = std::string(unit) == "mm" || std::string(unit) == "ft";
+    if (!usual && std::getenv("KERBSTONE_HEAVY") == nullptr) continue;
     Stadium stadium;
     stadium.scale = scale;
     const Folder folder;

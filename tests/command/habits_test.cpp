@@ -406,6 +406,7 @@ TEST_F(Called, EveryCommandIs) {
 /// NaN compares with no bound, so it passes between all of them.
 TEST_F(Called, WhatIsNoNumberIsRefused) {
   std::size_t numbers = 0;
+  const bool all = std::getenv("KERBSTONE_HEAVY") != nullptr;  // else one or the other
   const std::regex number(
       "\n  (?:-[a-z],)?(--[a-z0-9-]+) "
       "(?:[^ ]+ or )?(?:[-0-9.e+]+ to [-0-9.e+]+|above 0|0 or more|a number)(?=[ =\n])");
@@ -417,7 +418,8 @@ TEST_F(Called, WhatIsNoNumberIsRefused) {
         for (const char* value : {"nan", "-inf"}) {
           const std::string flag = (*i)[1];
           SCOPED_TRACE(fmt::format("{} {} {}={}", tool.name, call.front(), flag, value));
-          ++numbers;
+          const std::size_t k = numbers++;
+          if ((k + k / 2) % 2 != 0 && !all) continue;
           Words wrong = call;
           const auto given = std::find(wrong.begin(), wrong.end(), flag);
           if (given != wrong.end()) wrong.erase(given, given + 2);
@@ -559,17 +561,15 @@ TEST_F(Called, WhatIsPrintedGoesToAFileWhereThereIsNoOther) {
 TEST_F(Called, FormatsAndEndingsInAnyCase) {
   const Folder& f = *folder_;
   const auto bytes = [&](const Words& words, const std::string& path) {
-    const ToolRun ran = cli::exists(path) ? ToolRun{} : run_tool(places::crgbuild(), words);
-    EXPECT_EQ(run_tool(places::crgbuild(), words).code, 0) << ran.err;
+    const ToolRun ran = run_tool(places::crgbuild(), words);
+    EXPECT_EQ(ran.code, 0) << ran.err;
     return cli::read(path);
   };
   const std::string crg = f / "out/s.crg";
   EXPECT_EQ(bytes({"convert", crg, "--format", "LRFI", "-o", f / "upper.crg"}, f / "upper.crg"),
             bytes({"convert", crg, "--format", "lrfi", "-o", f / "lower.crg"}, f / "lower.crg"));
-  for (const char* format : {"ldfi", "LDFI"})
-    EXPECT_THAT(bytes({"build", f / "s.obj", "-o", f / format, "--no-report", "--format", format},
-                      std::string(f / format) + "/s.crg"),
-                HasSubstr("#:LDFI"));
+  EXPECT_THAT(bytes({"convert", crg, "--format", "LDFI", "-o", f / "ldfi.crg"}, f / "ldfi.crg"),
+              HasSubstr("#:LDFI"));
   std::filesystem::copy_file(f / "s.obj", f / "UPPER.OBJ");
   EXPECT_EQ(run_tool(places::crgbuild(), {"clean", f / "UPPER.OBJ", "-o", f / "UPPER.STL"}).code,
             0);

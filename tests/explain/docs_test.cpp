@@ -32,6 +32,8 @@ std::string commands(const std::string& build) {
        {std::pair<std::string, std::string>{"--scenario banking demo", "--scenario banking demo 3"},
         {"--count 2", "--count 1"}})
     script.replace(script.find(stated), stated.size(), small);
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr)
+    script.resize(script.find(build + "/tests/blind_trials"));
   return script;
 }
 
@@ -50,7 +52,9 @@ TEST(ExplainDocs, EveryCommandOfTheTourRuns) {
   EXPECT_THAT(log.substr(first, second - first),
               AllOf(StartsWith("verdict: explained"), HasSubstr("road.banking")));
   EXPECT_THAT(log.substr(second), StartsWith("verdict: none"));
-  EXPECT_THAT(log.substr(second), HasSubstr("false alarm"));  // of the scored trials
+  if (std::getenv("KERBSTONE_HEAVY") != nullptr) {
+    EXPECT_THAT(log.substr(second), HasSubstr("false alarm"));  // of the scored trials
+  }
   const std::string page = cli::read(folder / "found/report.html");
   EXPECT_THAT(page, AllOf(HasSubstr("road.banking"), HasSubstr("class='line s1'"),
                           HasSubstr("one relation")));

@@ -78,7 +78,7 @@ double difference(const std::string& a, const std::string& b, double begin_m = 0
   return std::sqrt(sum / count);
 }
 
-TEST(Proofs, NothingMissing) {
+TEST(SlowProofs, NothingMissing) {
   Proof proof("none", unless_heavy(3));
   EXPECT_EQ(proof.explain().at("verdict"), "none");
 }
@@ -189,7 +189,7 @@ TEST(SlowProofs, DiscsThatDoNotAreLeftAlone) {
 }
 
 // In a folder whose name a shell would take apart: what is printed can be run there too.
-TEST(Proofs, BankingThatTheFileDoesNotHave) {
+TEST(SlowProofs, BankingThatTheFileDoesNotHave) {
   Proof proof("banking", unless_heavy(3));
   proof.move_inputs("it's here");
   const json found = proof.explain("run.csv", "it's here/out");
@@ -265,7 +265,7 @@ TEST(SlowProofs, BumpsThatMakeTheSimulatedCarWorseAreNotWritten) {
   EXPECT_THAT(proof.folder.read("log"), HasSubstr("no inputs are written"));
 }
 
-TEST(Proofs, AKerbThatSmoothingLowered) {
+TEST(SlowProofs, AKerbThatSmoothingLowered) {
   Proof proof("kerb", unless_heavy(3));
   const json found = proof.explain();
   EXPECT_EQ(found.at("verdict"), "explained");

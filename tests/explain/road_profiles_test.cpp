@@ -143,7 +143,7 @@ TEST(RoadProfiles, ARoadThatIsStatedFlatIsFoundAlongTheWholeLap) {
   EXPECT_EQ(found(all, "sensor.lever_arm"), nullptr) << findings_json(all);
 }
 
-TEST(RoadProfiles, ARoadIsFoundWhereALapIsHeldOut) {
+TEST(SlowRoadProfiles, ARoadIsFoundWhereALapIsHeldOut) {
   const Truth truth{.bank = 0.2, .grade = 0.03};
   const Findings all = explained(recorded(truth, {}), {}, {2});
   for (const auto& [name, is] : std::vector<std::pair<const char*, std::function<double(double)>>>{
@@ -155,7 +155,7 @@ TEST(RoadProfiles, ARoadIsFoundWhereALapIsHeldOut) {
   }
 }
 
-TEST(RoadProfiles, AGradeIsFoundByForceWhereAxIsTheDerivativeOfTheSpeed) {
+TEST(SlowRoadProfiles, AGradeIsFoundByForceWhereAxIsTheDerivativeOfTheSpeed) {
   const Truth truth{.bank = 0.15, .grade = 0.04};
   const Findings all = explained(recorded(truth, {.ax_from_speed_s = 0.5}), {});
   const Finding* grade = found(all, "road.grade");
@@ -165,7 +165,7 @@ TEST(RoadProfiles, AGradeIsFoundByForceWhereAxIsTheDerivativeOfTheSpeed) {
   EXPECT_NE(found(all, "sensor.derived"), nullptr) << findings_json(all);
 }
 
-TEST(RoadProfiles, WithoutALateralAccelerationNoBankingIsInvented) {
+TEST(SlowRoadProfiles, WithoutALateralAccelerationNoBankingIsInvented) {
   // A cosine alone does not say to which side.
   const Truth truth{.bank = 0.2, .grade = 0.0};
   const recording::Table all_columns = recorded(truth, {});

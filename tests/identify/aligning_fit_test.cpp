@@ -83,7 +83,7 @@ identify::TyreFitOptions few_starts() {
   return options;
 }
 
-TEST(AligningFit, AnotherTrailIsFoundThroughNoise) {
+TEST(SlowAligningFit, AnotherTrailIsFoundThroughNoise) {
   const TyreCoefficients truth = other_racer();
   const TyreFit fit = identify::fit_tyre(bench(truth, 0.005), racer(), few_starts());
   RecordProperty("before", std::to_string(missed(racer(), truth)));
@@ -95,7 +95,7 @@ TEST(AligningFit, AnotherTrailIsFoundThroughNoise) {
   EXPECT_GE(fit.stages.back().agreeing, 2);
 }
 
-TEST(AligningFit, APublishedTyreIsFoundFromAnotherOne) {
+TEST(SlowAligningFit, APublishedTyreIsFoundFromAnotherOne) {
   const std::string path = places::data() + "/tyre/sample_mf61.tir";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no published tyre";
   const TyreCoefficients truth = vehicle::read_tyre(path).coefficients;

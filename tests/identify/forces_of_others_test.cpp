@@ -116,7 +116,7 @@ TEST(ForcesOfOthers, AreThoseOfTheTrueCar) {
   }
 }
 
-TEST(ForcesOfOthers, LoadsAndLateralSpeedAreThoseThatWereKeptBack) {
+TEST(SlowForcesOfOthers, LoadsAndLateralSpeedAreThoseThatWereKeptBack) {
   const std::string folder = places::data() + "/ocd_trials";
   if (!std::filesystem::exists(folder + "/truth.json"))
     GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";

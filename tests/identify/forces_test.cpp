@@ -152,7 +152,7 @@ TEST(Forces, AreTheSameWithAnyNumberOfThreads) {
   }
 }
 
-TEST(Forces, OfAnAxleDoNotHangOnTheReferenceTyre) {
+TEST(SlowForces, OfAnAxleDoNotHangOnTheReferenceTyre) {
   Racer racer;
   const Drive drive = test_drive::drive_car(racer.car, racer.road, 20, 1, 8.0);
   const auto recording = recording::make_recording(test_drive::logged(drive, true, 4), "log");
@@ -200,7 +200,7 @@ TEST(Forces, RefusesWhatItCannotUse) {
   EXPECT_THAT(message(slow), ::testing::HasSubstr("faster than 5 m/s"));
 }
 
-TEST(Forces, OfWheelsThatRollOtherwiseAreNotToBeUsed) {
+TEST(SlowForces, OfWheelsThatRollOtherwiseAreNotToBeUsed) {
   const Racer racer;
   const Drive drive = test_drive::drive_car(racer.car, racer.road, 20, 1, 4.0);
   recording::Table log = test_drive::logged(drive, true, 5);

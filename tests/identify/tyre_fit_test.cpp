@@ -96,7 +96,7 @@ TyreCoefficients other_racer() {
 }
 
 // 2026-11-23: 0.08 % of the largest Fx, 0.13 % of the largest Fy.
-TEST(TyreFit, APublishedTyreIsFoundFromAnotherOneThroughNoise) {
+TEST(SlowTyreFit, APublishedTyreIsFoundFromAnotherOneThroughNoise) {
   if (!std::filesystem::exists(data("sample_mf61.tir"))) GTEST_SKIP() << "no published tyre";
   const TyreCoefficients truth = vehicle::read_tyre(data("sample_mf61.tir")).coefficients;
   const TyreFit fit = identify::fit_tyre(measured(truth, sweeps(truth), 0.01), racer());

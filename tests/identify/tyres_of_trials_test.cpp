@@ -62,7 +62,7 @@ Judged judge(const Trial& trial, const vehicle::TyreCoefficients& tyre, std::siz
           top / top_is};
 }
 
-TEST(TyresOfTrials, AreThoseOfTheCars) {
+TEST(SlowTyresOfTrials, AreThoseOfTheCars) {
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
   for (const bool third : {false, true}) {
     if (!heavy && !third) continue;

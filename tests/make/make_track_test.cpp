@@ -61,6 +61,12 @@ MadeRoad build_demo(road::SynthOptions options) {
   return built;
 }
 
+/// As it is written without a word, built once.
+const MadeRoad& plain_demo() {
+  static const MadeRoad built = build_demo({});
+  return built;
+}
+
 /// |file - truth| at random places of one class between the nodes; places without a height are
 /// counted.
 struct Compared {
@@ -127,9 +133,9 @@ void expect_true_road(const MadeRoad& built, const char* name, std::size_t most_
   EXPECT_TRUE(built.result.validation_failures.empty());
 }
 
-TEST(Build, TheDemoCircuitWithNames) { expect_true_road(build_demo({}), "obj, named"); }
+TEST(Build, TheDemoCircuitWithNames) { expect_true_road(plain_demo(), "obj, named"); }
 
-TEST(Build, TheDemoCircuitWithoutNames) {
+TEST(SlowBuild, TheDemoCircuitWithoutNames) {
   expect_true_road(
       build_demo(
           {.format = road::MeshFormat::stl, .up = road::UpAxis::z, .names = road::NameStyle::none}),
@@ -145,12 +151,12 @@ TEST(Build, TheDemoCircuitInFeetFromGlb) {
       "glb, feet");
 }
 
-TEST(Build, TheDemoCircuitWithTorcsNamesAndZUp) {
+TEST(SlowBuild, TheDemoCircuitWithTorcsNamesAndZUp) {
   expect_true_road(build_demo({.up = road::UpAxis::z, .names = road::NameStyle::torcs}),
                    "obj, TORCS names");
 }
 
-TEST(Build, TheDemoCircuitInCoarseFacets) {
+TEST(SlowBuild, TheDemoCircuitInCoarseFacets) {
   // validate compares with the mesh; the truth is farther: 10 m over a crest of 500 m radius sag by
   // 25 mm, 0.3 m of sagitta on 16 % of banking by 48 mm.
   const auto built = build_demo({.ring_step_m = 10, .column_step_m = 5, .max_sagitta_m = 0.3});
@@ -160,7 +166,7 @@ TEST(Build, TheDemoCircuitInCoarseFacets) {
 }
 
 TEST(Build, SaysWhatItDid) {
-  const auto built = build_demo({});
+  const auto& built = plain_demo();
   const auto& s = built.summary;
   for (const char* path :
        {"/reference_line/length_m", "/reference_line/closed", "/grid/nodes", "/grid/holes",
@@ -203,7 +209,7 @@ TEST(Build, TheRoadSaysWhatItWasMadeOf) {
 }
 
 TEST(Build, KnowsNoRoadBesideTheRoad) {
-  const auto built = build_demo({});
+  const auto& built = plain_demo();
   for (const double v : {-200.0, -40.0, 40.0, 200.0})
     EXPECT_TRUE(std::isnan(built.road->z_at_uv(100.0, v))) << v;
   crg::Cursor cursor;

@@ -17,7 +17,7 @@ if(NOT SHLIBDEPS OR NOT FILE)
 endif()
 file(REMOVE_RECURSE ${WORK})
 file(MAKE_DIRECTORY ${WORK})
-run(cpack --config ${BUILD}/CPackConfig.cmake -B ${WORK})
+run(cpack --config ${BUILD}/CPackConfig.cmake -B ${WORK} -D CPACK_DEBIAN_COMPRESSION_TYPE=gzip)  # half of the time of xz
 
 # What the packed files hold: seen in the build folder, where they are not stripped.
 include(${CMAKE_CURRENT_LIST_DIR}/check_holdings.cmake)

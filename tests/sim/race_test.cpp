@@ -71,7 +71,9 @@ double mean_drag_kgpm(const std::string& table) {
   return sum / rows;
 }
 
-TEST_F(Race, TwoStacksDriveALapAndFeelEachOther) {
+using SlowRace = Race;
+
+TEST_F(SlowRace, TwoStacksDriveALapAndFeelEachOther) {
   // The same again, with other forms and one that is slower; then blue alone.
   sh(fmt::format(R"(sed '/^  red:/d' race/race.yaml > race/alone.yaml
 race() {{ {0} race race/$1.yaml --socket s --lockstep --stop-s 300 -o $2 --json > $2.json & }}
@@ -102,8 +104,6 @@ race alone alone; there blue
   std::printf("drag behind the other: %.3f of that alone\n", behind / free);
   EXPECT_LT(behind, 0.9 * free);
 }
-
-using SlowRace = Race;
 
 TEST_F(SlowRace, TopicsOfEachCarStandBelowItsName) {
   if (sim::dds_version().empty()) GTEST_SKIP() << "built without Cyclone DDS";
