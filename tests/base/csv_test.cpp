@@ -45,9 +45,13 @@ TEST(Csv, SaysFileLineSeenAndWanted) {
   EXPECT_THAT(error_of("x_m,z_m\n1,2\n"), testing::AllOf(HasSubstr("csv_test.csv:1:"),
                                                          HasSubstr("'y_m'"), HasSubstr("x_m,z_m")));
   EXPECT_THAT(error_of("x_m,y_m\n1,2\n3\n"),
-              HasSubstr("csv_test.csv:3: 1 cells, wanted at least 2"));
+              HasSubstr("csv_test.csv:3: '3' has 1 cells, the header in line 1 names 2"));
+  EXPECT_THAT(error_of("z_m,x_m,y_m\n1,2,3\n1,2\n"), HasSubstr("csv_test.csv:3: '1,2' has 2"));
+  EXPECT_THAT(error_of("x_m,y_m\n\n1,5,2,5\n"),
+              testing::AllOf(HasSubstr("csv_test.csv:3: "), HasSubstr("decimal commas")));
+  EXPECT_THAT(error_of("x_m,y_m,x_m\n1,2,3\n"), HasSubstr("csv_test.csv:1: two columns"));
   EXPECT_THAT(
-      error_of("x_m,y_m\n1,2,\n3,four\n"),
+      error_of("x_m,y_m\n1,2\n3,four\n"),
       testing::AllOf(HasSubstr("csv_test.csv:3:"), HasSubstr("'four'"), HasSubstr("number")));
   EXPECT_THAT(error_of("x_m,y_m\n1,2km\n"), HasSubstr("'2km'"));
   EXPECT_THAT(error_of(""), HasSubstr("empty"));
@@ -66,6 +70,26 @@ TEST(Csv, AHeaderMayBeginWithAHash) {
   ASSERT_EQ(twice.rows(), 1u);
   EXPECT_EQ(twice.value(0, 0), 2.0) << "the line without a hash is the header";
   EXPECT_FALSE(twice.present[2]);
+}
+
+TEST(Csv, ReadsWhatSpreadsheetsWrite) {
+  const auto table = base::read_csv(
+      file_with("\xEF\xBB\xBFname;\"y_m\";x_m;\r\n\"a;b\";2,5;-1e3;\r\n;;\r\nc;0,25;4\r\n"),
+      {"x_m", "y_m"});
+  ASSERT_EQ(table.rows(), 3u);
+  EXPECT_EQ(table.value(0, 0), -1000.0);
+  EXPECT_EQ(table.value(0, 1), 2.5);
+  EXPECT_TRUE(std::isnan(table.value(1, 0)));
+  EXPECT_EQ(table.value(2, 1), 0.25);
+  EXPECT_EQ(table.line[2], 4u);
+}
+
+TEST(Csv, OfAWholeFileEveryColumnIsRead) {
+  const auto table =
+      base::read_whole_csv(file_with("# a drive\n\"a[1,2]\",time_s,b\n1,2,3\n"), {"time_s"});
+  EXPECT_THAT(table.names, testing::ElementsAre("time_s", "a[1,2]", "b"));
+  ASSERT_EQ(table.rows(), 1u);
+  EXPECT_THAT(table.values, testing::ElementsAre(2.0, 1.0, 3.0));
 }
 
 }  // namespace csv_test

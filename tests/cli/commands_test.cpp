@@ -265,8 +265,9 @@ TEST_F(Built, QueryRefusesBadPoints) {
   const std::vector<std::pair<std::string, std::string>> bad = {
       {"", "x_m and y_m"},
       {"a,b\n1,2\n", "bad.csv:1: the columns 'a,b' seen"},
-      {"x_m,y_m\n1,2\n1,abc\n", "bad.csv:3: 'abc' seen"},
-      {"x_m,y_m\n1\n", "bad.csv:2: the row ends before the column y_m"}};
+      {"x_m,y_m\n1,2\n1,abc\n", "bad.csv:3: column 'y_m' holds 'abc'"},
+      {"x_m,y_m\n1\n", "bad.csv:2: '1' has 1 cells"},
+      {"# by hand\n\nx_m,y_m\n1,2\n10,5,1\n", "bad.csv:5: '10,5,1' has 3 cells"}};
   for (const auto& [text, wanted] : bad) {
     write(*folder / "bad.csv", text);
     const Ran r = crgbuild({"query", out("stadium.crg"), "--points", *folder / "bad.csv", "-o",

@@ -32,6 +32,15 @@ TEST(Table, ReadsNamesNumbersAndEmptyCells) {
   EXPECT_EQ(table.find("c"), nullptr);
 }
 
+TEST(Table, ReadsDecimalCommasBesideSemicolons) {
+  const auto table = recording::parse_table("\xEF\xBB\xBFx:y;0;0,5\r\n1,25;2;-3,5\r\n", "t.csv");
+  EXPECT_THAT(table.names, ElementsAre("x:y", "0", "0.5")) << "places along an axis";
+  EXPECT_THAT(table.columns[0], ElementsAre(1.25));
+  EXPECT_THAT(table.columns[2], ElementsAre(-3.5));
+  EXPECT_THAT(table_refusal("x:y;0;0,5\n1.25;2;3\n"), HasSubstr("write all alike"));
+  EXPECT_THAT(table_refusal("a,b\n0,5,1\n"), AllOf(HasSubstr("t.csv:2"), HasSubstr("decimal")));
+}
+
 TEST(Table, ReadsBackWhatItWrote) {
   recording::Table table;
   table.add("x", {0.1, std::nan(""), 1.0 / 3.0});
@@ -49,7 +58,7 @@ TEST(Table, RefusesWithPlaceAndReason) {
   EXPECT_THAT(table_refusal("a,,b\n"), HasSubstr("without a name"));
   EXPECT_THAT(table_refusal("a,b\n1,2\n1\n"), AllOf(HasSubstr("t.csv:3"), HasSubstr("1 cells")));
   EXPECT_THAT(table_refusal("a,b\n1,2,3\n"), HasSubstr("3 cells"));
-  EXPECT_THAT(table_refusal("a\nx1\n"), AllOf(HasSubstr("'x1'"), HasSubstr("column a")));
+  EXPECT_THAT(table_refusal("a\nx1\n"), AllOf(HasSubstr("'x1'"), HasSubstr("column 'a'")));
   EXPECT_THAT(table_refusal("a\ninf\n"), HasSubstr("finite"));
 }
 

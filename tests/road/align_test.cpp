@@ -329,9 +329,11 @@ TEST(Align, ReadsGeographicPointsAndNamesAndFailsWithTheLine) {
   };
   EXPECT_THAT(message("mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m\n"), HasSubstr("bad.csv:1: header"));
   EXPECT_THAT(message("mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m,z_m\n1,2,3,4,5\n"),
-              HasSubstr("bad.csv:2: 5 cells; wanted 6"));
+              HasSubstr("bad.csv:2: '1,2,3,4,5' has 5 cells"));
+  EXPECT_THAT(message("mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m,z_m\n1,2,3,4,5,6\n1,2,0,5,4,5,6\n"),
+              testing::AllOf(HasSubstr("bad.csv:3: "), HasSubstr("decimal commas")));
   EXPECT_THAT(message("mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m,z_m\n1,2,3,4,5,6\n1,2,3,4,x,6\n"),
-              HasSubstr("bad.csv:3: 'x'"));
+              HasSubstr("bad.csv:3: column 'y_m' holds 'x'"));
   EXPECT_THAT(message("mesh_x_m,mesh_y_m,mesh_z_m,lat_deg,lon_deg,h_m\n1,2,3,111.5,48,6\n"),
               HasSubstr("bad.csv:2: latitude 111.5"));
   EXPECT_THAT(message(""), HasSubstr("no header"));

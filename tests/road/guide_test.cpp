@@ -450,6 +450,9 @@ TEST(GuideFile, IsReadInEveryFormat) {
   ASSERT_EQ(csv.points.size(), 3u);
   EXPECT_DOUBLE_EQ(csv.points[2].y(), 22.5);
   EXPECT_TRUE(std::isnan(csv.points[2].z()));
+  const road::GuideFile commas = points("d.csv", "x_m;y_m\r\n1;10,5\r\n2;20,5\r\n3;30,5\r\n");
+  EXPECT_FALSE(commas.geographic);
+  EXPECT_DOUBLE_EQ(commas.points[2].y(), 30.5);
   const std::vector<road::GuideFile> same{
       points("b.csv", "lat_deg,lon_deg,h_m\n45.5,9.25,100\n45.6,9.35,101\n45.7,9.45,102\n"),
       points("c.csv", "latitude,longitude,height\n45.5,9.25,100\n45.6,9.35,101\n45.7,9.45,102\n"),
@@ -538,6 +541,7 @@ TEST(GuideFile, ThatIsNoneIsRefused) {
   };
   EXPECT_THAT(refused("a.csv", "u,v\n1,2\n"), HasSubstr("x_m"));
   EXPECT_THAT(refused("b.csv", "x_m,y_m\n1,2\n"), HasSubstr("1 positions"));
+  EXPECT_THAT(refused("b.csv", "x_m,y_m\n0,0,0,0\n60,0,6,0\n"), HasSubstr("b.csv:2: "));
   EXPECT_THAT(refused("c.gpx", "<gpx><trk></gpx>"), HasSubstr("c.gpx:1: no XML"));
   EXPECT_THAT(refused("d.kml", "<kml></kml>"), HasSubstr("without a track"));
   EXPECT_THAT(refused("e.json", "{\"type\":"), HasSubstr("no GeoJSON"));

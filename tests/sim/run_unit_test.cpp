@@ -183,6 +183,25 @@ TEST(RunUnit, InputsWithOneNameTwiceAreRefused) {
   EXPECT_THAT(ran.err, HasSubstr("in.csv:1: two columns are called 'a'; take one away"));
 }
 
+TEST(RunUnit, DecimalCommasOfInputsAreReadOrRefused) {
+  const support::TemporaryFolder folder;
+  const std::string unit = write_unit(
+      folder, description_2("through", scalar_2("a", 10, "input") + scalar_2("b", 20, "output")),
+      2);
+  const auto ran_with = [&](const std::string& text) {
+    return support::run_tool(places::crgsim(),
+                             {"run", unit, "--inputs", folder.file("in.csv", text), "--record", "a",
+                              "--stop-s", "0", "-o", "-"});
+  };
+  const support::ToolRun read = ran_with("\xEF\xBB\xBFtime_s;a\r\n0;0,05\r\n");
+  EXPECT_EQ(read.code, 0) << read.err;
+  EXPECT_EQ(read.out, "time_s,a\n0,0.05\n");
+  const support::ToolRun refused = ran_with("time_s,a\n0,0,05\n");
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.err, testing::AllOf(HasSubstr("in.csv:2: '0,0,05' has 3 cells"),
+                                          HasSubstr("decimal commas")));
+}
+
 TEST(RunUnit, TheCarIsDrivenByInputsAsByItsOwnTool) {
   const support::TemporaryFolder folder;
   const support::ToolRun made = support::run_tool(

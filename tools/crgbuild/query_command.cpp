@@ -7,11 +7,11 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <optional>
 #include <string_view>
 
 #include "base/parallel.h"
 #include "base/read_file.h"
+#include "base/table_form.h"
 #include "base/write_file.h"
 #include "commands.h"
 #include "crg/surface.h"
@@ -25,61 +25,21 @@ constexpr std::size_t kBlockBytes = 16 << 20;  // input in memory at a time
 constexpr std::size_t kChunkLines = 8192;      // one unit of parallel work
 constexpr std::string_view kHeader = "x_m,y_m,u_m,v_m,z_m,heading_rad,curvature_1pm,dzdx,dzdy\n";
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r'))
-    text.remove_suffix(1);
-  return text;
-}
-
-/// Cell number `index` of a line; nothing when the line is too short.
-std::optional<std::string_view> cell(std::string_view line, std::size_t index) {
-  for (; index > 0; --index) {
-    const std::size_t comma = line.find(',');
-    if (comma == std::string_view::npos) return std::nullopt;
-    line.remove_prefix(comma + 1);
-  }
-  return trimmed(line.substr(0, line.find(',')));
-}
-
 /// Where the two coordinates stand and which they are.
 struct Columns {
   std::size_t first = 0, second = 0;
   bool map = true;  ///< x_m, y_m; otherwise u_m, v_m
 };
 
-Columns find_columns(std::string_view header, const std::string& place) {
-  if (header.starts_with("\xEF\xBB\xBF")) header.remove_prefix(3);
-  const auto index_of = [&](std::string_view name) -> std::optional<std::size_t> {
-    for (std::size_t i = 0;; ++i) {
-      const auto text = cell(header, i);
-      if (!text) return std::nullopt;
-      if (*text == name) return i;
-    }
+Columns find_columns(const base::TableForm& form, std::string_view header,
+                     const std::string& place) {
+  const auto both = [&](const char* a, const char* b) {
+    return std::max(form.column(a), form.column(b)) < form.names().size();
   };
-  const auto x = index_of("x_m"), y = index_of("y_m"), u = index_of("u_m"), v = index_of("v_m");
-  if (x && y) return {*x, *y, true};
-  if (u && v) return {*u, *v, false};
+  if (both("x_m", "y_m")) return {form.column("x_m"), form.column("y_m"), true};
+  if (both("u_m", "v_m")) return {form.column("u_m"), form.column("v_m"), false};
   throw road::Error(fmt::format("{}: the columns '{}' seen, x_m and y_m (or u_m and v_m) wanted",
                                 place, one_line(std::string(header.substr(0, 80)))));
-}
-
-/// NaN for an empty cell, a NaN or a number too large for a double: no road there.
-double coordinate(std::string_view line, std::size_t column, const char* name,
-                  const std::string& path, std::size_t number) {
-  const auto text = cell(line, column);
-  if (!text)
-    throw road::Error(fmt::format("{}:{}: the row ends before the column {}", path, number, name));
-  if (text->empty()) return std::nan("");
-  std::string_view digits = *text;
-  if (digits.starts_with('+')) digits.remove_prefix(1);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (error == std::errc::result_out_of_range) return std::nan("");
-  if (error != std::errc{} || end != digits.data() + digits.size())
-    throw road::Error(fmt::format("{}:{}: '{}' seen, a number wanted in the column {}", path,
-                                  number, one_line(std::string(text->substr(0, 40))), name));
-  return value;
 }
 
 void append(std::string& out, double value, char after = ',') {
@@ -94,21 +54,22 @@ void append(std::string& out, double value, char after = ',') {
 /// Answers the lines of one chunk; line numbers are for messages.
 class Asker {
  public:
-  Asker(const crg::Surface& surface, const Columns& columns, const std::string& path)
-      : surface_(surface), columns_(columns), path_(path) {}
+  Asker(const crg::Surface& surface, const Columns& columns, const base::TableForm& form)
+      : surface_(surface), columns_(columns), form_(form) {}
 
   std::string operator()(const std::vector<std::string_view>& lines, std::size_t begin,
                          std::size_t end, std::size_t first_number) const {
     std::string out;
     out.reserve((end - begin) * 140);
     crg::Cursor cursor;
+    std::vector<std::string_view> cells;
     for (std::size_t i = begin; i < end; ++i) {
-      if (trimmed(lines[i]).empty()) continue;
+      if (base::is_blank_or_remark(lines[i])) continue;
       const std::size_t number = first_number + i;
-      const double a =
-          coordinate(lines[i], columns_.first, columns_.map ? "x_m" : "u_m", path_, number);
-      const double b =
-          coordinate(lines[i], columns_.second, columns_.map ? "y_m" : "v_m", path_, number);
+      form_.split(lines[i], number, cells);
+      // NaN for an empty cell: no road there.
+      const double a = form_.number(cells[columns_.first], columns_.first, number);
+      const double b = form_.number(cells[columns_.second], columns_.second, number);
       answer(a, b, cursor, out);
     }
     return out;
@@ -132,7 +93,7 @@ class Asker {
 
   const crg::Surface& surface_;
   Columns columns_;
-  const std::string& path_;
+  const base::TableForm& form_;
 };
 
 /// The points, from a file or a pipe.
@@ -146,6 +107,16 @@ std::ifstream open_points(const QueryCommand& command) {
                     "y_m (or u_m and v_m)",
                     command.points, std::strerror(errno)));
   return points;
+}
+
+/// The first line that is neither blank nor a remark; `line` becomes its number.
+std::string header_of(std::ifstream& points, const std::string& path, std::size_t& line) {
+  std::string text;
+  do {
+    std::getline(points, text);
+    if (++line == 1) text.erase(0, text.size() - base::behind_byte_order_mark(text, path).size());
+  } while (points && base::is_blank_or_remark(text));
+  return text;
 }
 
 }  // namespace
@@ -163,10 +134,12 @@ int run_query(const QueryCommand& command, Terminal& terminal) {
                       "that it comes from",
                       command.points == "-" ? "standard input" : command.points));
   };
-  std::string header;
-  std::getline(points, header);
+  std::size_t first_number = 0;
+  const std::string header = header_of(points, command.points, first_number);
   want_read();
-  const Columns columns = find_columns(header, command.points + ":1");
+  const base::TableForm form(header, first_number, command.points, {"x_m", "y_m", "u_m", "v_m"});
+  const Columns columns =
+      find_columns(form, header, fmt::format("{}:{}", command.points, first_number++));
 
   const road::Progress progress = terminal.progress();
   progress("read", 0.0);
@@ -174,14 +147,14 @@ int run_query(const QueryCommand& command, Terminal& terminal) {
                                : command.reference_defaults ? crg::ModifierUse::ReferenceDefaults
                                                             : crg::ModifierUse::AsInFile;
   const crg::Surface surface(with_settings(crg::read(command.crg), use, command.settings));
-  const Asker ask(surface, columns, command.points);
+  const Asker ask(surface, columns, form);
   base::FileWriter output(command.output);
   output.append(kHeader);
 
   std::string block, rest;
   std::vector<std::string_view> lines;
   std::vector<std::string> answers;
-  std::size_t first_number = 2, rows = 0;
+  std::size_t rows = 0;
   double done = static_cast<double>(header.size());
   while (points) {
     block = std::move(rest);

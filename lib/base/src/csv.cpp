@@ -4,95 +4,99 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <optional>
+#include <memory>
 #include <string_view>
+#include <utility>
 
 #include "base/error.h"
 #include "base/read_file.h"
+#include "base/table_form.h"
 #include "base/text_lines.h"
 
 namespace base {
 
 namespace {
 
-void split(std::string_view line, std::vector<std::string_view>& cells) {
-  cells.clear();
-  for (;;) {
-    const auto comma = line.find(',');
-    cells.push_back(trimmed(line.substr(0, comma)));
-    if (comma == std::string_view::npos) return;
-    line.remove_prefix(comma + 1);
+bool has(const TableForm& form, const std::string& name) {
+  return form.column(name) < form.names().size();
+}
+
+/// The column of the file for each of table.names, of which the first ones are required.
+std::vector<std::size_t> columns_of(const TableForm& form, const std::vector<std::string>& required,
+                                    std::string_view header, const std::string& place,
+                                    CsvTable& table) {
+  std::vector<std::size_t> source;
+  for (const std::string& name : table.names) {
+    table.present.push_back(has(form, name));
+    source.push_back(table.present.back() ? form.column(name) : CsvTable::kAbsent);
+    if (!table.present.back() && source.size() <= required.size())
+      throw Error(fmt::format("{}: no column '{}'; saw '{:.120}'; the header line must name {}",
+                              place, name, trimmed(header), fmt::join(required, ",")));
+    if (std::count(form.names().begin(), form.names().end(), name) > 1)
+      throw Error(fmt::format("{}: two columns are called '{:.60}'; take one away", place, name));
   }
+  return source;
+}
+
+CsvTable read(const std::string& path, const std::vector<std::string>& required,
+              const std::vector<std::string>& optional, bool whole) {
+  const std::string text = base::read_file(path);
+  std::vector<std::string> wanted = required;
+  wanted.insert(wanted.end(), optional.begin(), optional.end());
+  CsvTable table;
+  std::unique_ptr<TableForm> form;
+  std::vector<std::size_t> source;  // column of the file per wanted column
+  std::vector<std::string_view> cells;
+  bool behind_remark = false;  // that named the columns: the line after it may be the header, too
+  Lines lines(behind_byte_order_mark(text, path));
+  std::string_view line;
+  while (lines.next(line)) {
+    const std::string_view inside = trimmed(line);
+    const bool remark = inside.starts_with('#');
+    if (inside.empty() || (remark && form)) continue;
+    if (!form || behind_remark) {
+      const std::string_view header = remark ? inside.substr(1) : line;
+      auto next = std::make_unique<TableForm>(header, lines.number(), path, wanted);
+      const auto named = [&](const std::string& name) { return has(*next, name); };
+      const bool names_all = std::all_of(required.begin(), required.end(), named) &&
+                             std::any_of(wanted.begin(), wanted.end(), named);
+      if (remark && !names_all) continue;
+      behind_remark = remark;
+      if (!form || names_all) {
+        form = std::move(next);
+        table.names = wanted;
+        for (const std::string& name : form->names())
+          if (whole && std::count(wanted.begin(), wanted.end(), name) == 0)
+            table.names.push_back(name);
+        table.present.clear();
+        source =
+            columns_of(*form, required, header, fmt::format("{}:{}", path, lines.number()), table);
+        continue;
+      }
+    }
+    form->split(line, lines.number(), cells);
+    table.line.push_back(lines.number());
+    for (const std::size_t column : source)
+      table.values.push_back(column == CsvTable::kAbsent
+                                 ? std::numeric_limits<double>::quiet_NaN()
+                                 : form->number(cells[column], column, lines.number()));
+  }
+  if (!form)
+    throw Error(
+        fmt::format("{}: empty; wanted a header line with {}", path, fmt::join(required, ",")));
+  table.columns = table.names.size();
+  return table;
 }
 
 }  // namespace
 
 CsvTable read_csv(const std::string& path, const std::vector<std::string>& required,
                   const std::vector<std::string>& optional) {
-  const std::string text = base::read_file(path);
+  return read(path, required, optional, false);
+}
 
-  std::vector<std::string> wanted = required;
-  wanted.insert(wanted.end(), optional.begin(), optional.end());
-  CsvTable table;
-  table.columns = wanted.size();
-  std::vector<std::size_t> source;  // column of the file per wanted column
-  std::vector<std::string_view> cells;
-  std::size_t line_number = 0, needed = 0;
-  bool behind_remark = false;  // that named the columns: the line after it may be the header, too
-  std::string_view rest = text;
-  if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);
-  while (!rest.empty()) {
-    const auto end = rest.find('\n');
-    const std::string_view line = trimmed(rest.substr(0, end));
-    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
-    ++line_number;
-    if (line.empty()) continue;
-    const bool remark = line.front() == '#';
-    if (remark && !source.empty()) continue;
-    split(remark ? trimmed(line.substr(1)) : line, cells);
-    const bool names_all = std::all_of(required.begin(), required.end(), [&](const auto& name) {
-      return std::find(cells.begin(), cells.end(), name) != cells.end();
-    });
-    if (remark && !names_all) continue;
-    if (behind_remark && names_all) source.clear(), table.present.clear(), needed = 0;
-    behind_remark = remark;
-    if (source.empty()) {
-      for (std::size_t j = 0; j < wanted.size(); ++j) {
-        const auto found = std::find(cells.begin(), cells.end(), wanted[j]);
-        if (found == cells.end() && j < required.size()) {
-          throw Error(
-              fmt::format("{}:{}: no column '{}'; saw '{:.120}'; the header line must name {}",
-                          path, line_number, wanted[j], line, fmt::join(required, ",")));
-        }
-        table.present.push_back(found != cells.end());
-        source.push_back(found == cells.end() ? CsvTable::kAbsent
-                                              : static_cast<std::size_t>(found - cells.begin()));
-        if (source.back() != CsvTable::kAbsent) needed = std::max(needed, source.back() + 1);
-      }
-      continue;
-    }
-    if (cells.size() < needed) {
-      throw Error(fmt::format("{}:{}: {} cells, wanted at least {} as in the header line", path,
-                              line_number, cells.size(), needed));
-    }
-    table.line.push_back(line_number);
-    for (std::size_t j = 0; j < wanted.size(); ++j) {
-      double value = std::numeric_limits<double>::quiet_NaN();
-      if (source[j] != CsvTable::kAbsent && !cells[source[j]].empty()) {
-        const std::optional<double> number = to_number<double>(cells[source[j]]);
-        if (!number)
-          throw Error(
-              fmt::format("{}:{}: column '{}' holds '{:.40}', wanted a number or an empty cell",
-                          path, line_number, wanted[j], cells[source[j]]));
-        value = *number;
-      }
-      table.values.push_back(value);
-    }
-  }
-  if (source.empty())
-    throw Error(
-        fmt::format("{}: empty; wanted a header line with {}", path, fmt::join(required, ",")));
-  return table;
+CsvTable read_whole_csv(const std::string& path, const std::vector<std::string>& required) {
+  return read(path, required, {}, true);
 }
 
 }  // namespace base

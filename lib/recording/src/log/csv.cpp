@@ -2,49 +2,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <limits>
 #include <set>
 
 #include "base/error.h"
+#include "base/table_form.h"
 #include "base/text_lines.h"
 #include "readers.h"
 
 namespace recording {
 namespace {
 
-/// Cells of a line; quotes around a cell may hold separators and are taken off.
-void split(std::string_view line, char separator, std::vector<std::string_view>& cells) {
-  cells.clear();
-  for (;;) {
-    const std::string_view rest = base::trimmed(line);
-    std::size_t end = line.find(separator);
-    if (rest.starts_with('"')) {
-      const std::size_t open = line.find('"');
-      std::size_t close = line.find('"', open + 1);
-      while (close != std::string_view::npos && line.substr(close + 1).starts_with('"'))
-        close = line.find('"', close + 2);
-      if (close != std::string_view::npos) end = line.find(separator, close);
-    }
-    std::string_view cell = base::trimmed(line.substr(0, end));
-    if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"')
-      cell = base::trimmed(cell.substr(1, cell.size() - 2));
-    cells.push_back(cell);
-    if (end == std::string_view::npos) return;
-    line.remove_prefix(end + 1);
-  }
-}
-
 /// A number; `comma` stands for the decimal point too.
 double number(std::string_view cell, bool comma) {
-  std::array<char, 64> text;
-  if (comma && cell.size() <= text.size() && cell.find(',') != std::string_view::npos) {
-    std::replace_copy(cell.begin(), cell.end(), text.begin(), ',', '.');
-    cell = {text.data(), cell.size()};
-  }
-  const auto value = base::to_number<double>(cell);
+  const auto value = comma ? base::number_with_comma(cell) : base::to_number<double>(cell);
   return value && std::isfinite(*value) ? *value : std::numeric_limits<double>::quiet_NaN();
 }
 
@@ -76,15 +49,6 @@ std::vector<NumberedLine> head_of(std::string_view text) {
   return out;
 }
 
-char separator_of(std::string_view header) {
-  char best = ',';
-  std::ptrdiff_t most = 0;
-  for (const char separator : {',', ';', '\t'})
-    if (const auto count = std::count(header.begin(), header.end(), separator); count > most)
-      most = count, best = separator;
-  return best;
-}
-
 bool is_unit(std::string_view cell) {
   static const std::set<std::string, std::less<>> known{
       "s",    "ms",  "us",     "ns",    "m",     "km",    "mm",        "deg",   "rad",   "m/s",
@@ -104,7 +68,7 @@ struct Look {
 };
 Look look_at(std::string_view line, char separator) {
   std::vector<std::string_view> cells;
-  split(line, separator, cells);
+  base::split_cells(line, separator, cells);
   Look out{cells.size()};
   for (const std::string_view cell : cells) {
     if (cell.empty()) continue;
@@ -117,7 +81,7 @@ Look look_at(std::string_view line, char separator) {
 
 void take_names(std::string_view line, Shape& shape) {
   std::vector<std::string_view> cells;
-  split(line, shape.separator, cells);
+  base::split_cells(line, shape.separator, cells);
   for (const std::string_view cell : cells) shape.names.emplace_back(cell);
 }
 
@@ -126,7 +90,7 @@ bool plain_shape(const std::vector<NumberedLine>& head, Shape& shape) {
   std::size_t h = 0;
   while (h < head.size() && base::trimmed(head[h].text).starts_with('#')) ++h;
   if (h == head.size()) return false;
-  shape.separator = separator_of(head[h].text);
+  shape.separator = base::separator_of(head[h].text);
   const Look first = look_at(head[h].text, shape.separator);
   // Numbers at once: a remark before them is the header, if it has as many cells.
   if (first.words == 0 && first.numbers > 1 && h > 0) {
@@ -162,7 +126,7 @@ bool plain_shape(const std::vector<NumberedLine>& head, Shape& shape) {
 /// A logger's export: the first line of numbers that goes on as such, and what stands before it.
 bool exported_shape(const std::vector<NumberedLine>& head, Shape& shape) {
   for (std::size_t d = 1; d < head.size(); ++d) {
-    const char separator = separator_of(head[d].text);
+    const char separator = base::separator_of(head[d].text);
     // In "0,00;1,50" the commas are many, too.
     for (const char candidate : {';', '\t', separator}) {
       const Look look = look_at(head[d].text, candidate);
@@ -184,7 +148,7 @@ bool exported_shape(const std::vector<NumberedLine>& head, Shape& shape) {
       for (std::size_t k = h + 1; k < d; ++k)
         if (look_at(head[k].text, candidate).units > 0 && shape.units.empty()) {
           std::vector<std::string_view> cells;
-          split(head[k].text, candidate, cells);
+          base::split_cells(head[k].text, candidate, cells);
           for (std::string_view cell : cells) {
             if (cell.size() > 2 && (cell.front() == '[' || cell.front() == '('))
               cell = cell.substr(1, cell.size() - 2);
@@ -218,11 +182,12 @@ void read_rows(std::string_view text, const Shape& shape, const std::string& nam
     if (lines.number() < shape.data_line) continue;
     const std::string_view inside = base::trimmed(line);
     if (inside.empty() || inside.front() == '#') continue;
-    split(shape.separator == '\t' ? line : inside, shape.separator, cells);
+    base::split_cells(shape.separator == '\t' ? line : inside, shape.separator, cells);
     if (cells.size() != columns) {
       if (cut_off) break;  // the logger lost power
-      throw base::Error(fmt::format("{}:{}: {} cells, the header names {} columns", name,
-                                    lines.number(), cells.size(), columns));
+      throw base::Error(fmt::format("{}:{}: {} cells, the header names {} columns{}", name,
+                                    lines.number(), cells.size(), columns,
+                                    base::advice_on_length(cells, columns, shape.separator)));
     }
     for (std::size_t c = 0; c < columns; ++c) {
       const double value = number(cells[c], shape.comma);
@@ -238,7 +203,7 @@ bool has_decimal_commas(const std::vector<NumberedLine>& head, const Shape& shap
   std::size_t commas = 0, points = 0;
   for (const NumberedLine& line : head) {
     if (line.number < shape.data_line) continue;
-    split(line.text, shape.separator, cells);
+    base::split_cells(line.text, shape.separator, cells);
     for (const std::string_view cell : cells) {
       commas += is_decimal_comma(cell) ? 1 : 0;
       points +=
@@ -265,7 +230,7 @@ const Channel* clock_of(const Log& log) {
 }  // namespace
 
 Log parse_csv(std::string_view text, const std::string& name) {
-  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+  text = base::behind_byte_order_mark(text, name);
   const std::vector<NumberedLine> head = head_of(text);
   Shape shape;
   Shape other;
@@ -279,7 +244,7 @@ Log parse_csv(std::string_view text, const std::string& name) {
       std::size_t h = 0;
       while (h < head.size() && base::trimmed(head[h].text).starts_with('#')) ++h;
       if (h == head.size()) throw base::Error(name + ": no header line with column names");
-      shape.separator = separator_of(head[h].text);
+      shape.separator = base::separator_of(head[h].text);
       take_names(head[h].text, shape);
       shape.header_line = head[h].number;
       shape.data_line = shape.header_line + 1;

@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <iterator>
-#include <limits>
+#include <optional>
+#include <unordered_set>
 
 #include "base/error.h"
 #include "base/read_file.h"
+#include "base/table_form.h"
 #include "base/text_lines.h"
 
 namespace recording {
@@ -17,63 +18,47 @@ namespace {
 
 constexpr std::size_t kLargestFileBytes = std::size_t{1} << 30;
 
-/// Calls f(cell, index) for every cell and returns their number.
-template <class F>
-std::size_t for_each_cell(std::string_view line, F&& f) {
-  std::size_t index = 0;
-  for (;;) {
-    const std::size_t comma = line.find(',');
-    f(base::trimmed(line.substr(0, comma)), index++);
-    if (comma == std::string_view::npos) return index;
-    line.remove_prefix(comma + 1);
+void check_names(const std::vector<std::string>& names, const std::string& where) {
+  std::unordered_set<std::string_view> seen;
+  for (const std::string& name : names) {
+    if (name.empty()) throw base::Error(where + ": a column without a name");
+    if (!seen.insert(name).second)
+      throw base::Error(fmt::format("{}: column '{}' twice", where, name.substr(0, 40)));
   }
 }
 
 Table parse(const std::string& text, const std::string& name) {
   Table table;
-  std::size_t line_number = 0;
-  std::string_view rest = text;
-  if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3);
-  std::vector<double> row;
-  while (!rest.empty()) {
-    const std::size_t end = rest.find('\n');
-    const std::string_view line = base::trimmed(rest.substr(0, end));
-    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
-    ++line_number;
-    if (line.empty() || line.front() == '#') continue;
-    const auto where = [&] { return fmt::format("{}:{}", name, line_number); };
-    if (table.names.empty()) {
-      for_each_cell(line, [&](std::string_view cell, std::size_t) {
-        if (cell.empty()) throw base::Error(where() + ": a column without a name");
-        if (std::find(table.names.begin(), table.names.end(), cell) != table.names.end())
-          throw base::Error(fmt::format("{}: column '{}' twice", where(), cell.substr(0, 40)));
-        table.names.emplace_back(cell);
-      });
+  std::optional<base::TableForm> form;
+  base::Lines lines(base::behind_byte_order_mark(text, name));
+  std::string_view line;
+  std::vector<std::string_view> cells;
+  while (lines.next(line)) {
+    if (base::is_blank_or_remark(line)) continue;
+    const std::size_t number = lines.number();
+    if (!form) {
+      form.emplace(line, number, name);
+      table.names = form->names();
+      check_names(table.names, fmt::format("{}:{}", name, number));
       table.columns.resize(table.names.size());
-      row.resize(table.names.size());
+      // Axes of maps are numbers, with the decimal mark of all others.
+      for (std::size_t c = 0; c < table.names.size(); ++c)
+        if (std::string& axis = table.names[c];
+            axis.find(',') != std::string::npos && base::number_with_comma(axis))
+          axis = fmt::format("{}", form->number(axis, c, number));
       continue;
     }
-    const std::size_t cells = for_each_cell(line, [&](std::string_view cell, std::size_t index) {
-      if (index >= table.names.size()) return;
-      double value = std::numeric_limits<double>::quiet_NaN();
-      if (!cell.empty()) {
-        std::string_view digits = cell;
-        if (digits.front() == '+') digits.remove_prefix(1);
-        const auto [stop, error] =
-            std::from_chars(digits.data(), digits.data() + digits.size(), value);
-        if (error != std::errc() || stop != digits.data() + digits.size() || !std::isfinite(value))
-          throw base::Error(fmt::format("{}: '{}' in column {}, wanted a finite number or nothing",
-                                        where(), cell.substr(0, 40),
-                                        table.names[index].substr(0, 40)));
-      }
-      row[index] = value;
-    });
-    if (cells != table.names.size())
-      throw base::Error(fmt::format("{}: {} cells, the header names {} columns", where(), cells,
-                                    table.names.size()));
-    for (std::size_t i = 0; i < row.size(); ++i) table.columns[i].push_back(row[i]);
+    form->split(line, number, cells);
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+      const double value = form->number(cells[c], c, number);
+      if (!cells[c].empty() && !std::isfinite(value))
+        throw base::Error(
+            fmt::format("{}:{}: '{}' in column '{}', wanted a finite number or nothing", name,
+                        number, cells[c].substr(0, 40), table.names[c].substr(0, 40)));
+      table.columns[c].push_back(value);
+    }
   }
-  if (table.names.empty()) throw base::Error(name + ": no header line with column names");
+  if (!form) throw base::Error(name + ": no header line with column names");
   return table;
 }
 

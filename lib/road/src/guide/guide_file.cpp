@@ -11,6 +11,8 @@
 
 #include "base/csv.h"
 #include "base/read_file.h"
+#include "base/table_form.h"
+#include "base/text_lines.h"
 #include "guide_recording.h"
 #include "mesh/error.h"
 #include "road/guide.h"
@@ -44,18 +46,16 @@ double number(std::string_view word) {
 
 /// The columns of a CSV as its first line that is no remark names them, in lower case.
 std::vector<std::string> columns_of(std::string_view text) {
-  while (text.starts_with('#')) {
-    const std::size_t end = text.find('\n');
-    if (end == std::string_view::npos) return {};
-    text.remove_prefix(end + 1);
+  base::Lines lines(text);
+  std::string_view line;
+  while (lines.next(line) && base::is_blank_or_remark(line)) {
   }
-  std::vector<std::string> names(1);
-  for (const char c : text.substr(0, std::min<std::size_t>(text.find('\n'), 10000))) {
-    if (c == ',')
-      names.emplace_back();
-    else if (std::isspace(static_cast<unsigned char>(c)) == 0)
-      names.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  }
+  line = line.substr(0, 10000);
+  std::vector<std::string_view> cells;
+  base::split_cells(line, base::separator_of(line), cells);
+  std::vector<std::string> names(cells.begin(), cells.end());
+  for (std::string& name : names)
+    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return names;
 }
 
