@@ -77,6 +77,59 @@ TEST(Log, ReadsRacelogicOverMidnight) {
   EXPECT_NEAR(of(log, "Gear").rate_hz, 25, 1e-6);
 }
 
+/// A log of one row under `titles`, with `units` as they stand in the file.
+Log vbo_with(const std::string& titles, const std::string& units, const std::string& names) {
+  std::string text = "File created\r\n\r\n[header]\r\n" + titles;
+  text += "\r\n[channel units]\r\n" + units + "\r\n[column names]\r\n" + names;
+  text += "\r\n\r\n[data]\r\n";
+  const auto columns = 1 + std::count(names.begin(), names.end(), ' ');
+  for (int row = 0; row < 2; ++row) {
+    text += row == 0 ? "120000.0" : "120000.1";
+    for (std::ptrdiff_t c = 1; c < columns; ++c) text += " 1";
+    text += "\r\n";
+  }
+  return parse_log(text, "x.vbo");
+}
+
+std::string units_of(const Log& log) {
+  std::string out;
+  for (const Channel& channel : log.channels) out += channel.name + "[" + channel.unit + "] ";
+  return out;
+}
+
+TEST(Log, BlankUnitsOfRacelogicBelongToChannels) {
+  // As a receiver with an inertial unit writes it: standard channels among the listed ones.
+  const std::string names =
+      "time velocity Longacc AD1 GPS_Sats Status Velocity_Quality _lat Temp YawRate X_Accel";
+  EXPECT_EQ(units_of(vbo_with("", "volts\r\n\r\nC\r\ndeg/s\r\ng\r\n", names)),
+            "time[s] velocity[km/h] Longacc[] AD1[volts] GPS_Sats[1] Status[] Velocity_Quality[] "
+            "_lat[] Temp[C] YawRate[deg/s] X_Accel[g] ");
+  // The last one has no unit: its blank line, and the one before the next section.
+  EXPECT_EQ(units_of(vbo_with("", "V\r\n\r\n", "time a b")), "time[s] a[V] b[] ");
+  EXPECT_EQ(units_of(vbo_with("", "V\r\n(null)\r\n", "time a b")), "time[s] a[V] b[] ");
+  // Older receivers list no unit for the sample period.
+  EXPECT_EQ(units_of(vbo_with("", "V\r\nC\r\n", "time Tsample a b")),
+            "time[s] Tsample[] a[V] b[C] ");
+}
+
+TEST(Log, UnitsOfRacelogicThatFitNoChannelsAreNotUsed) {
+  const Log log = vbo_with("", "V\r\nC\r\n", "time a b c d");
+  EXPECT_EQ(units_of(log), "time[s] a[] b[] c[] d[] ");
+  ASSERT_EQ(log.notes.size(), 1u);
+  EXPECT_THAT(log.notes[0], testing::HasSubstr("line 5 lists 2 units"));
+}
+
+TEST(Log, TitlesOfRacelogicSayUnits) {
+  EXPECT_EQ(units_of(vbo_with("time\r\nvelocity knots\r\nlong accel g\r\nlean angle\r\n", "",
+                              "time velocity longacc lean")),
+            "time[s] velocity[knots] longacc[g] lean[] ");
+  EXPECT_EQ(units_of(vbo_with("time\r\nvelocity kmh\r\nyaw rate deg/s\r\nSlip Angle\r\n",
+                              "Degrees\r\n\r\n\r\n", "time velocity yaw-calc slip")),
+            "time[s] velocity[km/h] yaw-calc[deg/s] slip[Degrees] ");
+  EXPECT_EQ(units_of(vbo_with("time\r\n", "", "time longacc")), "time[s] longacc[] ")
+      << "titles of other columns say nothing";
+}
+
 TEST(Log, ReadsIracing) {
   const Log log = read_log(corpus("log.ibt"));
   EXPECT_EQ(log.channels.size(), 6u);
@@ -170,6 +223,15 @@ TEST(Log, ReadsRealLogsAsTheyAre) {
     }
   }
   EXPECT_THROW((void)read_log((folder / "iracing_invalid.ibt").string()), base::Error);
+  if (const std::string modena = places::data() + "/logs2/vbox-modena.vbo";
+      std::filesystem::exists(modena)) {
+    const Log log = read_log(modena);
+    EXPECT_EQ(of(log, "longacc").unit, "g");
+    EXPECT_EQ(of(log, "longacc-calc").unit, "g");
+    EXPECT_EQ(of(log, "velocity").unit, "km/h");
+  }
+  EXPECT_EQ(of(read_log((folder / "road_america_run4.vbo").string()), "Brake_Pressure_Front").unit,
+            "bar");
 }
 
 }  // namespace log_test

@@ -14,7 +14,7 @@ struct Unit {
   double scale;
   double zero = 0.0;
 };
-constexpr std::array<Unit, 56> kUnits{{{"time", "s", 1},
+constexpr std::array<Unit, 57> kUnits{{{"time", "s", 1},
                                        {"time", "unixtime", 1},
                                        {"time", "ms", 1e-3},
                                        {"time", "us", 1e-6},
@@ -41,6 +41,7 @@ constexpr std::array<Unit, 56> kUnits{{{"time", "s", 1},
                                        {"speed", "kmph", 1 / 3.6},
                                        {"speed", "kph", 1 / 3.6},
                                        {"speed", "mph", 0.44704},
+                                       {"speed", "knots", 1852.0 / 3600},
                                        {"rate", "rad/s", 1},
                                        {"rate", "radps", 1},
                                        {"rate", "deg/s", kDegree},

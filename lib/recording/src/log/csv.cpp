@@ -49,19 +49,6 @@ std::vector<NumberedLine> head_of(std::string_view text) {
   return out;
 }
 
-bool is_unit(std::string_view cell) {
-  static const std::set<std::string, std::less<>> known{
-      "s",    "ms",  "us",     "ns",    "m",     "km",    "mm",        "deg",   "rad",   "m/s",
-      "km/h", "kmh", "kph",    "mph",   "deg/s", "rad/s", "g",         "m/s2",  "%",     "rpm",
-      "bar",  "kpa", "mbar",   "psi",   "c",     "v",     "unix time", "m/s/s", "m/s^2", "°",
-      "\xb0", "°/s", "\xb0/s", "1/min", "mpa",   "nm",    "n",         "k"};
-  std::string lower;
-  for (const char c : cell)
-    if (c != '[' && c != ']' && c != '(' && c != ')')
-      lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return known.contains(lower);
-}
-
 /// What the cells of one line are.
 struct Look {
   std::size_t cells = 0, numbers = 0, words = 0, units = 0;
@@ -228,6 +215,19 @@ const Channel* clock_of(const Log& log) {
 }
 
 }  // namespace
+
+bool is_unit(std::string_view cell) {
+  static const std::set<std::string, std::less<>> known{
+      "s",    "ms",   "us",  "ns",     "m",     "km",    "mm",    "deg",       "rad",   "m/s",
+      "km/h", "kmh",  "kph", "mph",    "knots", "deg/s", "rad/s", "g",         "m/s2",  "%",
+      "rpm",  "bar",  "kpa", "mbar",   "psi",   "c",     "v",     "unix time", "m/s/s", "m/s^2",
+      "°",    "\xb0", "°/s", "\xb0/s", "1/min", "mpa",   "nm",    "n",         "k"};
+  std::string lower;
+  for (const char c : cell)
+    if (c != '[' && c != ']' && c != '(' && c != ')')
+      lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return known.contains(lower);
+}
 
 Log parse_csv(std::string_view text, const std::string& name) {
   text = base::behind_byte_order_mark(text, name);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "base/error.h"
@@ -12,23 +13,32 @@
 namespace recording {
 namespace {
 
-struct Known {
+struct Standard {
   std::string_view name, unit;
 };
-/// What every receiver writes; the units of all others are listed in the file.
-constexpr Known kKnown[] = {{"sats", "1"},          {"time", "s"},         {"lat", "deg"},
-                            {"long", "deg"},        {"velocity", "km/h"},  {"heading", "deg"},
-                            {"height", "m"},        {"vert-vel", "m/s"},   {"event", "1"},
-                            {"solution_type", "1"}, {"avifileindex", "1"}, {"avitime", "ms"},
-                            {"avisynctime", "ms"},  {"event-1", "1"}};
+/// What a receiver may write by itself: [channel units] lists the units of all others. Units that
+/// differ between receivers are known from the titles under [header] alone.
+constexpr Standard kStandardChannels[] = {
+    {"sats", "1"},          {"time", "s"},         {"lat", "deg"},
+    {"long", "deg"},        {"velocity", "km/h"},  {"heading", "deg"},
+    {"height", "m"},        {"vert-vel", ""},      {"vertvel", ""},
+    {"event", "1"},         {"event-1", "1"},      {"event1", "1"},
+    {"solution_type", "1"}, {"avifileindex", "1"}, {"avitime", "ms"},
+    {"avisynctime", "ms"},  {"longacc", ""},       {"latacc", ""},
+    {"glonass_sats", "1"},  {"gps_sats", "1"},     {"velocity_quality", ""},
+    {"_lat", ""},           {"_long", ""},         {"_velocity", ""},
+    {"_heading", ""},       {"_height", ""},       {"_vert-vel", ""}};
 
-std::string named_unit(std::string_view unit) {
-  return unit == "(null)" ? std::string() : std::string(unit);
+const Standard* standard_of(std::string name) {
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const auto found = std::find_if(std::begin(kStandardChannels), std::end(kStandardChannels),
+                                  [&](const Standard& s) { return s.name == name; });
+  return found == std::end(kStandardChannels) ? nullptr : found;
 }
 
 struct Sections {
-  std::vector<std::string> units, names;
-  std::size_t data_line = 0;
+  std::vector<std::string> titles, units, names;
+  std::size_t units_line = 0, data_line = 0;
   std::string_view data;
 };
 
@@ -41,6 +51,7 @@ Sections sections_of(std::string_view text) {
     line = base::trimmed(line);
     if (line.starts_with('[') && line.ends_with(']')) {
       section = line.substr(1, line.size() - 2);
+      if (section == "channel units") out.units_line = lines.number();
       if (section == "data") {
         out.data = lines.rest();
         out.data_line = lines.number();
@@ -48,8 +59,9 @@ Sections sections_of(std::string_view text) {
       }
       continue;
     }
-    if (line.empty()) continue;
-    if (section == "channel units") out.units.push_back(named_unit(line));
+    // A blank line there is a channel without a unit.
+    if (section == "channel units") out.units.emplace_back(line);
+    if (section == "header" && !line.empty()) out.titles.emplace_back(line);
     if (section == "column names")
       while (!line.empty())
         if (const std::string_view word = base::take_word(line); !word.empty())
@@ -58,17 +70,64 @@ Sections sections_of(std::string_view text) {
   return out;
 }
 
-/// From the last column backwards: older files list no unit for the sample period, newer ones do.
-void give_units(const std::vector<std::string>& units, std::vector<Channel>& channels) {
-  std::size_t left = units.size();
-  for (std::size_t c = channels.size(); c-- > 0;) {
-    const auto known = std::find_if(std::begin(kKnown), std::end(kKnown),
-                                    [&](const Known& k) { return k.name == channels[c].name; });
-    if (known != std::end(kKnown))
-      channels[c].unit = known->unit;
-    else if (left > 0)
-      channels[c].unit = units[--left];
+/// The unit at the end of a title: "velocity kmh".
+std::string unit_of_title(const std::string& title) {
+  const std::size_t blank = title.find_last_of(" \t");
+  if (blank == std::string::npos || !is_unit(std::string_view(title).substr(blank + 1))) return "";
+  const std::string unit = title.substr(blank + 1);
+  return unit == "kmh" ? "km/h" : unit;  // as others write it
+}
+
+/// The channels whose units [channel units] lists, if it is true that titles with a unit mark
+/// standard ones (makers of converters do that) and that the sample period is not standard (older
+/// receivers list no unit for it).
+std::vector<Channel*> listed_channels(const std::vector<std::string>& titles, bool by_title,
+                                      bool period, std::vector<Channel>& channels) {
+  std::vector<Channel*> out;
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const bool standard = standard_of(channels[c].name) != nullptr ||
+                          (by_title && c < titles.size() && !unit_of_title(titles[c]).empty()) ||
+                          (!period && channels[c].name == "Tsample");
+    if (!standard) out.push_back(&channels[c]);
   }
+  return out;
+}
+
+/// The file does not say which channels are standard; the number of units does.
+void give_listed_units(const Sections& sections, Log& log) {
+  const std::vector<std::string>& units = sections.units;
+  // Blank lines at the end belong to channels, or part the section from the next: one does.
+  std::size_t least = units.size();
+  while (least > 0 && units[least - 1].empty()) --least;
+  if (least == 0) return;
+  const std::size_t most = units.size(), usual = std::max(least, most - 1);
+  for (const bool exactly : {true, false})
+    for (const bool by_title : {true, false})
+      for (const bool period : {true, false}) {
+        const std::vector<Channel*> listed =
+            listed_channels(sections.titles, by_title, period, log.channels);
+        const std::size_t count = listed.size();
+        if (exactly ? count != usual : count < least || count > most) continue;
+        for (std::size_t k = 0; k < count; ++k)
+          if (!units[k].empty() && units[k] != "(null)") listed[k]->unit = units[k];
+        return;
+      }
+  log.notes.push_back(
+      fmt::format("[channel units] in line {} lists {} units, which fits no choice of the {} "
+                  "channels: none is used",
+                  sections.units_line, usual, log.channels.size()));
+}
+
+/// From [channel units], the titles, or what all receivers write; otherwise the unit is not known.
+void give_units(Sections& sections, Log& log) {
+  if (sections.titles.size() != log.channels.size()) sections.titles.clear();
+  for (std::size_t c = 0; c < log.channels.size(); ++c) {
+    Channel& channel = log.channels[c];
+    if (!sections.titles.empty()) channel.unit = unit_of_title(sections.titles[c]);
+    const Standard* const standard = standard_of(channel.name);
+    if (channel.unit.empty() && standard != nullptr) channel.unit = standard->unit;
+  }
+  give_listed_units(sections, log);
 }
 
 std::vector<double>* channel_of(Log& log, std::string_view name) {
@@ -103,13 +162,13 @@ bool is_racelogic_vbo(std::string_view bytes) {
 }
 
 Log parse_racelogic_vbo(std::string_view text, const std::string& name) {
-  const Sections sections = sections_of(text);
+  Sections sections = sections_of(text);
   if (sections.names.empty() || sections.data.empty())
     throw base::Error(fmt::format("{}: a Racelogic log without {}; the file is damaged", name,
                                   sections.names.empty() ? "[column names]" : "[data]"));
   Log log{"Racelogic .vbo", {}, true};
   for (const std::string& column : sections.names) log.channels.push_back({column, "", 0.0, {}, 0});
-  give_units(sections.units, log.channels);
+  give_units(sections, log);
   const std::size_t columns = log.channels.size();
   base::Lines lines(sections.data);
   std::string_view line;

@@ -38,6 +38,9 @@ bool is_rosbag2(std::string_view bytes);
 /// Names that come again get a number: "speed", "speed #2".
 void number_names(std::vector<Channel>& channels);
 
+/// Whether a cell or a word is a unit of measurement, in brackets or without.
+bool is_unit(std::string_view cell);
+
 /// Samples a second of every channel of a log in rows, by the clock `time_s` of the rows.
 void set_rates(Log& log, const std::vector<double>& time_s);
 
