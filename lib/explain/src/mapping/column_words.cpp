@@ -81,8 +81,8 @@ const std::vector<Alias>& aliases() {
   static const std::vector<Alias> list{
       {"time_s",
        "time",
-       {"time", "t", "timestamp", "times", "logtime", "sessiontime", "elapsedtime", "zeit", "temps",
-        "tiempo", "tempo"}},
+       {"time", "t", "ts", "timestamp", "times", "logtime", "sessiontime", "elapsedtime", "zeit",
+        "temps", "tiempo", "tempo"}},
       {"x_m", "length", {"x", "posx", "xposition", "positionx", "east", "easting"}},
       {"y_m", "length", {"y", "posy", "yposition", "positiony", "north", "northing"}},
       {"latitude_rad", "angle", {"latitude", "lat", "gpslatitude", "breitengrad"}},

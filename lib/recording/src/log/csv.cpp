@@ -5,11 +5,13 @@
 #include <cctype>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <set>
 
 #include "base/error.h"
 #include "base/table_form.h"
 #include "base/text_lines.h"
+#include "iso_time.h"
 #include "readers.h"
 
 namespace recording {
@@ -159,11 +161,46 @@ void check_names(const Shape& shape, const std::string& name) {
   }
 }
 
+/// Takes the cells of one column, dates with times as seconds from the first one on.
+class ColumnReader {
+ public:
+  explicit ColumnReader(Channel& channel) : channel_(&channel) {}
+
+  void take(std::string_view cell, bool comma, const std::string& name, std::size_t line) {
+    double value = number(cell, comma);
+    const bool counts = !std::isnan(value);
+    const std::optional<IsoTime> time = counts || cell.empty() ? std::nullopt : iso_time(cell);
+    const bool unlike = (counts && first_) || (time && counted_) ||
+                        (time && first_ && time->zoned != first_->zoned);
+    if (unlike)
+      throw base::Error(fmt::format(
+          "{}:{}: column '{}' holds '{:.40}', unlike the rows above: seconds, dates with times, or "
+          "dates with times and zones are wanted; write all alike",
+          name, line, channel_->name.substr(0, 40), cell));
+    counted_ = counted_ || counts;
+    if (time) {
+      if (!first_) first_ = time;
+      value =
+          static_cast<double>(time->whole_s - first_->whole_s) + (time->part_s - first_->part_s);
+      if (channel_->name != "time_s") channel_->unit = "s";
+    } else if (!counts && !cell.empty()) {
+      ++channel_->words;
+    }
+    channel_->values.push_back(value);
+  }
+
+ private:
+  Channel* channel_;
+  std::optional<IsoTime> first_;
+  bool counted_ = false;  ///< a number was there
+};
+
 void read_rows(std::string_view text, const Shape& shape, const std::string& name, Log& log) {
   base::Lines lines(text);
   std::string_view line;
   std::vector<std::string_view> cells;
-  const std::size_t columns = log.channels.size();
+  std::vector<ColumnReader> readers(log.channels.begin(), log.channels.end());
+  const std::size_t columns = readers.size();
   while (lines.next(line)) {
     const bool cut_off = lines.rest().empty() && !text.ends_with('\n');
     if (lines.number() < shape.data_line) continue;
@@ -176,11 +213,8 @@ void read_rows(std::string_view text, const Shape& shape, const std::string& nam
                                     lines.number(), cells.size(), columns,
                                     base::advice_on_length(cells, columns, shape.separator)));
     }
-    for (std::size_t c = 0; c < columns; ++c) {
-      const double value = number(cells[c], shape.comma);
-      if (std::isnan(value) && !cells[c].empty()) ++log.channels[c].words;
-      log.channels[c].values.push_back(value);
-    }
+    for (std::size_t c = 0; c < columns; ++c)
+      readers[c].take(cells[c], shape.comma, name, lines.number());
   }
 }
 
@@ -207,7 +241,7 @@ const Channel* clock_of(const Log& log) {
     for (const char c : channel.name)
       if (std::isalnum(static_cast<unsigned char>(c)) != 0)
         word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    if (word.starts_with("time") || word == "t" || word.starts_with("zeit") ||
+    if (word.starts_with("time") || word == "t" || word == "ts" || word.starts_with("zeit") ||
         word == "sessiontime")
       return &channel;
   }

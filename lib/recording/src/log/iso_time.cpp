@@ -1,0 +1,77 @@
+#include "iso_time.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace recording {
+namespace {
+
+/// Takes one character of `any` from the front.
+bool take_one(std::string_view& text, std::string_view any) {
+  if (text.empty() || any.find(text.front()) == std::string_view::npos) return false;
+  text.remove_prefix(1);
+  return true;
+}
+
+/// Takes `count` digits from the front, as a number up to `most`.
+bool take_digits(std::string_view& text, std::size_t count, int most, int& value) {
+  if (text.size() < count) return false;
+  value = 0;
+  for (const char c : text.substr(0, count)) {
+    if (c < '0' || c > '9') return false;
+    value = 10 * value + (c - '0');
+  }
+  text.remove_prefix(count);
+  return value <= most;
+}
+
+/// Takes decimals behind a point or a comma, if there are some.
+bool take_part(std::string_view& text, double& part_s) {
+  if (!take_one(text, ".,")) return true;
+  const std::size_t count = std::min(text.find_first_not_of("0123456789"), text.size());
+  double digit_s = 0.1;
+  for (const char c : text.substr(0, std::min<std::size_t>(count, 12))) {
+    part_s += (c - '0') * digit_s;
+    digit_s /= 10.0;
+  }
+  text.remove_prefix(count);
+  return count > 0;
+}
+
+/// Takes Z or an offset, if there is one.
+bool take_zone(std::string_view& text, IsoTime& time) {
+  if (text.empty() || take_one(text, "Zz")) return true;
+  const int sign = text.front() == '-' ? -1 : 1;
+  int hours = 0, minutes = 0;
+  if (!take_one(text, "+-") || !take_digits(text, 2, 23, hours)) return false;
+  const bool colon = take_one(text, ":");
+  if ((colon || !text.empty()) && !take_digits(text, 2, 59, minutes)) return false;
+  time.whole_s -= sign * (hours * 3600 + minutes * 60);
+  return true;
+}
+
+}  // namespace
+
+std::optional<IsoTime> iso_time(std::string_view cell) {
+  int year = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0;
+  if (!take_digits(cell, 4, 9999, year) || !take_one(cell, "-") ||
+      !take_digits(cell, 2, 12, month) || !take_one(cell, "-") || !take_digits(cell, 2, 31, day) ||
+      !take_one(cell, "Tt ") || !take_digits(cell, 2, 23, hour) || !take_one(cell, ":") ||
+      !take_digits(cell, 2, 59, minute))
+    return std::nullopt;
+  IsoTime time;
+  if (take_one(cell, ":") &&
+      (!take_digits(cell, 2, 60, second) || !take_part(cell, time.part_s)))  // 60: a leap second
+    return std::nullopt;
+  const std::chrono::year_month_day date{std::chrono::year{year},
+                                         std::chrono::month{static_cast<unsigned>(month)},
+                                         std::chrono::day{static_cast<unsigned>(day)}};
+  if (!date.ok()) return std::nullopt;
+  time.whole_s = std::chrono::sys_days{date}.time_since_epoch().count() * std::int64_t{86400} +
+                 hour * 3600 + minute * 60 + second;
+  time.zoned = !cell.empty();
+  if (!take_zone(cell, time) || !cell.empty()) return std::nullopt;
+  return time;
+}
+
+}  // namespace recording

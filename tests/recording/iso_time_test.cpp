@@ -1,0 +1,82 @@
+#include "iso_time.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "recording/log.h"
+
+namespace recording {
+namespace iso_time_test {
+
+using testing::AllOf;
+using testing::DoubleNear;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+TEST(IsoTime, ReadsDatesWithTimes) {
+  const auto noon = iso_time("2024-05-01T12:00:00Z");
+  ASSERT_TRUE(noon);
+  EXPECT_EQ(noon->whole_s, 1714564800);
+  EXPECT_TRUE(noon->zoned);
+  for (const char* same : {"2024-05-01 12:00:00", "2024-05-01T12:00", "2024-05-01T14:00:00+02:00",
+                           "2024-05-01T14:00+02", "2024-05-01t06:30:00.000-0530"}) {
+    const auto time = iso_time(same);
+    ASSERT_TRUE(time) << same;
+    EXPECT_EQ(time->whole_s, noon->whole_s) << same;
+    EXPECT_EQ(time->part_s, 0.0) << same;
+  }
+  EXPECT_FALSE(iso_time("2024-05-01 12:00:00")->zoned);
+  EXPECT_NEAR(iso_time("2024-05-01T12:00:00.123456789Z")->part_s, 0.123456789, 1e-12);
+  EXPECT_NEAR(iso_time("2024-05-01T12:00:00,25")->part_s, 0.25, 1e-12);
+  EXPECT_EQ(iso_time("2024-03-01T00:00:00")->whole_s - iso_time("2024-02-28T23:59:60")->whole_s,
+            86400);
+}
+
+TEST(IsoTime, OtherWordsAreNone) {
+  for (const char* other :
+       {"", "2024-05-01", "12:00:00", "2024-05-01T", "2023-02-29T12:00:00", "2024-13-01T12:00:00",
+        "2024-05-01T24:00:00", "2024-05-01T12:60:00", "2024-05-01T12:00:00.", "2024-05-01T12:00:0",
+        "2024-05-01T12:00:00+", "2024-05-01T12:00:00+2", "2024-05-01T12:00:00+02:",
+        "2024-05-01T12:00:00 UTC", "20240501T120000", "01/05/2024 12:00:00", "1714564800"})
+    EXPECT_FALSE(iso_time(other)) << other;
+}
+
+std::vector<double> times_of(const std::string& text) {
+  const Log log = parse_log(text, "x.csv");
+  EXPECT_EQ(log.channels.front().words, 0u);
+  return log.channels.front().values;
+}
+
+TEST(IsoTime, LogsCountSecondsFromTheFirstRow) {
+  EXPECT_THAT(times_of("Timestamp,v\n2025-09-05T23:59:59.900Z,1\n2025-09-06T00:00:00.150Z,2\n"),
+              ElementsAre(0.0, DoubleNear(0.25, 1e-9)));
+  EXPECT_THAT(times_of("t_s;v\n2025-09-05 12:00:00,5;1,5\n;2\n2025-09-05 12:00:02;3,5\n"),
+              ElementsAre(0.0, testing::IsNan(), DoubleNear(1.5, 1e-9)));
+  EXPECT_THAT(times_of("time,v\n2025-10-26T02:59:59+02:00,1\n2025-10-26T02:00:00+01:00,2\n"),
+              ElementsAre(0.0, 1.0));
+  const Log log = parse_log("t_s,v\n2025-09-05T12:00:00.0Z,1\n2025-09-05T12:00:00.1Z,2\n", "x.csv");
+  EXPECT_EQ(log.channels[0].unit, "s");
+  EXPECT_NEAR(log.channels[1].rate_hz, 10, 1e-6);
+  const std::string canonical = "time_s,v\n2025-09-05T12:00:00.0Z,1\n";
+  EXPECT_EQ(parse_log(canonical, "x.csv").channels[0].unit, "") << "its name says it";
+}
+
+TEST(IsoTime, WhatDoesNotFitTheRowsAboveIsRefused) {
+  const auto refusal = [](const std::string& text) {
+    try {
+      (void)parse_log(text, "x.csv");
+    } catch (const base::Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("read");
+  };
+  EXPECT_THAT(refusal("time,v\n2025-09-05T12:00:00,1\n0.1,2\n"),
+              AllOf(HasSubstr("x.csv:3: column 'time' holds '0.1'"), HasSubstr("write all alike")));
+  EXPECT_THAT(refusal("time,v\n0.1,2\n2025-09-05T12:00:00,1\n"), HasSubstr("x.csv:3:"));
+  EXPECT_THAT(refusal("time,v\n2025-09-05T12:00:00Z,1\n2025-09-05T12:00:00,1\n"),
+              HasSubstr("x.csv:3:"));
+}
+
+}  // namespace iso_time_test
+}  // namespace recording
