@@ -180,6 +180,9 @@ TEST(Log, RefusesInOneLine) {
   EXPECT_THAT(refusal(std::string(500, '\0')), testing::HasSubstr("binary"));
   const std::string ibt = bytes_of(corpus("log.ibt"));
   EXPECT_THAT(refusal(ibt.substr(0, 144 * 6 + 20)), testing::HasSubstr("no whole record"));
+  std::string many = ibt;
+  many[144 + 8] = 2;  // the first variable is an array that others lie in
+  EXPECT_THAT(refusal(many), testing::HasSubstr("bytes, but a record has 25; the file is damaged"));
 }
 
 TEST(Log, MutantsAreReadOrRefused) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <unordered_set>
 #include <utility>
 
 #include "recording/log.h"
@@ -13,11 +14,12 @@ namespace {
 Table table_of(Log log, const std::string& name, std::vector<std::size_t>* words) {
   log = in_rows(std::move(log), name);
   Table table;
+  std::unordered_set<std::string> taken;
   if (words != nullptr) words->clear();
   for (Channel& channel : log.channels) {
     std::string column =
         channel.unit.empty() ? channel.name : fmt::format("{} [{}]", channel.name, channel.unit);
-    while (table.find(column) != nullptr) column += '\'';
+    while (!taken.insert(column).second) column += '\'';
     if (words != nullptr) words->push_back(channel.words);
     table.add(std::move(column), std::move(channel.values));
   }

@@ -100,10 +100,16 @@ Log parse_iracing_ibt(std::string_view bytes, const std::string& name) {
   const double rate_hz = little<std::int32_t>(bytes, 8);
 
   Log log{"iRacing .ibt", {}, true};
-  std::size_t cells = 0;
+  std::size_t cells = 0, used_bytes = 0;
   for (std::size_t k = 0; k < variables; ++k) {
     const std::size_t at = first + k * kVariableBytes;
     const Variable v = variable_at(bytes, at, record_bytes, name);
+    used_bytes += v.count * kTypeBytes[static_cast<std::size_t>(v.type)];
+    if (used_bytes > record_bytes)  // each may lie in the record, but not all beside each other
+      throw base::Error(
+          fmt::format("{}: the first {} of {} variables have {} bytes, but a record has {}; the "
+                      "file is damaged",
+                      name, k + 1, variables, used_bytes, record_bytes));
     cells += v.count * records;
     if (cells > kMostCells)
       throw base::Error(name + ": more than 2 GB of samples; cut the log or the file is damaged");
