@@ -62,6 +62,26 @@ std::string as_las(const CloudSeed& seed, int minor, int format, bool feet) {
   return bytes;
 }
 
+std::string with_record(std::string las, std::uint16_t id, const std::string& record) {
+  std::uint32_t data = 0, records = 0;
+  std::memcpy(&data, las.data() + 96, 4), std::memcpy(&records, las.data() + 100, 4);
+  std::string head(54, '\0');
+  std::memcpy(head.data() + 2, "LASF_Projection", 15);
+  set(head, 18, id), set(head, 20, static_cast<std::uint16_t>(record.size()));
+  las.insert(data, head + record);
+  set(las, 96, static_cast<std::uint32_t>(data + head.size() + record.size()));
+  set(las, 100, records + 1);
+  return las;
+}
+
+std::string with_extended_record(std::string las, std::uint16_t id, const std::string& record) {
+  std::string head(60, '\0');
+  std::memcpy(head.data() + 2, "LASF_Projection", 15);
+  set(head, 18, id), set(head, 20, static_cast<std::uint64_t>(record.size()));
+  set(las, 235, static_cast<std::uint64_t>(las.size())), set(las, 243, std::uint32_t{1});
+  return las + head + record;
+}
+
 std::string as_cloud_ply(const CloudSeed& seed, const std::string& format, bool doubles) {
   const char* const type = doubles ? "double" : "float";
   std::string bytes = fmt::format(

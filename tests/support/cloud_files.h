@@ -18,6 +18,10 @@ struct CloudSeed {
 };
 
 std::string as_las(const CloudSeed& seed, int minor, int format, bool feet = false);
+/// The same LAS 1.4 file with one more record of the user "LASF_Projection", before or behind the
+/// points.
+std::string with_record(std::string las, std::uint16_t id, const std::string& record);
+std::string with_extended_record(std::string las, std::uint16_t id, const std::string& record);
 std::string as_cloud_ply(const CloudSeed& seed, const std::string& format, bool doubles);
 std::string as_pcd(const CloudSeed& seed, const std::string& data, bool doubles);
 std::string as_kitti(const CloudSeed& seed);

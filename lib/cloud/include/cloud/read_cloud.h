@@ -28,7 +28,7 @@ struct CloudReadOptions {
 struct CloudReadReport {
   std::string
       format;  ///< "LAS 1.2, point format 3", "LAZ 1.4, ...", "PLY binary_little_endian", ...
-  std::string unit = "m";  ///< "m", "ft", "US survey ft"
+  std::string unit = "m";  ///< "m", "ft", "US survey ft", or as the file names another
   double metres_per_unit = 1.0;
   double metres_per_height_unit = 1.0;  ///< some coordinate systems give heights in another unit
   bool unit_from_file = false;

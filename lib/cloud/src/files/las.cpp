@@ -10,6 +10,7 @@
 #include "cloud/error.h"
 #include "laz.h"
 #include "records.h"
+#include "wkt.h"
 
 namespace cloud {
 namespace {
@@ -30,109 +31,93 @@ struct PointFormat {
 constexpr PointFormat kFormats[] = {{20, 0},  {28, 20}, {26, 0},  {34, 20}, {57, 20}, {63, 20},
                                     {30, 22}, {36, 22}, {38, 22}, {59, 22}, {67, 22}};
 
-struct LengthUnit {
-  const char* name;
-  double metres;
-};
-
 std::optional<LengthUnit> unit_of(int epsg) {
-  if (epsg == 9001) return LengthUnit{"m", 1.0};
-  if (epsg == 9002) return LengthUnit{"ft", 0.3048};
-  if (epsg == 9003) return LengthUnit{"US survey ft", 1200.0 / 3937.0};
+  if (epsg == 9001) return length_unit("m", 1.0);
+  if (epsg == 9002) return length_unit("ft", 0.3048);
+  if (epsg == 9003) return length_unit("US survey ft", 1200.0 / 3937.0);
   return std::nullopt;
 }
 
-void use_units(const std::optional<LengthUnit>& plan, const std::optional<LengthUnit>& height,
-               CloudReadReport& report) {
-  if (!plan) return;
-  report.unit = plan->name;
-  report.metres_per_unit = plan->metres;
-  report.metres_per_height_unit = height ? height->metres : plan->metres;
-  report.unit_from_file = true;
-  if (report.metres_per_height_unit != report.metres_per_unit)
-    report.remarks.push_back(
-        fmt::format("heights are in {}, the plan is in {}, both as the coordinate system says",
-                    height->name, plan->name));
-}
-
-void read_geo_keys(std::string_view record, CloudReadReport& report) {
+CoordinateSystem read_geo_keys(std::string_view record) {
   const std::size_t keys = record.size() / 8;
-  int system = 0, horizontal = 0, vertical = 0;
-  bool is_geographic = false;
+  int system = 0;
+  CoordinateSystem out;
   for (std::size_t k = 1; k < keys; ++k) {
     const auto id = at<std::uint16_t>(record, 8 * k), place = at<std::uint16_t>(record, 8 * k + 2);
     const auto value = at<std::uint16_t>(record, 8 * k + 6);
     if (place != 0) continue;
     if (id == 3072 || (id == 2048 && system == 0)) system = value;
-    is_geographic |= id == 1024 && value == 2;
-    if (id == 3076) horizontal = value;
-    if (id == 4099) vertical = value;
+    out.in_degrees |= id == 1024 && value == 2;
+    if (id == 3076) out.plan = unit_of(value);
+    if (id == 4099) out.height = unit_of(value);
   }
-  if (system != 0 && system != 32767) report.coordinate_system = fmt::format("EPSG:{}", system);
-  if (is_geographic || system == 4326)
-    refuse_degrees("are degrees of longitude and latitude (" + report.coordinate_system + ")");
-  use_units(unit_of(horizontal), unit_of(vertical), report);
+  if (system != 0 && system != 32767) out.name = fmt::format("EPSG:{}", system);
+  out.in_degrees |= system == 4326;
+  return out;
 }
 
-/// The last unit of length named in a part of a WKT text.
-std::optional<LengthUnit> unit_in(std::string_view wkt) {
-  const std::size_t at = wkt.rfind("UNIT[\"");
-  if (at == std::string_view::npos) return std::nullopt;
-  const std::string_view text = wkt.substr(at + 6, 60);
-  if (text.find("0.30480060") != std::string_view::npos || text.starts_with("US survey f"))
-    return unit_of(9003);
-  if (text.find("0.3048") != std::string_view::npos || text.starts_with("foot"))
-    return unit_of(9002);
-  if (text.starts_with("met") || text.starts_with("Met")) return unit_of(9001);
-  return std::nullopt;
-}
-
-void read_wkt(std::string_view text, CloudReadReport& report) {
-  if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos)
-    text = text.substr(0, nul);
-  const std::size_t begin = text.find("PROJCS[\"");
-  const auto has = [&](const char* word) { return text.find(word) != std::string_view::npos; };
-  if ((has("GEOGCS[") || has("GEOGCRS[")) && !has("PROJCS[") && !has("PROJCRS["))
-    refuse_degrees("are degrees of longitude and latitude");
-  if (begin == std::string_view::npos) return;
-  const std::size_t quote = text.find('"', begin + 8);
-  if (quote == std::string_view::npos) return;
-  report.coordinate_system = std::string(text.substr(begin + 8, quote - begin - 8));
-  const std::size_t vertical = text.find("VERT_CS", begin);
-  const bool has_vertical = vertical != std::string_view::npos;
-  use_units(unit_in(text.substr(begin, has_vertical ? vertical - begin : vertical)),
-            has_vertical ? unit_in(text.substr(vertical)) : std::nullopt, report);
-}
-
-/// Returns the record "laszip encoded"; empty without one.
-std::string_view read_variable_records(std::string_view bytes, std::size_t begin, std::size_t count,
-                                       std::size_t end, CloudReadReport& report) {
+/// What records of variable length hold.
+struct VariableRecords {
   std::string_view laszip;
+  CoordinateSystem by_keys, by_text;
+};
+
+/// Extended ones stand behind the points and count their bytes with 64 bits.
+void read_variable_records(std::string_view bytes, std::size_t begin, std::size_t count,
+                           std::size_t end, bool extended, VariableRecords& out,
+                           CloudReadReport& report) {
+  const std::size_t head = extended ? 60 : 54;
   std::size_t here = begin;
   for (std::size_t k = 0; k < count; ++k) {
-    if (here + 54 > end) {
-      report.remarks.push_back(fmt::format(
-          "{} of {} variable length records lie beyond the header area and were passed over",
-          count - k, count));
-      return laszip;
+    if (here > end || end - here < head) {
+      report.remarks.push_back(
+          fmt::format("{} of {} variable length records lie beyond the {} and were passed over",
+                      count - k, count, extended ? "end of the file" : "header area"));
+      return;
     }
     const std::string_view user = bytes.substr(here + 2, 16);
     const auto id = at<std::uint16_t>(bytes, here + 18);
-    const std::size_t length = at<std::uint16_t>(bytes, here + 20);
-    if (length > end - here - 54) {
+    const std::uint64_t length =
+        extended ? at<std::uint64_t>(bytes, here + 20) : at<std::uint16_t>(bytes, here + 20);
+    if (length > end - here - head) {
       report.remarks.push_back(
-          "a variable length record is longer than the header area and was passed over");
-      return laszip;
+          fmt::format("a variable length record is longer than the {} and was passed over",
+                      extended ? "file" : "header area"));
+      return;
     }
-    const std::string_view record = bytes.substr(here + 54, length);
+    const std::string_view record = bytes.substr(here + head, length);
     if (user.starts_with("LASF_Projection")) {
-      if (id == 34735) read_geo_keys(record, report);
-      if (id == 2112) read_wkt(record, report);
+      if (id == 34735) out.by_keys = read_geo_keys(record);
+      if (id == 2112) out.by_text = read_wkt(record.substr(0, record.find('\0')));
     }
-    if (user.starts_with("laszip encoded")) laszip = record;
-    here += 54 + length;
+    if (user.starts_with("laszip encoded")) out.laszip = record;
+    here += head + length;
   }
-  return laszip;
+}
+
+/// A file with both means the same by them; the text says more.
+void use_coordinate_system(const VariableRecords& records, CloudReadReport& report) {
+  const CoordinateSystem &text = records.by_text, &keys = records.by_keys;
+  report.coordinate_system = text.name.empty() ? keys.name : text.name;
+  if (text.in_degrees || keys.in_degrees)
+    refuse_degrees("are degrees of longitude and latitude" +
+                   (keys.name.empty() ? "" : " (" + keys.name + ")"));
+  const std::optional<LengthUnit> plan = text.plan ? text.plan : keys.plan,
+                                  height = text.height ? text.height : keys.height;
+  if (!plan && !report.coordinate_system.empty())
+    report.remarks.push_back(
+        fmt::format("the coordinate system '{}' names no unit for the plan; without --unit (map, "
+                    "grid: --cloud-unit) it is metres",
+                    report.coordinate_system.substr(0, 60)));
+  if (!plan && !height) return;
+  const LengthUnit flat = plan.value_or(LengthUnit{"m", 1.0}), up = height.value_or(flat);
+  report.unit = flat.name;
+  report.metres_per_unit = flat.metres;
+  report.metres_per_height_unit = up.metres;
+  report.unit_from_file = true;
+  if (up.metres != flat.metres)
+    report.remarks.push_back(fmt::format(
+        "heights are in {}, the plan is in {}, as the coordinate system says", up.name, flat.name));
 }
 
 /// What the header says of the points.
@@ -140,7 +125,7 @@ struct LasHeader {
   int major = 0, minor = 0, format = 0;  ///< the latter of the points, without marks
   bool packed = false;
   std::size_t size = 0, data = 0, variable_records = 0, length = 0;  ///< length: of a point
-  std::uint64_t points = 0;
+  std::uint64_t points = 0, extended = 0, extended_records = 0;
 };
 
 Error fail(const std::string& name, const std::string& text) { return Error(name + ": " + text); }
@@ -174,6 +159,8 @@ LasHeader read_las_header(std::string_view bytes, const std::string& name) {
   if (out.minor == 4 && out.size >= 375) {
     const auto points64 = at<std::uint64_t>(bytes, 247);
     if (points64 != 0) out.points = points64;
+    out.extended = at<std::uint64_t>(bytes, 235),
+    out.extended_records = at<std::uint32_t>(bytes, 243);
   }
   if (out.points == 0) throw fail(name, "no points in this file");
   return out;
@@ -233,13 +220,17 @@ std::vector<Field> fields_of(std::string_view bytes, const LasHeader& header, st
 
 Records las_records(std::string_view bytes, const std::string& name, CloudReadReport& report) {
   const LasHeader header = read_las_header(bytes, name);
-  std::string_view laszip;
+  VariableRecords variable;
   try {
-    laszip =
-        read_variable_records(bytes, header.size, header.variable_records, header.data, report);
+    read_variable_records(bytes, header.size, header.variable_records, header.data, false, variable,
+                          report);
+    read_variable_records(bytes, header.extended, header.extended_records, bytes.size(), true,
+                          variable, report);
+    use_coordinate_system(variable, report);
   } catch (const Error& error) {
     throw fail(name, error.what());
   }
+  const std::string_view laszip = variable.laszip;
   Records records;
   records.bytes = bytes;
   records.count = header.points;
