@@ -174,7 +174,10 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
     return records;
   }
   if (header.data == "binary") {
-    if (header.points > left / stride) throw truncated(header, left, header.points);
+    if (header.points > left / stride)
+      throw Error(fmt::format(
+          "{}truncated: {} points of {} bytes promised, {} bytes left; copy the file again",
+          header.where, header.points, stride, left));
     for (Field& field : records.fields) field.offset += header.end, field.stride = stride;
   } else if (header.data == "binary_compressed") {
     records.owned = unpacked(bytes, header, stride);
