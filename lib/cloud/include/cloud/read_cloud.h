@@ -21,8 +21,18 @@ struct CloudReadOptions {
   /// lies farther than 1000 m from zero, else 0.
   std::optional<Eigen::Vector3d> origin_m = {};
   std::size_t chunk_points = 1'000'000;             ///< handed out at once; bounds the memory
+  bool leave_out_marked = false;                    ///< points marked as noise or withheld
   std::function<void(double share)> progress = {};  ///< of the file, after each chunk
 };
+
+/// Points by what the file says of them, each once: class 7 or 18 (low and high noise, as ASPRS
+/// numbers the field "classification"), withheld, synthetic (made otherwise than by a scanner).
+struct MarkedPoints {
+  std::size_t noise = 0, withheld = 0, synthetic = 0;
+  void add(const MarkedPoints& other);
+};
+/// Where there are any, one sentence.
+std::vector<std::string> remarks_of(const MarkedPoints& marked, bool left_out);
 
 /// What the file says and what was seen while reading it.
 struct CloudReadReport {
@@ -35,7 +45,8 @@ struct CloudReadReport {
   std::string coordinate_system;  ///< as far as the file names one, e.g. "EPSG:2994"
   std::size_t points = 0;         ///< handed out
   std::size_t not_finite = 0;     ///< left out
-  bool float32 = false;           ///< x, y and z are stored as float32
+  MarkedPoints marked;
+  bool float32 = false;  ///< x, y and z are stored as float32
   std::vector<std::string> remarks;
 };
 

@@ -48,6 +48,8 @@ CloudFacts describe(const std::string& path, const CloudReadOptions& options) {
     facts.has_intensity |= !chunk.intensity.empty();
     for (const std::uint8_t c : chunk.classification) ++facts.points_of_class[c];
   });
+  for (const std::string& remark : remarks_of(facts.read.marked, options.leave_out_marked))
+    facts.read.remarks.push_back(remark);
   if (facts.has_time && !(facts.time_begin_s <= facts.time_end_s)) {
     facts.has_time = false;
     facts.read.remarks.push_back("the times of the points are not numbers");

@@ -22,6 +22,23 @@ Eigen::Vector3d near(const Eigen::Vector3d& p) {
 
 }  // namespace
 
+void MarkedPoints::add(const MarkedPoints& other) {
+  noise += other.noise, withheld += other.withheld, synthetic += other.synthetic;
+}
+
+std::vector<std::string> remarks_of(const MarkedPoints& marked, bool left_out) {
+  std::vector<std::string> said;
+  if (marked.noise + marked.withheld > 0)
+    said.push_back(fmt::format("{} points marked as noise (class 7 or 18) and {} as withheld {}",
+                               marked.noise, marked.withheld,
+                               left_out ? "were left out" : "are not used by map and grid"));
+  if (marked.synthetic > 0)
+    said.push_back(fmt::format("{} points marked as synthetic {} used", marked.synthetic,
+                               left_out ? "were" : "are"));
+  if (said.empty()) return {};
+  return {fmt::format("{}", fmt::join(said, "; "))};
+}
+
 Emitter::Emitter(const std::string& name, const CloudReadOptions& options, CloudReadReport& report,
                  const ChunkSink& sink)
     : name_(name), options_(options), report_(report), sink_(sink) {
@@ -38,6 +55,14 @@ void Emitter::operator()(const Raw& raw, double share) {
 
 void Emitter::finish() const {
   if (report_.points > 0) return;
+  const std::size_t left_out = report_.marked.noise + report_.marked.withheld;
+  if (options_.leave_out_marked && left_out > 0)
+    throw Error(fmt::format(
+        "{}: all its points are marked as noise (class 7 or 18: {}) or withheld ({}){}; take the "
+        "marks off where they are wrong, as with 'pdal translate in.las out.las assign "
+        "--filters.assign.value=\"Classification=1\"'",
+        name_, report_.marked.noise, report_.marked.withheld,
+        report_.not_finite > 0 ? ", or without finite coordinates" : ""));
   if (report_.not_finite > 0)
     throw Error(fmt::format("{}: none of the {} points has finite coordinates below 1e8 m", name_,
                             report_.not_finite));
@@ -72,6 +97,23 @@ void Emitter::look_for_degrees(const Raw& raw) {
     }
 }
 
+bool Emitter::left_out_by_marks(const Raw& raw, std::size_t i) {
+  const auto value = [&](Role role) {
+    const std::vector<double>& values = raw.of[static_cast<std::size_t>(role)];
+    return values.empty() ? 0.0 : values[i];
+  };
+  const double classed = value(Role::classification);
+  MarkedPoints& marked = report_.marked;
+  const bool noise = classed == 7.0 || classed == 18.0, withheld = value(Role::withheld) != 0.0;
+  if (noise)
+    ++marked.noise;
+  else if (withheld)
+    ++marked.withheld;
+  else if (value(Role::synthetic) != 0.0)
+    ++marked.synthetic;
+  return options_.leave_out_marked && (noise || withheld);
+}
+
 void Emitter::hand_out(const Raw& raw) {
   look_for_degrees(raw);
   const double scale = report_.metres_per_unit, height_scale = report_.metres_per_height_unit;
@@ -80,9 +122,11 @@ void Emitter::hand_out(const Raw& raw) {
   const auto reserve = [&](auto& values, Role role) {
     if (!raw.of[static_cast<std::size_t>(role)].empty()) values.reserve(raw.size);
   };
+  const Role class_role = raw.of[5].empty() ? Role::label : Role::classification;
+  const std::vector<double>& classes = raw.of[static_cast<std::size_t>(class_role)];
   chunk.x_m.reserve(raw.size), chunk.y_m.reserve(raw.size), chunk.z_m.reserve(raw.size);
   reserve(chunk.time_s, Role::time), reserve(chunk.intensity, Role::intensity),
-      reserve(chunk.classification, Role::classification), reserve(chunk.sigma_m, Role::sigma);
+      reserve(chunk.classification, class_role), reserve(chunk.sigma_m, Role::sigma);
   for (std::size_t i = 0; i < raw.size; ++i) {
     const Eigen::Vector3d p(x[i] * scale, y[i] * scale, z[i] * height_scale);
     // Nothing on Earth is farther: such numbers are damage and would cost all precision.
@@ -90,15 +134,16 @@ void Emitter::hand_out(const Raw& raw) {
       ++report_.not_finite;
       continue;
     }
+    if (left_out_by_marks(raw, i)) continue;
     if (!origin_) origin_ = options_.origin_m ? *options_.origin_m : near(p);
     chunk.x_m.push_back(p.x() - origin_->x());
     chunk.y_m.push_back(p.y() - origin_->y());
     chunk.z_m.push_back(p.z() - origin_->z());
     if (!raw.of[3].empty()) chunk.time_s.push_back(raw.of[3][i]);
     if (!raw.of[4].empty()) chunk.intensity.push_back(static_cast<float>(raw.of[4][i]));
-    if (!raw.of[5].empty())
+    if (!classes.empty())
       chunk.classification.push_back(
-          static_cast<std::uint8_t>(raw.of[5][i] >= 0.0 ? std::min(raw.of[5][i], 255.0) : 0.0));
+          static_cast<std::uint8_t>(classes[i] >= 0.0 ? std::min(classes[i], 255.0) : 0.0));
     if (!raw.of[6].empty())
       chunk.sigma_m.push_back(static_cast<float>(raw.of[6][i] * height_scale));
   }

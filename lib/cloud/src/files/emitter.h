@@ -10,7 +10,7 @@
 
 namespace cloud {
 
-constexpr std::size_t kRoles = 7;
+constexpr std::size_t kRoles = 10;
 
 /// Raw values of a chunk, one array per role; empty where the file has no such field.
 struct Raw {
@@ -30,6 +30,8 @@ class Emitter {
 
  private:
   void look_for_degrees(const Raw& raw);
+  /// Counts the point; whether it is to be left out.
+  bool left_out_by_marks(const Raw& raw, std::size_t i);
   void hand_out(const Raw& raw);
 
   const std::string& name_;

@@ -212,6 +212,13 @@ std::vector<Field> fields_of(std::string_view bytes, const LasHeader& header, st
                 length};
   if (header.format < 6) classes.mask = 0x1f;  // the upper bits are flags
   fields.push_back(classes);
+  // Version 1.0 knows no marks.
+  const auto mark = [&](Role role, std::uint8_t mask) {
+    if (header.minor > 0)
+      fields.push_back({role, FieldType::u8, begin + 15, length, 1.0, 0.0, mask});
+  };
+  mark(Role::withheld, header.format < 6 ? 0x80 : 0x04);
+  mark(Role::synthetic, header.format < 6 ? 0x20 : 0x01);
   if (time != 0) fields.push_back({Role::time, FieldType::f64, begin + time, length});
   return fields;
 }

@@ -67,9 +67,10 @@ Role role_of(std::string name) {
     return Role::time;
   if (name == "intensity" || name == "scalar_intensity" || name == "i" || name == "reflectance")
     return Role::intensity;
-  if (name == "classification" || name == "class" || name == "label" ||
-      name == "scalar_classification")
-    return Role::classification;
+  if (name == "classification" || name == "scalar_classification") return Role::classification;
+  if (name == "class" || name == "label") return Role::label;
+  if (name == "withheld") return Role::withheld;
+  if (name == "synthetic") return Role::synthetic;
   if (name == "sigma" || name == "sigma_m" || name == "stddev_m") return Role::sigma;
   return Role::none;
 }

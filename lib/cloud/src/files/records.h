@@ -18,9 +18,21 @@ enum class FieldType : std::uint8_t { i8, u8, i16, u16, i32, u32, i64, u64, f32,
 std::size_t size_of(FieldType type);
 
 /// Which value of a point a field holds.
-enum class Role : std::uint8_t { x, y, z, time, intensity, classification, sigma, none };
+enum class Role : std::uint8_t {
+  x,
+  y,
+  z,
+  time,
+  intensity,
+  classification,  ///< numbered as ASPRS does
+  sigma,
+  label,  ///< a class of whatever numbering
+  withheld,
+  synthetic,  ///< this and the one before: not 0 for yes
+  none
+};
 /// "x", "X", "x_m", "time", "gps_time", "t", "timestamp", "intensity", "classification",
-/// "sigma" ...
+/// "sigma", "label", "withheld" ...
 Role role_of(std::string name);
 
 /// For coordinates in degrees: what was seen, and the way out.
@@ -41,7 +53,7 @@ struct Field {
   std::size_t offset = 0;  ///< of point 0's value from the begin of the bytes
   std::size_t stride = 0;  ///< from one point to the next
   double scale = 1.0, add = 0.0;
-  std::uint8_t mask = 0xff;  ///< for classification
+  std::uint8_t mask = 0xff;  ///< for classification and marks
 };
 
 struct Records {

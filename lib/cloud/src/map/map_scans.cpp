@@ -81,6 +81,7 @@ MapScans::MapScans(const RefineRequest& request, std::vector<std::string> files,
                    base::Progress progress)
     : request_(request), files_(std::move(files)), progress_(std::move(progress)) {
   options_.metres_per_unit = metres_per_unit(request.unit);
+  options_.leave_out_marked = true;
   options_.progress = [this](double share) { show(share); };
   for (const std::string& file : files_) bytes_in_all_ += bytes_of(file);
 }
@@ -110,12 +111,16 @@ void MapScans::read(const ChunkSink& sink) {
   };
   remarks_.clear();
   bytes_before_ = 0.0;
+  MarkedPoints marked;
   for (const std::string& file : files_) {
     bytes_here_ = bytes_of(file);
-    for (const std::string& remark : read_chunks(file, options_, near).remarks)
+    const CloudReadReport report = read_chunks(file, options_, near);
+    for (const std::string& remark : report.remarks)
       remarks_.push_back(fmt::format("{}: {}", file, remark));
+    marked.add(report.marked);
     bytes_before_ += bytes_here_;
   }
+  for (const std::string& remark : remarks_of(marked, true)) remarks_.push_back(remark);
 }
 
 }  // namespace cloud
