@@ -16,14 +16,14 @@ namespace crgbuild {
 namespace {
 
 /// The points of a cloud that a comparison looks at: over or under the road by 1 m or less.
-std::vector<Eigen::Vector3d> points_near(const std::string& crg_path,
-                                         const std::string& cloud_path) {
+std::vector<Eigen::Vector3d> points_near(const std::string& crg_path, const std::string& cloud_path,
+                                         Terminal& terminal) {
   const crg::Surface surface(crg::read(crg_path));
   std::vector<Eigen::Vector3d> near;
   std::size_t seen = 0;
   crg::Cursor cursor;
   for (const std::string& path : cloud::cloud_files(cloud_path)) {
-    cloud::read_chunks(path, {}, [&](cloud::Cloud&& chunk) {
+    const cloud::CloudReadReport read = cloud::read_chunks(path, {}, [&](cloud::Cloud&& chunk) {
       seen += chunk.size();
       for (std::size_t i = 0; i < chunk.size(); ++i) {
         const Eigen::Vector3d point = chunk.origin_m + chunk.point(i);
@@ -31,6 +31,8 @@ std::vector<Eigen::Vector3d> points_near(const std::string& crg_path,
         if (std::abs(point.z() - z_m) <= 1.0) near.push_back(point);
       }
     });
+    for (const std::string& remark : read.remarks)
+      terminal.remark(fmt::format("{}: {}", path, remark));
   }
   if (near.empty()) {
     throw road::Error(
@@ -84,9 +86,9 @@ int run_report(const ReportCommand& command, Terminal& terminal) {
                                              {"--grip", command.grip},
                                              {"-o", command.output_dir}},
                                             command.flags);
-  const std::vector<Eigen::Vector3d> points = command.cloud.empty()
-                                                  ? std::vector<Eigen::Vector3d>{}
-                                                  : points_near(command.crg, command.cloud);
+  const std::vector<Eigen::Vector3d> points =
+      command.cloud.empty() ? std::vector<Eigen::Vector3d>{}
+                            : points_near(command.crg, command.cloud, terminal);
   request.cloud_path = command.cloud;
   request.cloud_points_m = points;
   if (!command.cloud.empty()) {

@@ -17,11 +17,16 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-cloud::CloudSource campaign_source(const std::string& path, const std::string& unit) {
+/// `remarks`: of the last reading.
+cloud::CloudSource campaign_source(const std::string& path, const std::string& unit,
+                                   std::vector<std::string>& remarks) {
   cloud::CloudReadOptions read;
   read.metres_per_unit = metres_per_unit(unit);
-  return [files = cloud::cloud_files(path), read](const cloud::ChunkSink& sink) {
-    for (const std::string& file : files) cloud::read_chunks(file, read, sink);
+  return [files = cloud::cloud_files(path), read, &remarks](const cloud::ChunkSink& sink) {
+    remarks.clear();
+    for (const std::string& file : files)
+      for (const std::string& remark : cloud::read_chunks(file, read, sink).remarks)
+        remarks.push_back(fmt::format("{}: {}", file, remark));
   };
 }
 
@@ -108,10 +113,13 @@ int run_changes(const ChangesCommand& command, Terminal& terminal) {
   cloud::ChangeOptions options;
   options.cell_m = command.cell_m, options.min_change_m = command.min_change_m,
   options.level_m = command.level_m, options.progress = terminal.progress();
-  const cloud::CloudSource before = campaign_source(command.before, command.unit),
-                           after = campaign_source(command.after, command.unit);
+  std::vector<std::string> of_before, of_after;
+  const cloud::CloudSource before = campaign_source(command.before, command.unit, of_before),
+                           after = campaign_source(command.after, command.unit, of_after);
   base::OutputSet outputs(command.output_dir, "lidar2mesh changes");
-  const cloud::ChangeResult result = cloud::find_changes(before, after, options);
+  cloud::ChangeResult result = cloud::find_changes(before, after, options);
+  for (const std::vector<std::string>* const remarks : {&of_before, &of_after})
+    result.remarks.insert(result.remarks.end(), remarks->begin(), remarks->end());
   std::vector<cloud::OctreeChange> cubes;
   if (command.octree_m > 0.0)
     cubes = cloud::octree_changes(whole(before), whole(after), command.octree_m, 5);

@@ -125,8 +125,13 @@ int run_register(const RegisterCommand& command, Terminal& terminal) {
   read.metres_per_unit = metres_per_unit(command.unit);
   const base::Progress progress = terminal.progress();
   progress("read", 0.0);
-  const cloud::Cloud target = cloud::read_cloud(command.target, read),
-                     source = cloud::read_cloud(command.source, read);
+  cloud::CloudReadReport of_target, of_source;
+  const cloud::Cloud target = cloud::read_cloud(command.target, read, &of_target),
+                     source = cloud::read_cloud(command.source, read, &of_source);
+  for (const auto& [path, report] :
+       {std::pair(&command.target, &of_target), {&command.source, &of_source}})
+    for (const std::string& remark : report->remarks)
+      terminal.remark(fmt::format("{}: {}", *path, remark));
   cloud::RegisterOptions options;
   options.voxel_m = command.voxel_m, options.max_distance_m = command.reach_m,
   options.threads = command.threads, options.progress = progress, options.robust = command.robust;

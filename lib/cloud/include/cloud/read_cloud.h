@@ -46,7 +46,9 @@ struct CloudReadReport {
   std::size_t points = 0;         ///< handed out
   std::size_t not_finite = 0;     ///< left out
   MarkedPoints marked;
-  bool float32 = false;  ///< x, y and z are stored as float32
+  /// From one float32 to the next at the largest coordinate per axis; 0: not stored as float32, or
+  /// relative to an origin.
+  std::array<double, 3> float32_step_m = {0.0, 0.0, 0.0};
   std::vector<std::string> remarks;
 };
 
@@ -57,6 +59,7 @@ using ChunkSink = std::function<void(Cloud&& chunk)>;
 /// with more than one thread from another one than the caller's, which waits for it.
 using CloudSource = std::function<void(const ChunkSink&)>;
 
+/// A remark says where float32 holds coordinates to no better than 1 mm.
 /// Throws Error: no such file, truncated (says how many points fit),
 /// corrupt header, unknown format, no points, or no finite point among them. Sizes are checked
 /// against the file before anything is allocated. Memory: one chunk; .pcd with compressed data the
@@ -95,8 +98,8 @@ struct CloudFacts {
   bool has_time = false, has_intensity = false;
   double time_begin_s = 0.0, time_end_s = 0.0;
   std::map<int, std::size_t> points_of_class;  ///< empty where the file has no classes
-  /// Smallest spacing of coordinates per axis: that of float32 at the largest coordinate, or of
-  /// LAS' scale; found coarser where the values repeat on a coarser grid.
+  /// Smallest spacing of coordinates per axis: that of float32, or of LAS' scale; found coarser
+  /// where the values repeat on a coarser grid.
   std::array<double, 3> resolution_m = {0.0, 0.0, 0.0};
 };
 

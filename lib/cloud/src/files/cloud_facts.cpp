@@ -18,12 +18,6 @@ double smallest_step(std::vector<double> values) {
   return std::isfinite(step) ? step : 0.0;
 }
 
-double float32_step(double value) {
-  const auto magnitude = static_cast<float>(std::abs(value));
-  return static_cast<double>(std::nextafter(magnitude, std::numeric_limits<float>::infinity())) -
-         static_cast<double>(magnitude);
-}
-
 }  // namespace
 
 CloudFacts describe(const std::string& path, const CloudReadOptions& options) {
@@ -56,20 +50,12 @@ CloudFacts describe(const std::string& path, const CloudReadOptions& options) {
   }
   if (!facts.has_time) facts.time_begin_s = facts.time_end_s = 0.0;
   for (std::size_t k = 0; k < 3; ++k) {
-    const auto axis = static_cast<Eigen::Index>(k);
     double& step = facts.resolution_m[k];
-    step = smallest_step(std::move(sample[k]));
-    const double scale = k == 2 ? facts.read.metres_per_height_unit : facts.read.metres_per_unit;
-    if (facts.read.float32)
-      step = std::max(step, scale * float32_step(std::max(std::abs(facts.min_m[axis]),
-                                                          std::abs(facts.max_m[axis])) /
-                                                 scale));
-    if (step > 0.015 && facts.read.points >= 100)
-      facts.read.remarks.push_back(fmt::format("{} is quantised to {:g} m{}", "xyz"[k], step,
-                                               facts.read.float32
-                                                   ? " (float32 coordinates far from zero); export "
-                                                     "the cloud in double or with a local origin"
-                                                   : ""));
+    const double of_float32 = facts.read.float32_step_m[k];
+    step = std::max(smallest_step(std::move(sample[k])), of_float32);
+    // The reader tells of steps that are those of float32.
+    if (step > 0.015 && step > 1.5 * of_float32 && facts.read.points >= 100)
+      facts.read.remarks.push_back(fmt::format("{} is quantised to {:g} m", "xyz"[k], step));
   }
   return facts;
 }

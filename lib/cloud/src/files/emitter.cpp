@@ -135,6 +135,7 @@ void Emitter::hand_out(const Raw& raw) {
       continue;
     }
     if (left_out_by_marks(raw, i)) continue;
+    for (std::size_t k = 0; k < 3; ++k) largest_[k] = std::max(largest_[k], std::abs(raw.of[k][i]));
     if (!origin_) origin_ = options_.origin_m ? *options_.origin_m : near(p);
     chunk.x_m.push_back(p.x() - origin_->x());
     chunk.y_m.push_back(p.y() - origin_->y());

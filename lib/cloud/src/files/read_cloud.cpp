@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <limits>
 
 #include "base/ending.h"
 #include "base/stand_in.h"
@@ -65,6 +67,26 @@ Records records_of(std::string_view bytes, const std::string& name, CloudReadRep
                   name, ending));
 }
 
+/// 1 mm is what a road is to be known to.
+void look_at_float32(const Records& records, const Emitter& emit, CloudReadReport& report) {
+  for (const Field& field : records.fields) {
+    // Relative to an origin float32 is fine enough.
+    if (field.role > Role::z || field.type != FieldType::f32 || field.add != 0.0 || records.text)
+      continue;
+    const auto axis = static_cast<std::size_t>(field.role);
+    const auto largest = static_cast<float>(emit.largest(axis));
+    const float step = std::nextafter(largest, std::numeric_limits<float>::infinity()) - largest;
+    double& step_m = report.float32_step_m[axis];
+    step_m = static_cast<double>(step) *
+             (axis == 2 ? report.metres_per_height_unit : report.metres_per_unit);
+    if (step_m > 0.001)
+      report.remarks.push_back(
+          fmt::format("{} is quantised to {:g} m (float32 coordinates far from zero); export the "
+                      "cloud in double or with a local origin",
+                      "xyz"[axis], step_m));
+  }
+}
+
 CloudReadReport read_all(std::string_view bytes, const std::string& name,
                          const CloudReadOptions& options, const ChunkSink& sink,
                          const std::function<void(std::size_t)>& done) {
@@ -81,15 +103,12 @@ CloudReadReport read_all(std::string_view bytes, const std::string& name,
     read_text(records, name, chunk, emit);
   } else {
     std::vector<Role> roles;
-    for (const Field& field : records.fields) {
-      roles.push_back(field.role);
-      // Relative to an origin float32 is fine enough.
-      if (field.role <= Role::z) report.float32 |= field.type == FieldType::f32 && field.add == 0.0;
-    }
+    for (const Field& field : records.fields) roles.push_back(field.role);
     require_xyz(roles, name);
     read_binary(records, chunk, emit, done);
   }
   emit.finish();
+  look_at_float32(records, emit, report);
   if (report.not_finite > 0)
     report.remarks.push_back(
         fmt::format("{} points without finite coordinates were left out", report.not_finite));

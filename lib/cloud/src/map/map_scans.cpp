@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
@@ -112,14 +113,22 @@ void MapScans::read(const ChunkSink& sink) {
   remarks_.clear();
   bytes_before_ = 0.0;
   MarkedPoints marked;
+  std::vector<std::string> said;  // once, however many files it is true of
+  std::vector<std::size_t> files;
   for (const std::string& file : files_) {
     bytes_here_ = bytes_of(file);
     const CloudReadReport report = read_chunks(file, options_, near);
-    for (const std::string& remark : report.remarks)
-      remarks_.push_back(fmt::format("{}: {}", file, remark));
+    for (const std::string& remark : report.remarks) {
+      const auto at =
+          static_cast<std::size_t>(std::find(said.begin(), said.end(), remark) - said.begin());
+      if (at == said.size()) said.push_back(remark), files.push_back(0), remarks_.push_back(file);
+      ++files[at];
+    }
     marked.add(report.marked);
     bytes_before_ += bytes_here_;
   }
+  for (std::size_t k = 0; k < said.size(); ++k)
+    remarks_[k] += (files[k] > 1 ? fmt::format(" and {} more: ", files[k] - 1) : ": ") + said[k];
   for (const std::string& remark : remarks_of(marked, true)) remarks_.push_back(remark);
 }
 
