@@ -12,6 +12,7 @@
 
 #include "explain/mapping.h"
 #include "proof.h"
+#include "recording/log_table.h"
 #include "support/places.h"
 
 namespace refusals_test {
@@ -175,8 +176,8 @@ TEST(LogsOfOthers, AreReadAsTheyAre) {
   // With decimal commas it is the same log.
   std::replace(log.begin(), log.end(), '.', ',');
   proof.folder.file("none/commas.csv", log + "300,1;2");
-  const recording::Table points = recording::read_table(proof.path("loggers.csv")),
-                         commas = recording::read_table(proof.path("commas.csv"));
+  const recording::Table points = recording::read_log_table(proof.path("loggers.csv")),
+                         commas = recording::read_log_table(proof.path("commas.csv"));
   EXPECT_EQ(commas.names, points.names);
   ASSERT_EQ(commas.columns.size(), points.columns.size());
   for (std::size_t k = 0; k < points.columns.size(); ++k)
