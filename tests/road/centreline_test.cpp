@@ -59,6 +59,53 @@ TEST(Centreline, FindsTheMiddleOfARing) {
   }
 }
 
+TEST(Centreline, KeepsToTheMiddleWhereOneSideIsDrawnByOneLongEdge) {
+  // Two straights of 60 m and two half circles; the outer side of the straights has no vertex but
+  // at its ends, the inner one has one each metre.
+  constexpr double kStraight_m = 60.0, kRadius_m = 20.0, kHalf_m = 4.0;
+  road::RoadMesh road;
+  auto& mesh = road.mesh;
+  mesh.objects.push_back({"road", "", ""});
+  const auto add = [&](double x, double y) {
+    mesh.vertices_m.emplace_back(x, y, 0.0);
+    return static_cast<std::uint32_t>(mesh.vertices_m.size() - 1);
+  };
+  const auto triangle = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    mesh.triangles.push_back({a, b, c});
+    mesh.object_of_triangle.push_back(0);
+  };
+  for (const double turn : {1.0, -1.0}) {  // one half, and the same turned by 180 degrees
+    const auto place = [&](double x, double y) { return add(turn * x, turn * y); };
+    const double in_m = kRadius_m - kHalf_m, out_m = kRadius_m + kHalf_m;
+    const auto begin = place(-0.5 * kStraight_m, -out_m), end = place(0.5 * kStraight_m, -out_m);
+    std::uint32_t last = place(-0.5 * kStraight_m, -in_m);
+    for (int i = 1; i <= 60; ++i) {
+      const auto next = place(i - 0.5 * kStraight_m, -in_m);
+      triangle(i <= 30 ? begin : end, next, last);
+      if (i == 30) triangle(begin, end, next);
+      last = next;
+    }
+    std::uint32_t outer = end;
+    for (int i = 1; i <= 60; ++i) {
+      const double angle = M_PI * i / 60.0, c = std::sin(angle), s = -std::cos(angle);
+      const auto inner_next = place(0.5 * kStraight_m + in_m * c, in_m * s),
+                 outer_next = place(0.5 * kStraight_m + out_m * c, out_m * s);
+      triangle(outer, outer_next, inner_next);
+      triangle(outer, inner_next, last);
+      outer = outer_next, last = inner_next;
+    }
+  }
+  road.class_of_triangle.assign(mesh.triangles.size(), SurfaceClass::road);
+  const auto line = trace_centreline(road);
+  EXPECT_TRUE(line.closed);
+  EXPECT_NEAR(line.length_m, 2.0 * kStraight_m + 2.0 * M_PI * kRadius_m, 0.3);
+  for (std::size_t i = 0; i < line.points_m.size(); ++i) {
+    const double x_m = std::max(0.0, std::abs(line.points_m[i].x()) - 0.5 * kStraight_m);
+    EXPECT_NEAR(std::hypot(x_m, line.points_m[i].y()), kRadius_m, 0.1) << i;
+    EXPECT_NEAR(line.half_width_m[i], kHalf_m, 0.1) << i;
+  }
+}
+
 TEST(Centreline, PassesThroughTheMiddleOfSidewaysSteps) {
   // Two halves of a ring that meet 6 cm beside each other: the borders step, the line must not
   // swing out.

@@ -63,7 +63,7 @@ TEST_F(BadInput, OfTheCarIsNamedWithFileAndLine) {
   refuses_car("vehicle.yaml", "name: open_wheel", "name: x\ncolour: red", "'colour' is not a key");
   refuses_car("vehicle.yaml", "front.tir", "missing.tir", "car/missing.tir does not exist");
   refuses_car("engine.csv", "\n80,", "\n9999,", "must ascend");
-  refuses_car("engine.csv", "\n80,", "\nfast,", "'fast' in column engine_radps");
+  refuses_car("engine.csv", "\n80,", "\nfast,", "column 'engine_radps:throttle' holds 'fast'");
   refuses_car("front.tir", "FNOMIN", "FNOMINE", "FNOMIN is missing");
   refuses_car("front.tir", "'meter'", "'inch'", "unit of LENGTH");
   refuses_car("front.tir", "\nQDZ1[^]*$", "\n",

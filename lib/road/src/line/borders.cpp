@@ -14,9 +14,11 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kLargestStep_m = 0.5;  // of a border, sideways
+constexpr double kLongEdge_m = 10.0;    // no bend is drawn with longer ones
 
-/// Whether each vertex lies on the border of the mesh.
-std::vector<char> on_border_of(const Mesh& mesh) {
+/// The points of the mesh's border: its vertices, and some along its long edges, which would be
+/// bent where the border turns before and behind them.
+std::vector<Vector3d> border_points_of(const Mesh& mesh) {
   std::vector<std::uint64_t> edges;
   edges.reserve(3 * mesh.triangles.size());
   for (const auto& triangle : mesh.triangles) {
@@ -27,16 +29,23 @@ std::vector<char> on_border_of(const Mesh& mesh) {
   }
   std::sort(edges.begin(), edges.end());
   std::vector<char> on_border(mesh.vertices_m.size(), 0);
+  std::vector<Vector3d> points;
   for (std::size_t i = 0; i < edges.size();) {
     std::size_t j = i;
     while (j < edges.size() && edges[j] == edges[i]) ++j;
     if (j - i == 1) {
-      on_border[edges[i] >> 32] = 1;
-      on_border[edges[i] & 0xffffffffu] = 1;
+      const std::uint64_t a = edges[i] >> 32, b = edges[i] & 0xffffffffu;
+      on_border[a] = on_border[b] = 1;
+      const Vector3d from = mesh.vertices_m[a], over = mesh.vertices_m[b] - from;
+      const double parts = std::ceil(over.head<2>().norm() / kLongEdge_m);
+      for (double part = 1.0; part < parts; part += 1.0)
+        points.push_back(mesh.origin_m + from + part / parts * over);
     }
     i = j;
   }
-  return on_border;
+  for (std::size_t v = 0; v < on_border.size(); ++v)
+    if (on_border[v] != 0) points.push_back(mesh.origin_m + mesh.vertices_m[v]);
+  return points;
 }
 
 /// The segments of a walk by the squares that they begin in.
@@ -145,12 +154,9 @@ std::vector<double> places_along(const Walk& walk) {
 
 std::pair<std::vector<BorderPoint>, std::vector<BorderPoint>> borders_along(
     const Mesh& mesh, const Walk& walk, const std::vector<double>& station_s_m) {
-  const std::vector<char> on_border = on_border_of(mesh);
   const SegmentCells cells(walk);
   std::vector<BorderPoint> left, right;
-  for (std::size_t v = 0; v < mesh.vertices_m.size(); ++v) {
-    if (on_border[v] == 0) continue;
-    const Vector3d p = mesh.origin_m + mesh.vertices_m[v];
+  for (const Vector3d& p : border_points_of(mesh)) {
     if (const auto found = side_of(p, walk, cells, station_s_m))
       (found->is_left ? left : right).push_back(found->at);
   }
