@@ -244,6 +244,19 @@ TEST_F(Built, QueryAnswersMapAndRoadCoordinates) {
   for (const std::size_t height : {4u, 7u, 8u}) EXPECT_EQ(uv[2][height], "");
 }
 
+TEST_F(Built, QueryAnswersEveryRowWhateverItIsCalled) {
+  write(*folder / "named.csv", "id,u_m,v_m\n# by hand\n#1,60,0\n#2,61,0,\n,,\n\n3,62,0\n");
+  ASSERT_EQ(crgbuild({"query", out("stadium.crg"), "--points", *folder / "named.csv", "-o",
+                      *folder / "named_out.csv"})
+                .code,
+            0);
+  const auto rows = csv(*folder / "named_out.csv");
+  ASSERT_EQ(rows.size(), 5u);
+  EXPECT_EQ(rows[1][2], "60");
+  EXPECT_EQ(rows[3][2], "");
+  EXPECT_EQ(rows[4][2], "62");
+}
+
 TEST_F(Built, QueryOfManyPointsKeepsOrderForAnyThreads) {
   std::string points = "x_m,y_m\n";
   for (int i = 0; i < 50000; ++i)

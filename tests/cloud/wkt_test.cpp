@@ -126,6 +126,18 @@ TEST(Wkt, LasComesInTheUnitOfTheText) {
   }
 }
 
+TEST(Wkt, HeightsBesideThePlanAndEsrisWordForThem) {
+  const std::string metres = R"(UNIT["metre",1])", feet = R"(UNIT["Foot_US",0.3048006096012192])",
+                    datum =
+                        R"(["NAVD88",VDATUM["N"],PARAMETER["Vertical_Shift",0.0],)" + feet + "]";
+  const std::string las = support::as_las({}, 4, 6);
+  for (const std::string& text :
+       {plan1(metres) + ",VERT_CS" + datum, plan1(metres) + "\nVERTCS" + datum,
+        "COMPD_CS[\"both\"," + plan1(metres) + ",VERTCS" + datum + "]",
+        "\xEF\xBB\xBF" + plan1(metres) + ",VERTCS" + datum})
+    expect_metres(support::with_record(las, 2112, text), "a.las", 1.0, kSurveyFoot);
+}
+
 TEST(Wkt, BesideGeoKeysTheTextCounts) {
   const std::string keys = support::as_las({}, 4, 6, true);  // feet
   EXPECT_THAT(expect_metres(support::with_record(keys, 2112, plan(kSurvey2)), "a.las", kSurveyFoot,

@@ -62,6 +62,12 @@ TEST(IsoTime, LogsCountSecondsFromTheFirstRow) {
   EXPECT_EQ(parse_log(canonical, "x.csv").channels[0].unit, "") << "its name says it";
 }
 
+TEST(IsoTime, OfOtherColumnsOddCellsAreWords) {
+  const Log log = parse_log("time,fix\n0,0\n1,0\n2,2024-05-01T12:00:00Z\n3,\n", "x.csv");
+  EXPECT_EQ(log.channels[1].words, 1u);
+  EXPECT_THAT(log.channels[1].values, ElementsAre(0.0, 0.0, testing::IsNan(), testing::IsNan()));
+}
+
 TEST(IsoTime, WhatDoesNotFitTheRowsAboveIsRefused) {
   const auto refusal = [](const std::string& text) {
     try {

@@ -64,7 +64,7 @@ class Asker {
     crg::Cursor cursor;
     std::vector<std::string_view> cells;
     for (std::size_t i = begin; i < end; ++i) {
-      if (base::is_blank_or_remark(lines[i])) continue;
+      if (base::is_blank_or_remark(lines[i]) && !form_.is_row(lines[i])) continue;
       const std::size_t number = first_number + i;
       form_.split(lines[i], number, cells);
       // NaN for an empty cell: no road there.

@@ -71,7 +71,7 @@ char separator_of(std::string_view header, const std::vector<std::string>& wante
   char best = ',';
   std::pair<std::ptrdiff_t, std::size_t> most{0, 1};
   std::vector<std::string_view> cells;
-  for (const char separator : {',', ';', '\t'}) {
+  for (const char separator : {';', '\t', ','}) {  // a comma may be a decimal one
     split_cells(header, separator, cells);
     const auto named = std::count_if(wanted.begin(), wanted.end(), [&](const std::string& name) {
       return std::find(cells.begin(), cells.end(), name) != cells.end();
@@ -103,7 +103,6 @@ TableForm::TableForm(std::string_view header, std::size_t line, std::string path
     : path_(std::move(path)), line_(line), separator_(separator_of(header, wanted)) {
   std::vector<std::string_view> cells;
   split_cells(header, separator_, cells);
-  cells_ = cells.size();
   while (!cells.empty() && cells.back().empty()) cells.pop_back();
   names_.assign(cells.begin(), cells.end());
 }
@@ -112,12 +111,20 @@ std::size_t TableForm::column(std::string_view name) const {
   return static_cast<std::size_t>(std::find(names_.begin(), names_.end(), name) - names_.begin());
 }
 
+bool TableForm::is_row(std::string_view line) const {
+  std::vector<std::string_view> cells;
+  split_cells(line, separator_, cells);
+  while (cells.size() > names_.size() && cells.back().empty()) cells.pop_back();
+  return cells.size() == names_.size() && !line.starts_with("# ");
+}
+
 void TableForm::split(std::string_view row, std::size_t line,
                       std::vector<std::string_view>& cells) const {
   split_cells(row, separator_, cells);
   const std::size_t wanted = names_.size();
   if (cells.size() == wanted) return;
-  const bool fits = cells.size() > wanted && cells.size() <= cells_ &&
+  // Some loggers end every row with a separator, or the header alone.
+  const bool fits = cells.size() > wanted &&
                     std::all_of(cells.begin() + static_cast<std::ptrdiff_t>(wanted), cells.end(),
                                 [](std::string_view cell) { return cell.empty(); });
   if (!fits)

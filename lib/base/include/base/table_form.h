@@ -22,7 +22,7 @@ bool is_blank_or_remark(std::string_view line);
 void split_cells(std::string_view line, char separator, std::vector<std::string_view>& cells);
 
 /// Comma, semicolon or tab: that which makes most of the `wanted` names cells of the header, or
-/// else most cells.
+/// else most cells; of two alike not the comma, which may be a decimal one.
 char separator_of(std::string_view header, const std::vector<std::string>& wanted = {});
 
 /// A number with a decimal point or a decimal comma; nothing where the cell is none.
@@ -34,7 +34,7 @@ std::string advice_on_length(const std::vector<std::string_view>& cells, std::si
                              char separator);
 
 /// What a header says about the rows below it. They have as many cells as it has names; separators
-/// behind these must be behind those of the header, too. Decimals have points; where semicolons or
+/// behind these are passed over. Decimals have points; where semicolons or
 /// tabs separate they may have commas instead, all of them. Threads may share one.
 class TableForm {
  public:
@@ -46,6 +46,9 @@ class TableForm {
   const std::vector<std::string>& names() const { return names_; }
   /// The first column of that name, or names().size().
   std::size_t column(std::string_view name) const;
+  /// Whether a line that is blank or begins with # is a row all the same: it has as many cells as
+  /// the header names, as a row of empty cells or one called #1, and no blank behind the #.
+  bool is_row(std::string_view line) const;
   /// One cell for each name. Throws Error with file:line where the row is longer or shorter.
   void split(std::string_view row, std::size_t line, std::vector<std::string_view>& cells) const;
   /// NaN for an empty cell. Throws Error with file:line where the cell of that column is no number.
@@ -53,7 +56,7 @@ class TableForm {
 
  private:
   std::string path_;
-  std::size_t line_, cells_ = 0;  ///< of the header
+  std::size_t line_;  ///< of the header
   char separator_;
   std::vector<std::string> names_;
   mutable std::atomic<char> mark_ = 0;  ///< the decimal mark, once one was seen

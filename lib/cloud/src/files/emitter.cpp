@@ -60,9 +60,10 @@ void Emitter::finish() const {
     throw Error(fmt::format(
         "{}: all its points are marked as noise (class 7 or 18: {}) or withheld ({}){}; take the "
         "marks off where they are wrong, as with 'pdal translate in.las out.las assign "
-        "--filters.assign.value=\"Classification=1\"'",
+        "--filters.assign.value=\"{}\" --writers.las.forward=all'",
         name_, report_.marked.noise, report_.marked.withheld,
-        report_.not_finite > 0 ? ", or without finite coordinates" : ""));
+        report_.not_finite > 0 ? ", or without finite coordinates" : "",
+        report_.marked.noise > 0 ? "Classification=1" : "Withheld=0"));
   if (report_.not_finite > 0)
     throw Error(fmt::format("{}: none of the {} points has finite coordinates below 1e8 m", name_,
                             report_.not_finite));

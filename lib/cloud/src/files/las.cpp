@@ -114,7 +114,7 @@ void use_coordinate_system(const VariableRecords& records, CloudReadReport& repo
   report.unit = flat.name;
   report.metres_per_unit = flat.metres;
   report.metres_per_height_unit = up.metres;
-  report.unit_from_file = true;
+  report.unit_from_file = plan.has_value();
   if (up.metres != flat.metres)
     report.remarks.push_back(fmt::format(
         "heights are in {}, the plan is in {}, as the coordinate system says", up.name, flat.name));

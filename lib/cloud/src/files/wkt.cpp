@@ -113,7 +113,14 @@ LengthUnit length_unit(const std::string& name, double metres) {
 }
 
 CoordinateSystem read_wkt(std::string_view text) {
-  const Part whole = next_part(text, 0);
+  // Heights may stand beside the plan; a mark of byte order may stand before it.
+  Part whole{"ALL", {}};
+  const auto to_next = [&] {
+    while (!text.empty() && std::isalpha(static_cast<unsigned char>(text.front())) == 0)
+      text.remove_prefix(1);
+    return !text.empty();
+  };
+  while (to_next()) whole.parts.push_back(next_part(text, 0));
   CoordinateSystem out;
   if (const Part* const plan = find(whole, {"PROJCS", "PROJCRS", "PROJECTEDCRS", "DERIVEDPROJCRS",
                                             "LOCAL_CS", "ENGCRS", "ENGINEERINGCRS"})) {
@@ -124,7 +131,7 @@ CoordinateSystem read_wkt(std::string_view text) {
     out.in_degrees =
         find(whole, {"GEOGCS", "GEOGCRS", "GEOGRAPHICCRS", "GEODCRS", "GEODETICCRS"}) != nullptr;
   }
-  if (const Part* const height = find(whole, {"VERT_CS", "VERTCRS", "VERTICALCRS"}))
+  if (const Part* const height = find(whole, {"VERT_CS", "VERTCS", "VERTCRS", "VERTICALCRS"}))
     out.height = unit_of(*height, 0);
   return out;
 }

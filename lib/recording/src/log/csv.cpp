@@ -161,10 +161,24 @@ void check_names(const Shape& shape, const std::string& name) {
   }
 }
 
+/// The clock among the channels, in seconds as far as its unit tells.
+const Channel* clock_of(const Log& log) {
+  for (const Channel& channel : log.channels) {
+    std::string word;
+    for (const char c : channel.name)
+      if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+        word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (word.starts_with("time") || word == "t" || word == "ts" || word.starts_with("zeit") ||
+        word == "sessiontime")
+      return &channel;
+  }
+  return nullptr;
+}
+
 /// Takes the cells of one column, dates with times as seconds from the first one on.
 class ColumnReader {
  public:
-  explicit ColumnReader(Channel& channel) : channel_(&channel) {}
+  ColumnReader(Channel& channel, bool is_clock) : channel_(&channel), is_clock_(is_clock) {}
 
   void take(std::string_view cell, bool comma, const std::string& name, std::size_t line) {
     double value = number(cell, comma);
@@ -172,25 +186,27 @@ class ColumnReader {
     const std::optional<IsoTime> time = counts || cell.empty() ? std::nullopt : iso_time(cell);
     const bool unlike = (counts && first_) || (time && counted_) ||
                         (time && first_ && time->zoned != first_->zoned);
-    if (unlike)
+    if (unlike && is_clock_)
       throw base::Error(fmt::format(
           "{}:{}: column '{}' holds '{:.40}', unlike the rows above: seconds, dates with times, or "
           "dates with times and zones are wanted; write all alike",
           name, line, channel_->name.substr(0, 40), cell));
-    counted_ = counted_ || counts;
-    if (time) {
+    counted_ = counted_ || (counts && !unlike);
+    if (time && !unlike) {
       if (!first_) first_ = time;
       value =
           static_cast<double>(time->whole_s - first_->whole_s) + (time->part_s - first_->part_s);
       if (channel_->name != "time_s") channel_->unit = "s";
-    } else if (!counts && !cell.empty()) {
+    } else if (unlike || (!counts && !cell.empty())) {
       ++channel_->words;
+      value = std::numeric_limits<double>::quiet_NaN();
     }
     channel_->values.push_back(value);
   }
 
  private:
   Channel* channel_;
+  bool is_clock_;  ///< else a cell unlike the others is a word
   std::optional<IsoTime> first_;
   bool counted_ = false;  ///< a number was there
 };
@@ -199,7 +215,9 @@ void read_rows(std::string_view text, const Shape& shape, const std::string& nam
   base::Lines lines(text);
   std::string_view line;
   std::vector<std::string_view> cells;
-  std::vector<ColumnReader> readers(log.channels.begin(), log.channels.end());
+  const Channel* const clock = clock_of(log);
+  std::vector<ColumnReader> readers;
+  for (Channel& channel : log.channels) readers.emplace_back(channel, &channel == clock);
   const std::size_t columns = readers.size();
   while (lines.next(line)) {
     const bool cut_off = lines.rest().empty() && !text.ends_with('\n');
@@ -207,6 +225,7 @@ void read_rows(std::string_view text, const Shape& shape, const std::string& nam
     const std::string_view inside = base::trimmed(line);
     if (inside.empty() || inside.front() == '#') continue;
     base::split_cells(shape.separator == '\t' ? line : inside, shape.separator, cells);
+    while (cells.size() > columns && cells.back().empty()) cells.pop_back();
     if (cells.size() != columns) {
       if (cut_off) break;  // the logger lost power
       throw base::Error(fmt::format("{}:{}: {} cells, the header names {} columns{}", name,
@@ -232,20 +251,6 @@ bool has_decimal_commas(const std::vector<NumberedLine>& head, const Shape& shap
     }
   }
   return commas > 0 && points == 0;
-}
-
-/// The clock among the channels, in seconds as far as its unit tells.
-const Channel* clock_of(const Log& log) {
-  for (const Channel& channel : log.channels) {
-    std::string word;
-    for (const char c : channel.name)
-      if (std::isalnum(static_cast<unsigned char>(c)) != 0)
-        word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    if (word.starts_with("time") || word == "t" || word == "ts" || word.starts_with("zeit") ||
-        word == "sessiontime")
-      return &channel;
-  }
-  return nullptr;
 }
 
 }  // namespace

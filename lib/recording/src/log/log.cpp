@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/read_file.h"
+#include "base/table_form.h"
 #include "base/text_lines.h"
 #include "readers.h"
 #include "unpack.h"
@@ -41,6 +42,7 @@ Log parse_plain(std::string_view bytes, const std::string& name) {
   if (is_mcap(bytes)) return parse_mcap(bytes, name);
   if (is_rosbag2(bytes)) return parse_rosbag2(bytes, name);
   if (is_racelogic_vbo(bytes)) return parse_racelogic_vbo(bytes, name);
+  bytes = base::behind_byte_order_mark(bytes, name);  // refuses UTF-16, which is full of zeros
   if (bytes.substr(0, 4096).find('\0') != std::string_view::npos)
     throw base::Error(fmt::format(
         "{}: binary, and none of MoTeC .ld, iRacing .ibt, MCAP, rosbag2; export it as CSV", name));
