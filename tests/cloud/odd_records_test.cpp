@@ -128,5 +128,12 @@ TEST(RealClouds, StreetsOfOddRecords) {
   }
 }
 
+TEST(OddRecords, TextRowsLongerThanTheirHeaderAreRefused) {
+  for (const char* text :
+       {"x;y;z\n10,1;20,5;0,11\n", "x,y,z\n10,1,20,5,0,11\n", "x,y,z,,time\n1,2,3,5,7\n"})
+    EXPECT_THAT(refusal(text, "a.csv"), HasSubstr("a.csv:2: more numbers than the")) << text;
+  EXPECT_EQ(refusal("x,y,z\n1,2,3\n4,5,6,\n", "a.csv"), "accepted");
+}
+
 }  // namespace odd_records_test
 }  // namespace cloud

@@ -151,6 +151,14 @@ TEST_F(Refusals, AMappingInThePlaceOfItsLog) {
   EXPECT_EQ(proof_->folder.read("log.csv"), log);
 }
 
+TEST_F(Refusals, AMappingOfALogWithoutAClock) {
+  const std::string log =
+      file("day.csv", "time,speed [km/h]\n12:00:00.0,100\n12:00:00.1,101\n12:00:00.2,102\n");
+  EXPECT_THAT(refused(fmt::format("map {} -o mapping.yaml", log)),
+              HasSubstr("day.csv: the clock, column 'time', holds no number in any of its 3 rows"));
+  EXPECT_FALSE(std::filesystem::exists("mapping.yaml"));
+}
+
 TEST_F(Refusals, WordsThatAreNoCommand) {
   EXPECT_THAT(refused("explain", 2), HasSubstr("there is no command 'explain'"));
 }

@@ -58,6 +58,15 @@ int map(const MapCommand& command, Terminal& terminal) {
   std::vector<std::string> not_read;
   const recording::Table table = recording::read_log_table(command.log_path, &words, &not_read);
   const explain::Mapping mapping = explain::propose_mapping(table, command.log_path);
+  for (const explain::ColumnMapping& m : mapping.columns) {
+    const auto at = std::find(table.names.begin(), table.names.end(), m.column);
+    const auto c = static_cast<std::size_t>(at - table.names.begin());
+    if (m.channel == "time_s" && c < words.size() && words[c] > 0 && words[c] == table.rows())
+      throw vehicle::Error(fmt::format(
+          "{}: the clock, column '{}', holds no number in any of its {} rows; write seconds, or "
+          "dates with times as 2024-05-01T12:00:00.1Z",
+          command.log_path, m.column, table.rows()));
+  }
   std::vector<std::string> notes = not_read;
   notes.insert(notes.end(), mapping.notes.begin(), mapping.notes.end());
   for (std::size_t c = 0; c < words.size(); ++c)

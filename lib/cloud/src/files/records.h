@@ -68,6 +68,7 @@ struct Records {
   std::vector<Role> columns;
   std::size_t text_begin = 0;
   std::size_t first_line = 1;
+  bool named = false;    ///< of text: columns by a header, which rows are as long as
   bool counted = false;  ///< text: `count` points are promised
 };
 

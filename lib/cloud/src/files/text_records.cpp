@@ -75,8 +75,8 @@ bool begins_with_number(const std::vector<std::string>& words) {
 
 /// One per role, of a line's numbers.
 std::array<double, kRoles> values_in(const char* at, const char* line_end,
-                                     const std::vector<Role>& columns, const std::string& name,
-                                     std::size_t line_number) {
+                                     const std::vector<Role>& columns, bool no_more,
+                                     const std::string& name, std::size_t line_number) {
   std::array<double, kRoles> values{};
   for (std::size_t k = 0; k < columns.size(); ++k) {
     double value = 0.0;
@@ -85,6 +85,11 @@ std::array<double, kRoles> values_in(const char* at, const char* line_end,
                               columns.size(), k + 1, std::string(at, std::min(line_end, at + 20))));
     if (columns[k] != Role::none) values[static_cast<std::size_t>(columns[k])] = value;
   }
+  if (double more = 0.0; no_more && number_at(at, line_end, more))
+    throw Error(
+        fmt::format("{}:{}: more numbers than the {} columns that the header names; write decimals "
+                    "with points, and a name for each column",
+                    name, line_number, columns.size()));
   return values;
 }
 
@@ -125,6 +130,7 @@ Records xyz_records(std::string_view bytes, const std::string& name, CloudReadRe
       records.columns = columns_by_number(words.size(), fmt::format("{}:{}", name, line_number));
     } else {
       records.columns = columns_by_name(words, name);
+      records.named = true;
       here = next;
       ++line_number;
     }
@@ -154,7 +160,7 @@ void read_text(const Records& records, const std::string& name, std::size_t chun
     here = line_end + (line_end < end ? 1 : 0);
     if (at == line_end || *at == '#') continue;
     const std::array<double, kRoles> values =
-        values_in(at, line_end, records.columns, name, line_number);
+        values_in(at, line_end, records.columns, records.named, name, line_number);
     for (const Role role : records.columns)
       if (role != Role::none)
         raw.of[static_cast<std::size_t>(role)].push_back(values[static_cast<std::size_t>(role)]);
