@@ -12,7 +12,7 @@
 namespace csv_test {
 
 std::string file_with(const std::string& text) {
-  const std::string path = testing::TempDir() + "csv_test.csv";
+  std::string path = testing::TempDir() + "csv_test.csv";
   std::ofstream(path, std::ios::binary) << text;
   return path;
 }

@@ -89,7 +89,8 @@ TEST(Float32, EveryCommandThatReadsCloudsSaysIt) {
   const support::TemporaryFolder folder;
   std::string values;
   for (int i = 0; i < 10'000; ++i) {
-    const double x = 0.1 * (i % 100), y = 0.1 * (i / 100);
+    const int row = i / 100;
+    const double x = 0.1 * (i % 100), y = 0.1 * row;
     for (const double v : {500'000.0 + x, y, 0.2 * std::sin(x) + 0.1 * std::cos(2.0 * y), 0.0}) {
       const auto single = static_cast<float>(v);
       values.append(reinterpret_cast<const char*>(&single), sizeof single);

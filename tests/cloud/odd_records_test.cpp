@@ -66,7 +66,7 @@ TEST(OddRecords, ExtraBytesThatNobodyExplainsArePassedOver) {
 }
 
 TEST(OddRecords, ExtraBytesExplainedAsMoreThanThereAre) {
-  std::string doubles(2 * 192, '\0');  // two of eight bytes each; four bytes are there
+  std::string doubles(384, '\0');  // two records of 192, of eight bytes each; four bytes are there
   doubles[2] = doubles[192 + 2] = 10;
   std::string las = support::with_record(with_extra_bytes(4), 4, doubles);
   const std::string user = "LASF_Projection", spec("LASF_Spec\0\0\0\0\0\0", 15);

@@ -55,7 +55,7 @@ std::vector<std::string> files_of(const fs::path& metadata) {
 
 /// A recording packed as a whole stands beside its name, or under it with .zstd behind.
 fs::path found(const fs::path& folder, const std::string& name) {
-  const fs::path path = folder / name;
+  fs::path path = folder / name;
   if (fs::exists(path)) return path;
   fs::path packed = path;
   packed += ".zstd";

@@ -46,7 +46,7 @@ bool take_zone(std::string_view& text, IsoTime& time) {
   if (!take_one(text, "+-") || !take_digits(text, 2, 23, hours)) return false;
   const bool colon = take_one(text, ":");
   if ((colon || !text.empty()) && !take_digits(text, 2, 59, minutes)) return false;
-  time.whole_s -= sign * (hours * 3600 + minutes * 60);
+  time.whole_s -= std::int64_t{60} * sign * (60 * hours + minutes);
   return true;
 }
 
@@ -68,7 +68,7 @@ std::optional<IsoTime> iso_time(std::string_view cell) {
                                          std::chrono::day{static_cast<unsigned>(day)}};
   if (!date.ok()) return std::nullopt;
   time.whole_s = std::chrono::sys_days{date}.time_since_epoch().count() * std::int64_t{86400} +
-                 hour * 3600 + minute * 60 + second;
+                 std::int64_t{60} * (60 * hour + minute) + second;
   time.zoned = !cell.empty();
   if (!take_zone(cell, time) || !cell.empty()) return std::nullopt;
   return time;
