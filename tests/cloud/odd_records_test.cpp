@@ -133,6 +133,7 @@ TEST(OddRecords, TextRowsLongerThanTheirHeaderAreRefused) {
        {"x;y;z\n10,1;20,5;0,11\n", "x,y,z\n10,1,20,5,0,11\n", "x,y,z,,time\n1,2,3,5,7\n"})
     EXPECT_THAT(refusal(text, "a.csv"), HasSubstr("a.csv:2: more numbers than the")) << text;
   EXPECT_EQ(refusal("x,y,z\n1,2,3\n4,5,6,\n", "a.csv"), "accepted");
+  EXPECT_EQ(refusal("x y z\n1 2 3 128\n4 5 6 7\n", "a.xyz"), "accepted") << "no comma, no doubt";
 }
 
 }  // namespace odd_records_test

@@ -138,6 +138,22 @@ TEST(Wkt, HeightsBesideThePlanAndEsrisWordForThem) {
     expect_metres(support::with_record(las, 2112, text), "a.las", 1.0, kSurveyFoot);
 }
 
+TEST(Wkt, AUnitOfHeightsAloneIsAskedFor) {
+  const support::TemporaryFolder folder;
+  const std::string las = folder.file(
+      "a.las", support::with_record(support::as_las({}, 4, 6), 2112,
+                                    compound(plan(R"(LENGTHUNIT["foot"])"), height(kFoot2))));
+  try {
+    read_cloud(las);
+    ADD_FAILURE() << "the plan may be in feet, too";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("names a unit for the heights, and none for the plan"));
+  }
+  CloudReadOptions options;
+  options.metres_per_unit = kFoot;
+  EXPECT_EQ(read_cloud(las, options).size(), support::CloudSeed{}.count);
+}
+
 TEST(Wkt, BesideGeoKeysTheTextCounts) {
   const std::string keys = support::as_las({}, 4, 6, true);  // feet
   EXPECT_THAT(expect_metres(support::with_record(keys, 2112, plan(kSurvey2)), "a.las", kSurveyFoot,

@@ -45,6 +45,11 @@ Emitter::Emitter(const std::string& name, const CloudReadOptions& options, Cloud
   if (options.metres_per_unit) {
     report.metres_per_unit = report.metres_per_height_unit = *options.metres_per_unit;
     report.unit = "as given";
+  } else if (!report.unit_from_file && report.metres_per_height_unit != report.metres_per_unit) {
+    throw Error(
+        name +
+        ": its coordinate system names a unit for the heights, and none for the plan; give the one "
+        "that both have (--unit; map, grid: --cloud-unit), or write the plan's into the file");
   }
 }
 
@@ -105,12 +110,12 @@ bool Emitter::left_out_by_marks(const Raw& raw, std::size_t i) {
   };
   const double classed = value(Role::classification);
   MarkedPoints& marked = report_.marked;
-  const bool noise = classed == 7.0 || classed == 18.0, withheld = value(Role::withheld) != 0.0;
+  const bool noise = classed == 7.0 || classed == 18.0, withheld = value(Role::withheld) > 0.0;
   if (noise)
     ++marked.noise;
   else if (withheld)
     ++marked.withheld;
-  else if (value(Role::synthetic) != 0.0)
+  else if (value(Role::synthetic) > 0.0)
     ++marked.synthetic;
   return options_.leave_out_marked && (noise || withheld);
 }

@@ -78,6 +78,7 @@ std::array<double, kRoles> values_in(const char* at, const char* line_end,
                                      const std::vector<Role>& columns, bool no_more,
                                      const std::string& name, std::size_t line_number) {
   std::array<double, kRoles> values{};
+  const char* const begin = at;
   for (std::size_t k = 0; k < columns.size(); ++k) {
     double value = 0.0;
     if (!number_at(at, line_end, value))
@@ -85,7 +86,9 @@ std::array<double, kRoles> values_in(const char* at, const char* line_end,
                               columns.size(), k + 1, std::string(at, std::min(line_end, at + 20))));
     if (columns[k] != Role::none) values[static_cast<std::size_t>(columns[k])] = value;
   }
-  if (double more = 0.0; no_more && number_at(at, line_end, more))
+  // Between blanks what nobody named is no doubt; commas may be decimal ones.
+  if (double more = 0.0;
+      no_more && std::find(begin, line_end, ',') != line_end && number_at(at, line_end, more))
     throw Error(
         fmt::format("{}:{}: more numbers than the {} columns that the header names; write decimals "
                     "with points, and a name for each column",

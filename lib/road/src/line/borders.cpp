@@ -13,12 +13,14 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kLargestStep_m = 0.5;  // of a border, sideways
-constexpr double kLongEdge_m = 10.0;    // no bend is drawn with longer ones
+constexpr double kLargestStep_m = 0.5;                // of a border, sideways
+constexpr double kLongEdge_m = 25.0;                  // no bend is drawn with longer ones
+constexpr double kEach_m = 10.0, kMostParts = 100.0;  // of a long edge
 
-/// The points of the mesh's border: its vertices, and some along its long edges, which would be
-/// bent where the border turns before and behind them.
-std::vector<Vector3d> border_points_of(const Mesh& mesh) {
+/// Calls `each` with the points of the mesh's border: its vertices, and some along its long edges,
+/// which would be bent where the border turns before and behind them.
+template <typename Each>
+void border_points_of(const Mesh& mesh, const Each& each) {
   std::vector<std::uint64_t> edges;
   edges.reserve(3 * mesh.triangles.size());
   for (const auto& triangle : mesh.triangles) {
@@ -29,7 +31,6 @@ std::vector<Vector3d> border_points_of(const Mesh& mesh) {
   }
   std::sort(edges.begin(), edges.end());
   std::vector<char> on_border(mesh.vertices_m.size(), 0);
-  std::vector<Vector3d> points;
   for (std::size_t i = 0; i < edges.size();) {
     std::size_t j = i;
     while (j < edges.size() && edges[j] == edges[i]) ++j;
@@ -37,15 +38,16 @@ std::vector<Vector3d> border_points_of(const Mesh& mesh) {
       const std::uint64_t a = edges[i] >> 32, b = edges[i] & 0xffffffffu;
       on_border[a] = on_border[b] = 1;
       const Vector3d from = mesh.vertices_m[a], over = mesh.vertices_m[b] - from;
-      const double parts = std::ceil(over.head<2>().norm() / kLongEdge_m);
+      const double length_m = over.head<2>().norm();
+      const double parts =
+          length_m > kLongEdge_m ? std::min(std::ceil(length_m / kEach_m), kMostParts) : 1.0;
       for (double part = 1.0; part < parts; part += 1.0)
-        points.push_back(mesh.origin_m + from + part / parts * over);
+        each(mesh.origin_m + from + part / parts * over);
     }
     i = j;
   }
   for (std::size_t v = 0; v < on_border.size(); ++v)
-    if (on_border[v] != 0) points.push_back(mesh.origin_m + mesh.vertices_m[v]);
-  return points;
+    if (on_border[v] != 0) each(mesh.origin_m + mesh.vertices_m[v]);
 }
 
 /// The segments of a walk by the squares that they begin in.
@@ -156,10 +158,10 @@ std::pair<std::vector<BorderPoint>, std::vector<BorderPoint>> borders_along(
     const Mesh& mesh, const Walk& walk, const std::vector<double>& station_s_m) {
   const SegmentCells cells(walk);
   std::vector<BorderPoint> left, right;
-  for (const Vector3d& p : border_points_of(mesh)) {
+  border_points_of(mesh, [&](const Vector3d& p) {
     if (const auto found = side_of(p, walk, cells, station_s_m))
       (found->is_left ? left : right).push_back(found->at);
-  }
+  });
   return {in_order(std::move(left), walk.closed), in_order(std::move(right), walk.closed)};
 }
 
