@@ -4,17 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 
 #include "base/error.h"
+#include "support/temporary_folder.h"
 
 namespace csv_test {
 
+// In a folder of this run alone: ctest runs the tests of a program beside each other.
 std::string file_with(const std::string& text) {
-  std::string path = testing::TempDir() + "csv_test.csv";
-  std::ofstream(path, std::ios::binary) << text;
-  return path;
+  static const support::TemporaryFolder folder;
+  return folder.file("csv_test.csv", text);
 }
 
 std::string error_of(const std::string& text) {
