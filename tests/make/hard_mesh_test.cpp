@@ -1,4 +1,5 @@
 // What must survive the whole way on a real mesh: kerb profiles, and damages of the mesh.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -6,10 +7,13 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "crg/surface.h"
+#include "make/make_reported.h"
 #include "make/make_track.h"
+#include "mesh/error.h"
 #include "mesh/export_mesh.h"
 #include "mesh/ray_surface.h"
 #include "support/mutate_mesh.h"
@@ -122,6 +126,59 @@ TEST(HardMesh, JitterAndMissingOrDoubledTrianglesMakeNoNewFailure) {
         1e3 * s["validation"]["z_error_m"]["p99"].get<double>());
     EXPECT_LE(s["validation"]["z_error_m"]["p99"].get<double>(), 1.5e-3) << ending;
   }
+}
+
+/// What happens to a mesh on its way through other programs.
+struct Form {
+  const char* name;
+  const char* ending;
+  bool named, torn;
+  double dropped;
+};
+
+TEST(SlowHardMesh, EveryTrackInEveryForm) {
+  const std::string tracks = places::torcs_tracks();
+  if (!std::filesystem::exists(tracks)) GTEST_SKIP() << tracks << " is absent (torcs-data)";
+  std::ifstream table(places::source() + "/tests/bench/roads/torcs.csv");
+  std::size_t seen = 0;
+  for (std::string row; std::getline(table, row);) {
+    const std::size_t comma = row.find(".acc,");
+    if (comma == std::string::npos) continue;
+    const std::string name = row.substr(0, comma + 4);
+    const double length_m = std::stod(row.substr(comma + 5));
+    const road::Mesh mesh = road::read_mesh(fmt::format("{}/{}", tracks, name));
+    for (const Form& form :
+         {Form{"nameless", "obj", false, false, 0.0},
+          Form{"vertices apart, 0.3 mm", "obj", true, true, 0.0},
+          Form{"0.2 % dropped", "obj", true, false, 0.002}, Form{"stl", "stl", false, false, 0.0},
+          Form{"stl, 0.2 % dropped", "stl", false, false, 0.002}}) {
+      const support::TemporaryFolder folder;
+      road::Mesh changed = form.named ? mesh : support::strip_names(mesh);
+      if (form.torn) changed = support::jitter(std::move(changed), 3e-4, 7, true);
+      if (form.dropped > 0.0)
+        changed = support::delete_triangles(std::move(changed), form.dropped, 8);
+      const std::string file = folder.path(std::string("track.") + form.ending);
+      road::export_mesh(changed, file, {road::UpAxis::z, road::Unit::m});
+      ++seen;
+      try {
+        const auto built =
+            road::make_reported({file,
+                                 folder.path("road"),
+                                 true,
+                                 false,
+                                 {{"up", "z"}, {"u_step_m", "0.25"}, {"v_step_m", "0.25"}}});
+        EXPECT_EQ(road::why_not_usable(built), "") << name << ", " << form.name;
+        const auto s = nlohmann::json::parse(built.result.summary_json);
+        EXPECT_NEAR(s["reference_line"]["length_m"].get<double>(), length_m, 3e-3 * length_m)
+            << name << ", " << form.name;
+        EXPECT_LE(s["validation"]["z_error_m"]["p99"].get<double>(), 1e-3)
+            << name << ", " << form.name;
+      } catch (const road::Error& error) {
+        ADD_FAILURE() << name << ", " << form.name << ": " << error.what();
+      }
+    }
+  }
+  EXPECT_EQ(seen, 26u * 5u);
 }
 
 }  // namespace hard_mesh_test

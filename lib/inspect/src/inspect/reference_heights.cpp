@@ -8,6 +8,12 @@
 #include "nan.h"
 
 namespace road {
+namespace {
+
+constexpr double kUpright = 0.1;  // on a wall a ray meets any height
+
+}  // namespace
+
 ReferenceHeights reference_of(const RaySurface& mesh, const RotoTranslation& T_global_mesh,
                               double reach_m) {
   const double cosine = std::cos(T_global_mesh.yaw_rad), sine = std::sin(T_global_mesh.yaw_rad);
@@ -15,7 +21,7 @@ ReferenceHeights reference_of(const RaySurface& mesh, const RotoTranslation& T_g
   return [&mesh, cosine, sine, shift, reach_m](std::span<const crg::Point2> points,
                                                std::span<const double> z_near_m,
                                                std::span<double> z_out_m) {
-    const Eigen::Vector3d origin = mesh.origin_m();
+    const Eigen::Vector3d& origin = mesh.origin_m();
     RayPacket16 packet;
     packet.max_depth_m = static_cast<float>(2.0 * reach_m);
     std::array<double, 16> x{}, y{};
@@ -40,7 +46,7 @@ ReferenceHeights reference_of(const RaySurface& mesh, const RotoTranslation& T_g
         // again.
         if (packet.active[k] != 0 && !(std::abs(z - near) < 0.005)) {
           const auto hit = mesh.nearest_hit(x[k], y[k], near, reach_m);
-          z = hit ? hit->z_m : kNan;
+          z = hit && hit->upright > kUpright ? hit->z_m : kNan;
         }
         z_out_m[first + k] = z + shift.z();
       }

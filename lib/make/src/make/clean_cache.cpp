@@ -130,7 +130,8 @@ void each(Archive& a, Value& cleaned) {
   a(r.triangles_in), a(r.triangles_kept), a(r.dropped), a(r.kept), a(r.vertices_welded),
       a(r.weld_tolerance_m), a(r.vertices_snapped);
   a(r.snap_tolerance_m), a(r.faces_turned), a(r.bridging_triangles), a(r.bridged_m),
-      a(r.non_manifold_edges), a(r.boundary_loops), a(r.components);
+      a(r.holes_closed), a(r.holes_closed_m2), a(r.non_manifold_edges), a(r.boundary_loops),
+      a(r.components);
   a(r.by_names), a(r.by_colour), a(r.by_guide), a(r.doubts), a(r.road_agreement),
       a(r.class_of_triangle), a(r.remarks);
 }

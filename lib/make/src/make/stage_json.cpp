@@ -59,6 +59,7 @@ Json json_of(const CleanReport& report) {
           {"snap_tolerance_m", report.snap_tolerance_m},
           {"faces_turned", report.faces_turned},
           {"bridging_triangles", report.bridging_triangles},
+          {"holes_closed", report.holes_closed},
           {"non_manifold_edges", report.non_manifold_edges},
           {"boundary_loops", report.boundary_loops},
           {"components", report.components},

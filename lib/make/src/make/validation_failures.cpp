@@ -7,8 +7,10 @@ namespace road {
 
 ValidateLimits limits_of(const BuildSummary& summary) {
   ValidateLimits limits = summary.recipe.limits;
-  if (summary.centreline.length_m > 0.0)
-    limits.max_share_without_mesh += summary.clean.bridged_m / summary.centreline.length_m;
+  const double length_m = summary.centreline.length_m, width_m = summary.centreline.width_median_m;
+  if (length_m > 0.0) limits.max_share_without_mesh += summary.clean.bridged_m / length_m;
+  if (length_m > 0.0 && width_m > 0.0)
+    limits.max_share_without_mesh += summary.clean.holes_closed_m2 / (length_m * width_m);
   return limits;
 }
 

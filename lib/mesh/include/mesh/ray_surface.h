@@ -17,6 +17,7 @@ namespace road {
 struct SurfaceHit {
   double z_m = std::numeric_limits<double>::quiet_NaN();
   std::uint32_t triangle = 0;
+  double upright = 1.0;  ///< 1 on a level triangle, 0 on a vertical one: what of its normal is up
 };
 
 /// 16 vertical rays at once. x, y, z are local to RaySurface::origin_m(). Begins as Embree's own

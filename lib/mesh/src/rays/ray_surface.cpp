@@ -58,8 +58,10 @@ struct RaySurface::Scene {
     ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(scene.get(), &context, &ray);
     if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    const Eigen::Vector3d normal =
+        Eigen::Vector3f(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z).cast<double>();
     return SurfaceHit{static_cast<double>(z_top) - static_cast<double>(ray.ray.tfar),
-                      ray.hit.primID};
+                      ray.hit.primID, std::abs(normal.z()) / normal.norm()};
   }
 
   /// Hits between z_top and z_top - depth from high to low, z in the map frame.

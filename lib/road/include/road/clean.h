@@ -73,6 +73,8 @@ struct CleanReport {
   std::size_t faces_turned = 0;        ///< kept triangles that pointed down
   std::size_t bridging_triangles = 0;  ///< made to close gaps of at most max_gap_m
   double bridged_m = 0.0;              ///< length of these gaps, all together
+  std::size_t holes_closed = 0;        ///< of the mesh, between three or four corners
+  double holes_closed_m2 = 0.0;        ///< of them what is road
   std::size_t non_manifold_edges = 0;
   std::size_t boundary_loops = 0;
   std::size_t components = 0;  ///< connected components of the drivable surface before filtering

@@ -5,6 +5,7 @@
 #include "clean_gaps.h"
 #include "clean_layers.h"
 #include "clean_parts.h"
+#include "corner_holes.h"
 #include "mesh/error.h"
 #include "mesh_topology.h"
 #include "road/road_graph.h"
@@ -72,6 +73,7 @@ Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles,
                     1000.0 * options.weld_tolerance_m, 1000.0 * kTornHeight_m));
   }
   snap_borders(soup, options.snap_tolerance_m, snap_height_m, facts);
+  close_corner_holes(mesh, triangles.flat, soup, options, facts);
   bridge_gaps(
       soup, [](std::size_t) { return true; }, mesh.origin_m, options, facts);
   bridge_gaps(

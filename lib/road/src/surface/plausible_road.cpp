@@ -20,6 +20,8 @@ constexpr double kClearlyMore = 1.1;
 constexpr double kMuchMore = 1.5, kAllOfTheNamed = 0.8;
 /// Names that show a closed road and no more than this beside it are sure where shape has none.
 constexpr double kNearlyAll = 0.95;
+/// Names that call less than this share of the road by its shape a road do not tell which it is.
+constexpr double kFewNamed = 0.3;
 // Of flat ground beyond this multiple of the road only a part can be road.
 constexpr double kMuchGround = 4.0;
 // All of the ground is a road when its longest way covers this much of it, this slim or slimmer.
@@ -28,6 +30,21 @@ constexpr double kRingSlimness = 0.1;
 // A road by its shape that is narrower than this share of a ring this wide may be a lane of it.
 constexpr double kLaneShare = 0.6;
 constexpr double kWideRing_m = 16.0;
+
+double named_m2(const Mesh& mesh, const Triangles& triangles) {
+  double sum_m2 = 0.0;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    if (triangles.flat[t] && triangles.by_names[t] == SurfaceClass::road)
+      sum_m2 += area_vector(mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2)).norm();
+  return sum_m2;
+}
+
+double road_m2(const Soup& soup) {
+  double sum_m2 = 0.0;
+  for (std::size_t i = 0; i < soup.triangles.size(); ++i)
+    if (soup.surface_class[i] == SurfaceClass::road) sum_m2 += soup.area_vector_of(i).norm();
+  return sum_m2;
+}
 
 }  // namespace
 
@@ -117,6 +134,13 @@ Cleaning more_plausible(const Mesh& mesh, const Triangles& triangles,
     named = clean_classes(mesh, triangles, triangles.by_names, options, facts, true);
   } catch (const Error& refused) {
     if (by_form.length_m == 0.0) throw;
+    if (by_form.closed && by_form.share > kNearlyAll &&
+        named_m2(mesh, triangles) < kFewNamed * road_m2(shaped->soup)) {
+      shaped->facts.remarks.push_back(
+          fmt::format("names tell no road ({}); taken by shape, which finds {}", refused.what(),
+                      text_of(by_form)));
+      return std::move(*shaped);
+    }
     throw Error(fmt::format("{}; shape alone finds {}", refused.what(), text_of(by_form)));
   }
   const RoadShown by_name = road_shown(named->soup);
