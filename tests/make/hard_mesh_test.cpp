@@ -162,11 +162,7 @@ TEST(SlowHardMesh, EveryTrackInEveryForm) {
       ++seen;
       try {
         const auto built =
-            road::make_reported({file,
-                                 folder.path("road"),
-                                 true,
-                                 false,
-                                 {{"up", "z"}, {"u_step_m", "0.25"}, {"v_step_m", "0.25"}}});
+            road::make_reported({file, folder.path("road"), true, false, {{"up", "z"}}});
         EXPECT_EQ(road::why_not_usable(built), "") << name << ", " << form.name;
         const auto s = nlohmann::json::parse(built.result.summary_json);
         EXPECT_NEAR(s["reference_line"]["length_m"].get<double>(), length_m, 3e-3 * length_m)
