@@ -40,6 +40,7 @@ int run_stretch(const StretchCommand& command, Terminal& terminal);
 
 struct FromEdgesCommand {
   std::string left, right, output_dir, name;
+  bool open = false;
   RecipeFlags flags;
 };
 int run_from_edges(const FromEdgesCommand& command, Terminal& terminal);

@@ -15,6 +15,7 @@ int run_from_edges(const FromEdgesCommand& command, Terminal& terminal) {
   road::EdgeRecipe recipe;
   recipe.left_path = command.left;
   recipe.right_path = command.right;
+  recipe.keep_open = command.open;
   recipe.name = from_flags.name;
   recipe.options.u_step_m = from_flags.reference_line.u_step_m.value_or(recipe.options.u_step_m);
   recipe.options.v_step_m = from_flags.sample.v_step_m.value_or(recipe.options.v_step_m);

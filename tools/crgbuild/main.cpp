@@ -131,10 +131,10 @@ void define_main_way(CLI::App& app, Commands& c) {
 void define_from_edges(CLI::App& app, Commands& c) {
   CLI::App* edges =
       app.add_subcommand("from-edges", "a road between two surveyed edges, without a mesh");
-  add_input(
-      *edges, "left", c.from_edges.left,
-      "CSV with the columns x_m,y_m and, if wanted, z_m: points along the left edge; or, alone, "
-      "a line with widths: x_m,y_m,w_tr_right_m,w_tr_left_m")
+  add_input(*edges, "left", c.from_edges.left,
+            "points along the left edge: CSV with the columns x_m,y_m and, if wanted, z_m, or "
+            "lat_deg,lon_deg[,h_m]; KML, GPX, GeoJSON; or, alone, a CSV of a line with widths: "
+            "x_m,y_m,w_tr_right_m,w_tr_left_m")
       ->required();
   add_input(*edges, "right", c.from_edges.right,
             "points along the right edge; they need not correspond");
@@ -146,11 +146,14 @@ void define_from_edges(CLI::App& app, Commands& c) {
           "--name", c.from_edges.name,
           "files are called <name>.crg, <name>.png, ... [what the names of both files share]")
       ->type_name("NAME");
+  edges->add_flag("--open", c.from_edges.open,
+                  "an open road, although both edges come round to their start");
   edges->footer(
       "u = 0 beside the first row of LEFT, u in the direction of its rows. Closed when both edges\n"
       "come round to their start. Writes <name>.crg, <name>.png, centreline.csv and "
       "summary.json.\n\n"
       "Examples:\n  crgbuild from-edges track_left.csv track_right.csv -o out\n"
+      "  crgbuild from-edges left.kml right.kml -o out\n"
       "  crgbuild from-edges track.csv -o out");
 }
 

@@ -90,7 +90,8 @@ constexpr const char* kBuildCommand = "crgbuild build";
 /// Two surveyed edges in place of a mesh.
 struct EdgeRecipe {
   std::string left_path, right_path;
-  std::string name;  ///< DIR/<name>.crg
+  std::string name;        ///< DIR/<name>.crg
+  bool keep_open = false;  ///< although both edges come round to their start
   EdgeOptions options;
   crg::Format format = crg::Format::KRBI;
   unsigned threads = 0;

@@ -41,17 +41,20 @@ BuildResult make_from_edges(const EdgeRecipe& recipe, const std::string& output_
   summary.recipe = recipe;
   std::vector<StageSeconds> seconds;
   Stages stage(progress, seconds, 4);
-  const auto [left, right] = stage("read", [&] {
+  EdgePlaces edges = stage("read", [&] {
     if (recipe.right_path.empty()) {
       summary.inputs = {{"line", recipe.left_path, base::sha256_of_file(recipe.left_path)}};
-      return read_edges_of_line(recipe.left_path);
+      auto [left, right] = read_edges_of_line(recipe.left_path);
+      return EdgePlaces{std::move(left), std::move(right), {}};
     }
     summary.inputs = {{"left", recipe.left_path, base::sha256_of_file(recipe.left_path)},
                       {"right", recipe.right_path, base::sha256_of_file(recipe.right_path)}};
-    return std::pair(read_edge(recipe.left_path), read_edge(recipe.right_path));
+    return read_edges(recipe.left_path, recipe.right_path);
   });
-  EdgeRoad road = stage(
-      "edges", [&] { return road_between_edges(left, right, recipe.options, &summary.edges); });
+  edges.left.keep_open = edges.right.keep_open = recipe.keep_open;
+  EdgeRoad road = stage("edges", [&] {
+    return road_between_edges(edges.left, edges.right, recipe.options, &summary.edges);
+  });
   summary.grid = describe(road.sampled.grid, road.line);
   stage("picture", [&] {
     base::write_file(outputs.staged(picture),
@@ -61,6 +64,7 @@ BuildResult make_from_edges(const EdgeRecipe& recipe, const std::string& output_
     write_centreline_csv(road.centreline, outputs.staged(kCentrelineName));
     crg::Crg file = track_crg(road.line, std::move(road.sampled.grid));
     file.comment = source_lines(summary.inputs);
+    write_projection(edges.projection, road.line, file);
     base::write_file(outputs.staged(road_crg), crg::to_bytes(file, recipe.format));
   });
   summary.line_length_m = road.line.u_step_m * static_cast<double>(road.line.size() - 1);

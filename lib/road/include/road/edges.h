@@ -8,6 +8,7 @@
 
 #include "crg/reference_line.h"
 #include "road/centreline.h"
+#include "road/projection.h"
 #include "road/sample.h"
 
 namespace road {
@@ -18,11 +19,24 @@ struct Edge {
   std::vector<Eigen::Vector3d> points_m;  ///< z = 0 where the file has none
   std::vector<std::size_t> line;          ///< of the file, per point
   bool has_z = false;
+  bool keep_open = false;  ///< an open road, although it comes round to its start
 };
 
 /// CSV with the columns x_m,y_m and, if wanted, z_m. Throws Error with file:line on a missing
 /// column, a cell that is no number, a coordinate that is NaN or beyond 1e8 m, fewer than 4 rows.
 Edge read_edge(const std::string& path);
+
+/// Both edges of a road, and how their coordinates belong to the Earth.
+struct EdgePlaces {
+  Edge left, right;
+  Projection projection;
+};
+
+/// The edges of two files as read_edge() reads them; or, where these hold latitude and longitude
+/// (KML, GPX, GeoJSON, CSV with lat_deg,lon_deg[,h_m]: see read_guide()), in metres about the first
+/// position of the left one. Heights count where every position of both has one. Throws Error as
+/// those do, and where only one of them holds latitude and longitude.
+EdgePlaces read_edges(const std::string& left_path, const std::string& right_path);
 
 /// Left and right edge of a file of racing line programs: x_m,y_m,w_tr_right_m,w_tr_left_m (the
 /// header may begin with '#'), a line and the widths to its sides, square to the way from the point

@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
-#include "base/csv.h"
 #include "mesh/error.h"
 
 namespace road {
@@ -18,13 +16,13 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
-constexpr double kLargest_m = 1e8;
 constexpr double kLongest_m = 200e3;  // longer than any road a grid of these steps could hold
 constexpr double kRepeated_m = 1e-3;
 constexpr double kDense_m = 0.1;
 constexpr double kExtension_m = 100.0;  // beyond the ends of an open edge
 constexpr double kClosingGap_m =
     20.0;  // about a road's width: nobody surveys an open road into a ring
+constexpr double kUnusualGap = 2.0;     // times the usual step
 constexpr double kComingRound_m = 1.0;  // across, from the first point
 constexpr double kShortestLap_m = 50.0;
 
@@ -137,69 +135,6 @@ void densify(const Points& points, EdgeCurve& curve) {
 
 }  // namespace
 
-Edge read_edge(const std::string& path) {
-  const base::CsvTable table = base::read_csv(path, {"x_m", "y_m"}, {"z_m"});
-  Edge edge;
-  edge.path = path;
-  edge.has_z = table.present[2];
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    for (std::size_t j = 0; j < (edge.has_z ? 3u : 2u); ++j) {
-      const double value = table.value(i, j);
-      if (!(std::abs(value) <= kLargest_m)) {
-        throw Error(fmt::format("{}:{}: {} is {}; wanted a number of metres, at most 1e8", path,
-                                table.line[i],
-                                j == 0   ? "x_m"
-                                : j == 1 ? "y_m"
-                                         : "z_m",
-                                value));
-      }
-    }
-    edge.points_m.emplace_back(table.value(i, 0), table.value(i, 1),
-                               edge.has_z ? table.value(i, 2) : 0.0);
-    edge.line.push_back(table.line[i]);
-  }
-  if (edge.points_m.size() < 4) {
-    throw Error(
-        fmt::format("{}: {} points; wanted at least 4 along the edge", path, edge.points_m.size()));
-  }
-  return edge;
-}
-
-std::pair<Edge, Edge> read_edges_of_line(const std::string& path) {
-  const base::CsvTable table = base::read_csv(path, {"x_m", "y_m", "w_tr_right_m", "w_tr_left_m"});
-  const std::size_t n = table.rows();
-  if (n < 4) throw Error(fmt::format("{}: {} points; wanted at least 4 along the line", path, n));
-  const auto at = [&](std::size_t i) {
-    return Eigen::Vector2d(table.value(i, 0), table.value(i, 1));
-  };
-  // A line that comes round to its start has a direction over it, too.
-  const bool closed = (at(0) - at(n - 1)).norm() < 3.0 * (at(1) - at(0)).norm();
-  std::pair<Edge, Edge> edges;
-  edges.first.path = edges.second.path = path;
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j < 4; ++j)
-      if (!(std::abs(table.value(i, j)) <= kLargest_m) || (j > 1 && table.value(i, j) < 0.0))
-        throw Error(fmt::format(
-            "{}:{}: {} is {}; wanted a number of metres, at most 1e8, and no width below 0", path,
-            table.line[i], std::array{"x_m", "y_m", "w_tr_right_m", "w_tr_left_m"}[j],
-            table.value(i, j)));
-    const std::size_t before = i > 0 ? i - 1 : closed ? n - 1 : 0;
-    const std::size_t after = i + 1 < n ? i + 1 : closed ? 0 : i;
-    const Eigen::Vector2d along = at(after) - at(before);
-    if (!(along.norm() > 0.0))
-      throw Error(fmt::format("{}:{}: the points beside it lie at one place; no direction there",
-                              path, table.line[i]));
-    const Eigen::Vector2d left = Eigen::Vector2d(-along.y(), along.x()).normalized();
-    const Eigen::Vector2d l = at(i) + table.value(i, 3) * left,
-                          r = at(i) - table.value(i, 2) * left;
-    edges.first.points_m.emplace_back(l.x(), l.y(), 0.0);
-    edges.second.points_m.emplace_back(r.x(), r.y(), 0.0);
-    edges.first.line.push_back(table.line[i]);
-    edges.second.line.push_back(table.line[i]);
-  }
-  return edges;
-}
-
 EdgeCurve edge_curve(const Edge& edge, bool reversed) {
   Points points;
   const std::size_t given = edge.points_m.size();
@@ -247,6 +182,13 @@ EdgeCurve edge_curve(const Edge& edge, bool reversed) {
   std::sort(sorted.begin(), sorted.end());
   const double median = sorted[sorted.size() / 2];
   if (!curve.closed) curve.closed = comes_round(points, median);
+  const double gap_m = (points.at.front() - points.at.back()).head<2>().norm();
+  if (curve.closed && !edge.keep_open && gap_m > kUnusualGap * median)
+    curve.remarks.push_back(
+        fmt::format("{}: {:.1f} m from its last point to its first, taken as straight; --open "
+                    "keeps the road open there",
+                    edge.path, gap_m));
+  if (edge.keep_open) curve.closed = false;
   const auto widest = std::max_element(steps.begin(), steps.end());
   if (*widest > std::max(20.0, 10.0 * median)) {
     curve.remarks.push_back(fmt::format(
