@@ -19,4 +19,7 @@ void add_made_folder(const std::string& path);
 
 void drop_unfinished(const std::string& path);
 
+/// Files that grow get their names.
+void finish_growing() noexcept;
+
 }  // namespace base

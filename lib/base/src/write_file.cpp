@@ -16,6 +16,7 @@
 
 #include "base/error.h"
 #include "unfinished.h"
+#include "write_target.h"
 
 namespace base {
 namespace {
@@ -23,67 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kEnding = ".part";
-constexpr int kMostLinks = 40;          // the kernel's limit
 constexpr std::size_t kMostName = 200;  // of 255 bytes that a name may have; the rest is ours
-
-[[noreturn]] void fail(const std::string& path, const char* what, int reason = errno) {
-  throw Error(fmt::format("{}: {}: {}; choose a folder that exists, is writable and has free space",
-                          path, what, std::strerror(reason)));
-}
-
-std::string folder_of(const std::string& path) {
-  const std::size_t slash = path.rfind('/');
-  return slash == std::string::npos ? "." : path.substr(0, slash + 1);
-}
-
-/// Where the bytes go.
-struct Target {
-  int descriptor = -1;   ///< of this process, to be written through
-  std::string path;      ///< links followed
-  bool through = false;  ///< something that is there and no regular file
-};
-
-/// N where `path` is /proc/<this process>/fd/N.
-int own_descriptor(const std::string& path) {
-  const std::string folder = fmt::format("/proc/{}/fd/", ::getpid());
-  if (!path.starts_with(folder)) return -1;
-  int number = -1;
-  const char* end = path.data() + path.size();
-  const auto [at, problem] = std::from_chars(path.data() + folder.size(), end, number);
-  return problem == std::errc() && at == end ? number : -1;
-}
-
-Target find_target(const std::string& path) {
-  if (path == "-") return {STDOUT_FILENO, path, true};
-  fs::path at = path;
-  for (int links = 0; links < kMostLinks; ++links) {
-    std::error_code problem;
-    const fs::path folder =
-        fs::canonical(at.parent_path().empty() ? "." : at.parent_path(), problem);
-    if (problem) fail(path, "cannot create a file in this folder", problem.value());
-    const std::string full = (folder / at.filename()).string();
-    // What descriptor N is cannot always be opened again by name, and has its place in the file.
-    if (const int own = own_descriptor(full); own >= 0) return {own, path, true};
-    struct stat status {};
-    if (::lstat(full.c_str(), &status) != 0) {
-      if (errno == ENOENT && !at.filename().empty()) return {-1, links == 0 ? path : full, false};
-      fail(path, "cannot create this file");
-    }
-    if (S_ISLNK(status.st_mode)) {
-      const fs::path next = fs::read_symlink(full, problem);
-      if (problem) fail(path, "cannot follow this link", problem.value());
-      at = next.is_absolute() ? next : folder / next;
-      continue;
-    }
-    if (S_ISDIR(status.st_mode))
-      throw Error(fmt::format("{}: is a folder; give the name of a file", path));
-    if (S_ISBLK(status.st_mode) || S_ISSOCK(status.st_mode))
-      throw Error(fmt::format("{}: is a {}; give the name of a file", path,
-                              S_ISBLK(status.st_mode) ? "block device" : "socket"));
-    return {-1, links == 0 ? path : full, !S_ISREG(status.st_mode)};
-  }
-  fail(path, "cannot follow this link", ELOOP);
-}
 
 /// The beginning of the temporary names of this file.
 std::string stem_of(const std::string& path) {
@@ -175,6 +116,7 @@ void drop_unfinished(const std::string& path) {
 
 void abandon_writes() noexcept {
   unfinished_guard().lock();
+  finish_growing();
   // The newest first, so that a folder's lock goes after all that it guards: whoever takes the lock
   // next makes things of the same names.
   for (auto one = unfinished().rbegin(); one != unfinished().rend(); ++one) {
@@ -189,14 +131,14 @@ FileWriter::FileWriter(const std::string& path) : path_(path) {
   if (target.through) {
     descriptor_ = target.descriptor >= 0 ? ::fcntl(target.descriptor, F_DUPFD_CLOEXEC, 0)
                                          : ::open(final_path_.c_str(), O_WRONLY | O_CLOEXEC);
-    if (descriptor_ < 0) fail(path_, "cannot open");
+    if (descriptor_ < 0) fail_to_write(path_, "cannot open");
     return;
   }
   const std::string folder = folder_of(final_path_), stem = stem_of(final_path_);
   remove_leftovers(folder, stem);
   const std::lock_guard lock(unfinished_guard());
   descriptor_ = create_temporary(folder, stem, temporary_path_);
-  if (descriptor_ < 0) fail(path_, "cannot create a file in this folder");
+  if (descriptor_ < 0) fail_to_write(path_, "cannot create a file in this folder");
   add_unfinished(temporary_path_);
 }
 
@@ -212,7 +154,7 @@ void FileWriter::append(std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0) fail(path_, "cannot write");
+    if (written < 0) fail_to_write(path_, "cannot write");
     bytes.remove_prefix(static_cast<std::size_t>(written));
   }
 }
@@ -221,17 +163,17 @@ void FileWriter::commit() {
   if (temporary_path_.empty()) {
     const int file = descriptor_;
     descriptor_ = -1;
-    if (::close(file) != 0) fail(path_, "cannot write");
+    if (::close(file) != 0) fail_to_write(path_, "cannot write");
     return;
   }
   struct stat old {};
   if (::stat(final_path_.c_str(), &old) == 0 && ::fchmod(descriptor_, old.st_mode & 07777) != 0)
-    fail(path_, "cannot set the permissions");
-  if (::fsync(descriptor_) != 0) fail(path_, "cannot flush to disk");
+    fail_to_write(path_, "cannot set the permissions");
+  if (::fsync(descriptor_) != 0) fail_to_write(path_, "cannot flush to disk");
   {
     const std::lock_guard lock(unfinished_guard());
     if (::rename(temporary_path_.c_str(), final_path_.c_str()) != 0)
-      fail(path_, "cannot rename to the final name");
+      fail_to_write(path_, "cannot rename to the final name");
     drop_unfinished(temporary_path_);
     temporary_path_.clear();
   }
@@ -253,12 +195,13 @@ void write_file(const std::string& path, std::string_view bytes) {
 void check_writable(const std::string& path) {
   const Target target = find_target(path);
   if (target.descriptor >= 0) {
-    if (::fcntl(target.descriptor, F_GETFL) < 0) fail(path, "cannot write");
+    if (::fcntl(target.descriptor, F_GETFL) < 0) fail_to_write(path, "cannot write");
     return;
   }
-  if (target.through && ::access(target.path.c_str(), W_OK) != 0) fail(path, "cannot write");
+  if (target.through && ::access(target.path.c_str(), W_OK) != 0)
+    fail_to_write(path, "cannot write");
   if (!target.through && ::access(folder_of(target.path).c_str(), W_OK | X_OK) != 0)
-    fail(path, "cannot create a file in this folder");
+    fail_to_write(path, "cannot create a file in this folder");
 }
 
 void check_writable_folder(const std::string& path) {
@@ -267,10 +210,11 @@ void check_writable_folder(const std::string& path) {
   while (!fs::exists(there, problem) && !problem && there.has_parent_path() &&
          there != there.parent_path())
     there = there.parent_path();
-  if (problem) fail(path, "cannot make this folder", problem.value());
+  if (problem) fail_to_write(path, "cannot make this folder", problem.value());
   if (!fs::is_directory(there, problem))
-    fail(path, "cannot make this folder", problem ? problem.value() : ENOTDIR);
-  if (::access(there.c_str(), W_OK | X_OK) != 0) fail(path, "cannot write into this folder");
+    fail_to_write(path, "cannot make this folder", problem ? problem.value() : ENOTDIR);
+  if (::access(there.c_str(), W_OK | X_OK) != 0)
+    fail_to_write(path, "cannot write into this folder");
 }
 
 }  // namespace base
