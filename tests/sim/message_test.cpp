@@ -70,7 +70,7 @@ TEST(Message, ACommandMayTellThePlan) {
                            R"({"plan": [[1, 2, 3, 4]]})", R"({"plan": [[1, 2, "3"]]})",
                            R"({"plan": [[1, [2], 3]]})", R"({"plan": null})"})
     EXPECT_EQ(why_not(text), no_plan) << text;
-  EXPECT_EQ(why_not(R"({"plan": [[1, 1e999, 3]]})"), "no JSON object");
+  EXPECT_EQ(why_not(R"({"plan": [[1, 1e999, 3]]})"), "no JSON object, or a number beyond 1e308");
   EXPECT_EQ(why_not(with_plan(1, {1, std::nan(""), 3})), "a value that is not finite");
   EXPECT_EQ(why_not(with_plan(2, {1, 2, 3})), no_plan) << "cut short";
   EXPECT_EQ(why_not(with_plan(1, {1, 2, 3, 4})), no_plan) << "too long";
@@ -100,7 +100,8 @@ TEST(Message, AResetHasStartsOfItsOwn) {
   EXPECT_EQ(sim::read_command(binary(8, 0, {0.5, 3.0}), kNames, why)->pauses, false);
   EXPECT_EQ(why_not(R"({"pause": 1})"), "pause is neither true nor false");
   EXPECT_EQ(why_not(R"({"reset": true})"), "reset is no object of starts");
-  EXPECT_EQ(why_not(R"({"reset": {"start.speed": "20"}})"), "a value that is not finite");
+  EXPECT_EQ(why_not(R"({"reset": {"start.speed": "20"}})"),
+            R"('start.speed' is said to be "20"; a finite number wanted)");
 }
 
 TEST(Message, AStateIsSavedAndGoneBackTo) {
@@ -148,13 +149,14 @@ TEST(Message, AStateIsSavedAndGoneBackTo) {
 
 TEST(Message, WhatIsNoCommandIsRefused) {
   EXPECT_EQ(why_not(""), "neither JSON nor KSC1");
-  EXPECT_EQ(why_not("{"), "no JSON object");
-  EXPECT_EQ(why_not(R"({"set": {"brake": 1}})"), "a name that is no command of this run");
-  EXPECT_EQ(why_not(R"({"set": {"gear": 1e999}})"), "no JSON object");
-  EXPECT_EQ(why_not(R"({"set": {"gear": "2"}})"), "a value that is not finite");
+  EXPECT_EQ(why_not("{"), "no JSON object, or a number beyond 1e308");
+  EXPECT_EQ(why_not(R"({"set": {"brake": 1}})"), "'brake' is no command of this run");
+  EXPECT_EQ(why_not(R"({"set": {"gear": 1e999}})"), "no JSON object, or a number beyond 1e308");
+  EXPECT_EQ(why_not(R"({"set": {"gear": "2"}})"),
+            R"('gear' is said to be "2"; a finite number wanted)");
   EXPECT_EQ(why_not(R"({"sequence": -1})"), "sequence is no whole number from 0 to 4294967295");
   EXPECT_EQ(why_not(R"({"go": 1})"),
-            "a key that is not sequence, set, plan, pause, save, reset or end");
+            "a key that is not sequence, set, plan, pause, save, reset or end: 'go'");
   EXPECT_EQ(why_not(std::string(100, '{')), "more lists or tables than a command has");
   EXPECT_EQ(why_not(std::string(sim::kLongestMessage + 1, ' ')), "longer than 60 kB");
   EXPECT_EQ(why_not("KSC1abc"), "cut short");
@@ -163,6 +165,30 @@ TEST(Message, WhatIsNoCommandIsRefused) {
             "a value that is not finite");
   EXPECT_EQ(why_not(binary(1, 0, {0.5, 1.0}) + "x"),
             "another number of values than commands were named");
+}
+
+TEST(Message, ARefusalIsWrittenInBothForms) {
+  const sim::Remark remark{"refused", "no \xff", 7, 0.25, 2};
+  EXPECT_EQ(sim::write_remark(remark, false),
+            "{\"refused\":\"no \xef\xbf\xbd\",\"sequence\":7,\"time_s\":0.25,\"resets\":2}");
+  const std::string bytes = sim::write_remark(remark, true);
+  EXPECT_EQ(bytes.size(), 4u + 8u + 8u + 4u);
+  EXPECT_EQ(bytes.substr(0, 4), "KSR1");
+  EXPECT_EQ(bytes.substr(20), "no \xff");
+  EXPECT_EQ(sim::sequence_of(R"({"sequence": 12, "go": 1})"), 12u);
+  EXPECT_EQ(sim::sequence_of(binary(13, 0, {0.5})), 13u);
+  for (const char* const none : {"", "KSC1ab", "{", R"({"sequence": -1})", R"({"sequence": 1e3})"})
+    EXPECT_FALSE(sim::sequence_of(none)) << none;
+}
+
+TEST(Message, WhatWasClippedAndThatItStandsIsTold) {
+  sim::MeasurementMessage message{7, 0.25, false, false, {1.5}};
+  message.clipped = "x";
+  message.parked = "rolled";
+  EXPECT_EQ(
+      sim::write_measurement(message, {"a"}, false),
+      R"({"sequence":7,"time_s":0.25,"safe":false,"reset":false,"values":{"a":1.5},"clipped":"x","parked":"rolled"})");
+  EXPECT_EQ(sim::write_measurement(message, {"a"}, true)[8], 4 + 8);
 }
 
 TEST(Message, MeasurementsAreWrittenInBothForms) {

@@ -57,7 +57,9 @@ TEST(ServeUnit, InLockstepEveryCommandIsFollowedByItsSteps) {
     driver.say(R"({"sequence": 1, "set": {"a": 9}})");  // said again: not acted on again
     EXPECT_EQ(driver.hear().at("values").at("b"), 0.5);
     driver.say("nonsense");
+    EXPECT_EQ(driver.hear().at("refused"), "neither JSON nor KSC1");
     driver.say(R"({"sequence": 0, "set": {"a": 8}})");  // old
+    EXPECT_EQ(driver.hear().at("sequence"), 0);
     driver.say(R"({"sequence": 5, "set": {"a": -1}})");
     const nlohmann::json second = driver.hear();
     EXPECT_EQ(second.at("time_s"), 0.1);
@@ -333,7 +335,7 @@ TEST(ServeUnit, AResetBeginsAnewAndGivesTheSame) {
     EXPECT_EQ(ask(R"({"sequence": 6})").at("values").at("x"), 1.0) << "another start: no decay";
     EXPECT_LT(ask(R"({"sequence": 7, "set": {"k": 1}})").at("values").at("x"), 1.0)
         << "a parameter that may change while the unit runs";
-    driver.say(R"({"sequence": 8, "reset": {"x": 3}})");  // no start: refused
+    EXPECT_TRUE(ask(R"({"sequence": 8, "reset": {"x": 3}})").contains("refused")) << "no start";
     driver.say(R"({"sequence": 9, "end": true})");
   });
   const sim::ServeRun run = sim::serve_unit(unit, options);

@@ -132,8 +132,7 @@ TEST(ServeUnits, WhoEndsIsNoLongerOnTheRoad) {
 
 TEST(ServeUnits, ACrashEndsOneAndTheOthersDriveOn) {
   for (const auto& [kind, says] : {std::pair{"crashes", "the unit crashed after 0.45 s (signal 11"},
-                                   {"leaves", "exit code 3"},
-                                   {"errs", "error from the unit"}}) {
+                                   {"leaves", "exit code 3"}}) {
     SCOPED_TRACE(kind);
     const Two two(kind);
     std::thread red([&] {
@@ -158,6 +157,22 @@ TEST(ServeUnits, ACrashEndsOneAndTheOthersDriveOn) {
     EXPECT_EQ(seen.back(), 0.0);
     EXPECT_FALSE(std::filesystem::exists(two.red.options.socket_path));
   }
+}
+
+TEST(ServeUnits, WhoseUnitFailsStandsOnTheRoad) {
+  Two two("errs");
+  two.red.options.patience_s = 0.3;
+  std::thread red([&] { drive(two.red.options.socket_path, 7.0, 50, false); });
+  std::thread blue([&] { drive(two.blue.options.socket_path, 200.0, 100, false); });
+  const std::vector<sim::ServeRun> runs = two.sound_run();
+  red.join();
+  blue.join();
+  EXPECT_THAT(runs[0].first_parked, HasSubstr("error from the unit"));
+  EXPECT_TRUE(runs[0].counts.is_parked);
+  EXPECT_EQ(runs[0].rows(), 46u);
+  EXPECT_EQ(runs[1].counts.steps, 100u);
+  const Column seen = column(runs[1], "sees");
+  EXPECT_EQ(seen.back(), 1.0);
 }
 
 TEST(ServeUnits, WhoseStackDiesGoesOnWithItsSafeInputUntilNobodyDrives) {

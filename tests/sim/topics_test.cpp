@@ -109,7 +109,7 @@ TEST(Topics, ACommandActsOnWhatTheUnitHasOrTheFileSays) {
   EXPECT_EQ(command_of(said, plan, why)->save, "corner");
   said.others = {{"rain", 1.0}};
   EXPECT_FALSE(command_of(said, plan, why));
-  EXPECT_EQ(why, "a name that is no command of this run");
+  EXPECT_EQ(why, "'rain' is no command of this run");
 }
 
 TEST(Topics, RefusesInOneLine) {

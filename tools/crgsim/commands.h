@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "base/growing_file.h"
 #include "command/exit_code.h"
 #include "command/terminal.h"
 #include "sim/run_unit.h"
@@ -23,6 +26,7 @@ int info(const InfoCommand& command, Terminal& terminal);
 struct RunCommand {
   std::string unit_path, road_path, inputs_path, out_path;
   std::vector<std::string> starts, record, opponents;
+  std::size_t every = 1;
   double start_s = kFromTheUnit, stop_s = kFromTheUnit, step_s = kFromTheUnit;
   static constexpr double kFromTheUnit = -1e300;
 };
@@ -73,7 +77,17 @@ std::pair<std::string, std::string> assignment(const std::string& option, const 
 /// Inputs over time from a CSV file; none where there is no path. Throws Error with path:line.
 sim::UnitInputs read_inputs(const std::string& path);
 
-/// A table as CSV: numbers that read back as the same bits, names with commas in quotes.
-std::string csv_of(const std::vector<std::string>& columns, const std::vector<double>& values);
+/// Rows as CSV into a file, as they come, after the names of the columns: numbers that read back as
+/// the same bits, names with commas in quotes. `file` has to stay.
+sim::KeepRow rows_into(base::GrowingFile& file);
+
+/// Lines into a file as they come. `file` has to stay.
+std::function<void(std::string_view)> lines_into(base::GrowingFile& file);
+
+/// Beside a record, what was said besides numbers: "out/drive.csv" gives "out/drive.remarks.jsonl".
+std::string remarks_path(const std::string& record_path);
+
+/// Says where rows of a run lie that was killed.
+void say_killed(const base::GrowingFile& file, Terminal& terminal);
 
 }  // namespace crgsim

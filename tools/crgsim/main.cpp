@@ -65,6 +65,10 @@ void add_run(const CommandLine& line, crgsim::RunCommand& run) {
       ->add_option("--record", run.record,
                    "NAME: a variable to record, of any causality; all outputs when none is named")
       ->allow_extra_args(false);
+  run_app
+      ->add_option("--record-every", run.every,
+                   "Steps from one row to the next; the last step has one too")
+      ->check(CLI::Range(1, 1000000));
   add_opponents(*run_app, run.opponents);
   const auto add_time = [&](const char* name, double& value, const char* text) {
     run_app->add_option(name, value, text)->default_str("from the unit");

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <deque>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 
 #include "base/json_text.h"
 #include "base/output_set.h"
-#include "base/write_file.h"
 #include "commands.h"
 #include "served_run.h"
 #include "sim/serve_unit.h"
@@ -39,33 +39,43 @@ int race(const RaceCommand& command, Terminal& terminal) {
   const std::vector<RaceCar> cars = read_race(command);
   std::optional<base::OutputSet> out;
   if (!command.out_path.empty()) out.emplace(command.out_path, "crgsim race");
-  std::deque<base::FileWriter> sights;
+  std::deque<base::GrowingFile> files;
+  std::vector<std::string> names;
+  const auto file = [&](const std::string& name) -> base::GrowingFile& {
+    names.push_back(name);
+    say_killed(files.emplace_back(out->path(name)), terminal);
+    return files.back();
+  };
   std::vector<sim::ServedUnit> units;
   for (const auto& [name, serve] : cars) {
     units.push_back({name, serve.unit_path, options_of(serve)});
+    sim::ServeOptions& options = units.back().options;
+    options.keep_row = [](const auto&, const auto&) {};
+    if (!out) continue;
+    options.keep_row = rows_into(file(name + ".csv"));
+    options.keep_remark = lines_into(file(name + ".remarks.jsonl"));
     if (!command.sights) continue;
-    base::FileWriter& file = sights.emplace_back(out->staged(name + ".jsonl"));
-    units.back().options.keep_sight = [&file](std::string_view line) {
-      file.append(line);
-      file.append("\n");
-    };
+    options.keep_sight = lines_into(file(name + ".jsonl"));
+    files.back().append("");
   }
   terminal.start("waiting for commands");
   const std::vector<sim::ServeRun> runs = sim::serve_units(units, terminal.progress());
   terminal.progress_done();
-  for (base::FileWriter& file : sights) file.commit();
+  for (base::GrowingFile& one : files) one.finish();
   nlohmann::ordered_json json;
   std::string text;
   bool all_drove = true;
   for (std::size_t k = 0; k < runs.size(); ++k) {
     const std::string& name = cars[k].name;
-    if (out) base::write_file(out->staged(name + ".csv"), csv_of(runs[k].columns, runs[k].values));
     remark(name, runs[k], runs.size(), terminal);
     json["cars"][name] = json_of(runs[k]);
     text += name + ": " + summary_of(runs[k], command.step_s);
-    all_drove = all_drove && !runs[k].counts.silent && runs[k].failed.empty();
+    all_drove =
+        all_drove && !runs[k].counts.silent && !runs[k].counts.is_parked && runs[k].failed.empty();
   }
-  if (out) out->commit("race");
+  std::erase_if(names,
+                [&](const std::string& name) { return !std::filesystem::exists(out->path(name)); });
+  if (out) out->commit("race", names);
   terminal.print(terminal.json ? base::json_text(json) : text);
   return all_drove ? kOk : command::kNotValid;
 }

@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
-#include "base/write_file.h"
 #include "commands.h"
 #include "sim/run_unit.h"
 #include "sim/unpack.h"
@@ -34,12 +33,16 @@ int run(const RunCommand& command, Terminal& terminal) {
   options.start_s = said(command.start_s);
   options.stop_s = said(command.stop_s);
   options.step_s = said(command.step_s);
+  options.every = command.every;
+  base::GrowingFile table(command.out_path);
+  say_killed(table, terminal);
+  options.keep_row = rows_into(table);
   terminal.start("steps");
   const sim::UnitRun run = sim::run_unit(command.unit_path, options, terminal.progress());
   terminal.progress_done();
   for (const std::string& line : run.log) terminal.remark("the unit says: " + line);
-  base::write_file(command.out_path, csv_of(run.columns, run.values));
-  const double reached_s = run.values[(run.rows() - 1) * run.columns.size()];
+  table.finish();
+  const double reached_s = run.reached_s;
   if (run.ended_early)
     terminal.remark(fmt::format("the unit ended the run at {:g} s of {:g}", reached_s, run.stop_s));
   if (terminal.json)

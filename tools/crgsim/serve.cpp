@@ -2,7 +2,6 @@
 #include <string_view>
 
 #include "base/json_text.h"
-#include "base/write_file.h"
 #include "commands.h"
 #include "served_run.h"
 #include "sim/serve_unit.h"
@@ -14,23 +13,28 @@ int serve(const ServeCommand& command, Terminal& terminal) {
   if (!command.dds && (command.commands.empty() || command.measurements.empty()))
     throw command::UsageError("--command NAME and --measure NAME are wanted, but with --dds");
   sim::ServeOptions options = options_of(command);
-  std::optional<base::FileWriter> sights;
+  std::optional<base::GrowingFile> table, remarks, sights;
+  const auto file = [&](std::optional<base::GrowingFile>& it,
+                        const std::string& path) -> base::GrowingFile& {
+    say_killed(it.emplace(path), terminal);
+    return *it;
+  };
+  options.keep_row = [](const auto&, const auto&) {};
+  if (!command.out_path.empty()) options.keep_row = rows_into(file(table, command.out_path));
+  if (table && !table->is_written_through())
+    options.keep_remark = lines_into(file(remarks, remarks_path(command.out_path)));
   if (!command.sights_path.empty()) {
-    sights.emplace(command.sights_path);
-    options.keep_sight = [&sights](std::string_view line) {
-      sights->append(line);
-      sights->append("\n");
-    };
+    options.keep_sight = lines_into(file(sights, command.sights_path));
+    sights->append("");
   }
   terminal.start("waiting for commands");
   const sim::ServeRun run = sim::serve_unit(command.unit_path, options, terminal.progress());
   terminal.progress_done();
   for (const std::string& remark : remarks_of(run)) terminal.remark(remark);
-  if (sights) sights->commit();
-  if (!command.out_path.empty())
-    base::write_file(command.out_path, csv_of(run.columns, run.values));
+  for (auto* const one : {&table, &remarks, &sights})
+    if (*one) (*one)->finish();
   terminal.print(terminal.json ? base::json_text(json_of(run)) : summary_of(run, command.step_s));
-  return run.counts.silent ? command::kNotValid : kOk;
+  return run.counts.silent || run.counts.is_parked ? command::kNotValid : kOk;
 }
 
 }  // namespace crgsim

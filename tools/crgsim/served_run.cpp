@@ -101,6 +101,7 @@ sim::ServeOptions options_of(const ServeCommand& command) {
 std::string ending_of(const sim::ServeRun& run) {
   const sim::ServeCounts& c = run.counts;
   return !run.failed.empty() ? "by an error"
+         : c.is_parked       ? "parked"
          : c.ended_by_unit   ? "by the unit"
          : c.asked_to_end    ? "by a command"
          : c.silent          ? "because no command came"
@@ -116,6 +117,8 @@ nlohmann::ordered_json json_of(const sim::ServeRun& run) {
           {"commands", c.commands},
           {"broken_commands", c.broken},
           {"old_commands", c.old},
+          {"clipped_commands", c.clipped},
+          {"parked", c.parked},
           {"flooded_steps", c.flooded},
           {"safe_steps", c.safe_steps},
           {"resets", c.resets},
@@ -150,6 +153,16 @@ std::vector<std::string> remarks_of(const sim::ServeRun& run) {
   if (c.broken > 0)
     out.push_back(fmt::format("{} commands were refused, the first because of {}", c.broken,
                               run.first_broken));
+  if (c.clipped > 0)
+    out.push_back(
+        fmt::format("{} commands had a value beyond its bounds, which was taken at the "
+                    "bound",
+                    c.clipped));
+  if (c.parked > 0)
+    out.push_back(
+        fmt::format("the unit failed {} times and stood still until a reset, the first "
+                    "time because of {}",
+                    c.parked, run.first_parked));
   if (c.late_sights + c.left_out_sights > 0)
     out.push_back(fmt::format(
         "what sensors saw of the road came {} times after its time, and {} looks were left out; "

@@ -1,5 +1,9 @@
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <iterator>
+#include <utility>
+
 #include "commands.h"
 
 namespace crgsim {
@@ -11,20 +15,42 @@ std::pair<std::string, std::string> assignment(const std::string& option, const 
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
-std::string csv_of(const std::vector<std::string>& columns, const std::vector<double>& values) {
+namespace {
+
+std::string header_of(const std::vector<std::string>& columns) {
   std::string text;
   for (const std::string& name : columns) {
     if (!text.empty()) text += ',';
     text += name.find(',') == std::string::npos ? name : '"' + name + '"';
   }
-  text += '\n';
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const std::size_t k = i % columns.size();
+  return text + '\n';
+}
+
+}  // namespace
+
+sim::KeepRow rows_into(base::GrowingFile& file) {
+  return [&file, is_first = true](const std::vector<std::string>& columns,
+                                  std::span<const double> row) mutable {
+    if (std::exchange(is_first, false)) file.append(header_of(columns));
     // The time is a sum of steps: 12 digits name the step that is meant.
-    text += k == 0 ? fmt::format("{:.12g}", values[i]) : fmt::format("{}", values[i]);
-    text += k + 1 < columns.size() ? ',' : '\n';
-  }
-  return text;
+    std::string text = fmt::format("{:.12g}", row[0]);
+    for (const double value : row.subspan(1))
+      fmt::format_to(std::back_inserter(text), ",{}", value);
+    file.append(text + '\n');
+  };
+}
+
+std::function<void(std::string_view)> lines_into(base::GrowingFile& file) {
+  return [&file](std::string_view line) { file.append(std::string(line) + '\n'); };
+}
+
+std::string remarks_path(const std::string& record_path) {
+  return std::filesystem::path(record_path).replace_extension(".remarks.jsonl").string();
+}
+
+void say_killed(const base::GrowingFile& file, Terminal& terminal) {
+  if (!file.killed().empty())
+    terminal.remark(file.killed() + ": what a run had written here that was killed");
 }
 
 }  // namespace crgsim

@@ -40,6 +40,17 @@ struct MeasurementMessage {
   bool is_safe = false;    ///< the safe input acts, because commands stayed out
   bool was_reset = false;  ///< the unit began anew since the measurement before
   std::vector<double> values;
+  std::string clipped = {};  ///< what of the last command was taken at its bound; empty: nothing
+  std::string parked = {};   ///< why the unit stands still since an error of it; empty: it does not
+};
+
+/// What is said of a run besides its numbers: of a command of which nothing was taken ("refused"),
+/// one that was taken at a bound ("clipped"), an error after which the unit stands ("parked").
+struct Remark {
+  std::string kind, text;
+  std::optional<std::uint32_t> sequence;  ///< of the command; nothing where it did not say one
+  double time_s = 0.0;
+  std::uint64_t resets = 0;  ///< before it, in this run
 };
 
 /// Empty, or why a message with such names of states is none. A name has 1 to kLongestStateName
@@ -50,6 +61,14 @@ std::string wrong_with_states(const CommandMessage& message);
 /// longer than kLongestMessage, broken, or holds unknown names or numbers that are not finite.
 std::optional<CommandMessage> read_command(std::string_view bytes,
                                            const std::vector<std::string>& names, std::string& why);
+
+bool is_binary(std::string_view bytes);  ///< by its first bytes
+
+/// The sequence number of a message in either form that is no command; nothing where it has none.
+std::optional<std::uint32_t> sequence_of(std::string_view bytes);
+
+/// One line of JSON, or of the binary form what a refused command is answered by.
+std::string write_remark(const Remark& remark, bool as_binary);
 
 std::string write_measurement(const MeasurementMessage& message,
                               const std::vector<std::string>& names, bool as_binary);

@@ -46,10 +46,17 @@ struct ServeOptions {
   std::shared_ptr<const crg::Surface> road;
   /// Gets what was seen or planned, one line of JSON each, without the newline.
   std::function<void(std::string_view line)> keep_sight;
+  /// Gets the rows of the record as they come, which are not kept then.
+  KeepRow keep_row;
+  /// Gets what is said besides measurements, as it is said, at most kMostRemarks lines of JSON, as
+  /// write_remark() makes them.
+  std::function<void(std::string_view line)> keep_remark;
   bool lockstep = false;
   double speed_up = 1.0;     ///< of real time
   double patience_s = 30.0;  ///< in lockstep: so long without a command, and the run ends
 };
+
+constexpr std::uint64_t kMostRemarks = 100'000;
 
 /// Upper ends of the bins in which durations of steps are counted, in s; the last bin has none.
 constexpr std::array kStepBins_s{10e-6, 20e-6, 50e-6, 100e-6, 200e-6, 500e-6, 1e-3, 2e-3};
@@ -58,12 +65,15 @@ struct ServeCounts {
   std::uint64_t steps = 0, late = 0;  ///< late: begun more than 2 ms after their time
   std::uint64_t commands = 0, broken = 0, old = 0, flooded = 0;
   std::uint64_t safe_steps = 0, resets = 0;
+  std::uint64_t clipped = 0;  ///< commands of which something was taken at its bound
+  std::uint64_t parked = 0;   ///< errors of the unit, after which it stood still
   /// What sensors saw of the road, told after its time, and not looked at: never in lockstep.
   std::uint64_t late_sights = 0, left_out_sights = 0;
   double latest_s = 0.0, step_sum_s = 0.0, longest_step_s = 0.0;
   std::array<std::uint64_t, kStepBins_s.size() + 1> bins{};
   bool real_time_scheduled = false;
   bool asked_to_end = false, silent = false, ended_by_unit = false;
+  bool is_parked = false;  ///< at the end
   /// With others on one road: those it is told of, and whether it tells them where it is.
   std::uint64_t others_seen = 0;
   bool tells_its_place = false;
@@ -73,20 +83,25 @@ struct ServeRun {
   /// time_s, the measurements, what is recorded only, the commands as they acted, safe,
   /// resets
   std::vector<std::string> columns;
-  std::vector<double> values;  ///< row after row, one per measurement
-  std::string first_broken;    ///< why the first broken command was refused
+  std::vector<double> values;  ///< row after row, one per measurement; empty with keep_row
+  std::size_t row_count = 0;
+  double reached_s = 0.0;    ///< time of the last row
+  std::string first_broken;  ///< why the first broken command was refused
+  std::string first_parked;  ///< the first error of the unit after which it stood still
   ServeCounts counts;
   std::string failed;  ///< of several units: the error or crash that ended this one
 
-  std::size_t rows() const { return columns.empty() ? 0 : values.size() / columns.size(); }
+  std::size_t rows() const { return row_count; }
 };
 
 /// In lockstep every new command is followed by `every` steps and answered by the measurement then;
 /// the same sequence number again is answered by the same measurement, without a step: the same
 /// bytes for the same commands, whatever the load. In real time the unit steps from the begin, at
 /// absolute times, and the newest command counts; at most 64 datagrams are read per step.
-/// Measurements go to whoever commanded last. Throws Error as run_unit() does, and when the socket
-/// cannot be made or the topics cannot be joined.
+/// Measurements go to whoever commanded last. A command that cannot be taken as a whole is refused,
+/// answered with the reason, and changes nothing. An error of the unit ends no run: the unit stands
+/// still, is measured as it was before that step and not recorded, until a reset. Throws Error as
+/// run_unit() does, and when the socket cannot be made or the topics cannot be joined.
 ServeRun serve_unit(const std::string& path, const ServeOptions& options,
                     const base::Progress& progress = {});
 

@@ -35,8 +35,11 @@ class Unit {
   void set_text(const UnitVariable& variable, const std::string& text);
   std::string get_text(const UnitVariable& variable);
 
-  /// As it was made: to be set and initialised again. Saved states stay.
-  void restart();
+  /// As it was made, then set and initialised by `begin`. Saved states stay. Where that throws it
+  /// is as it was before; but a unit of which there may be one at a time is gone (is_there()), and
+  /// one with saved states is in the state of the failure where that cannot be helped.
+  void begin_anew(const std::function<void()>& begin);
+  bool is_there() const;  ///< it can be stepped
 
   /// Keeps all that changes in it under a name, instead of what was kept there; where the
   /// description says that it keeps states.

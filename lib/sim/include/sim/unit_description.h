@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -35,6 +36,9 @@ struct UnitVariable {
   ValueType type = ValueType::float64;
   std::size_t size = 1;  ///< values, of an array all of them; its first dimension varies slowest
   std::string start;     ///< as written; empty where none is
+  /// Bounds of each value, where min and max of the variable or its declared type say them.
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
   bool is_input() const { return causality == "input"; }
   bool is_output() const { return causality == "output"; }
 };

@@ -85,6 +85,12 @@ bool CommandSocket::send(std::string_view bytes, double wait_s) {
   }
 }
 
+void CommandSocket::reply(std::string_view bytes) const {
+  if (from_size_ <= sizeof(sa_family_t)) return;
+  ::sendto(socket_.value, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
+           reinterpret_cast<const sockaddr*>(&from_), from_size_);
+}
+
 void CommandSocket::watch_here() {
   if (from_size_ <= sizeof(sa_family_t)) return;
   const auto until = std::chrono::steady_clock::now() +

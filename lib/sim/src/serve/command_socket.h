@@ -28,6 +28,8 @@ class CommandSocket {
   /// To the sender of the last datagram that was kept by answer_here(); lost when it is gone. Where
   /// it has not taken others yet it is waited for at most so long: false, then it is lost too.
   bool send(std::string_view bytes, double wait_s);
+  /// To the sender of the last datagram; lost where that takes nothing now.
+  void reply(std::string_view bytes) const;
   /// The sender of the last datagram gets copies for the next kWatch_s; of more than kMostWatchers
   /// the one that said so first is forgotten.
   void watch_here();

@@ -65,6 +65,7 @@ class Participant {
     for (const std::string& name : plan.edges)
       edges_.push_back({writer(name, &kerbstone_msgs_msg_dds__Edges__desc)});
     plan_told_ = writer("crgsim/plan", &kerbstone_msgs_msg_dds__Plan__desc);
+    remark_ = writer("crgsim/remark", &kerbstone_msgs_msg_dds__Remark__desc);
     step_ = writer("crgsim/step", &kerbstone_msgs_msg_dds__Step__desc);
     const auto qos = reliable();
     command_ = sound(
@@ -106,6 +107,9 @@ class Participant {
       const rosgraph_msgs_msg_dds__Clock_ clock{stamp_of(message.time_s)};
       check(dds_write(clock_, &clock), "clock");
     }
+    for (const auto& [kind, text] :
+         {std::pair{"clipped", &message.clipped}, {"parked", &message.parked}})
+      if (!text->empty()) remark({kind, *text, message.sequence, message.time_s});
     std::vector<std::uint32_t> counts;
     for (const auto* const writers : {&writers_, &scans_, &edges_})
       for (const Writer& one : *writers) counts.push_back(one.messages);
@@ -117,6 +121,8 @@ class Participant {
                                              {size, size, counts.data(), false}};
     check(dds_write(step_, &step), "crgsim/step");
   }
+
+  void remark(const Remark& one) const { check(write_remark(remark_, one), "crgsim/remark"); }
 
   void show(const Sight& sight) {
     const auto told = [this](Writer& one, dds_return_t result, const std::string& name) {
@@ -192,6 +198,7 @@ class Participant {
     Received out;
     CarCommand said;
     said.sequence = message.sequence_;
+    out.sequence = message.sequence_;
     const double* const brake = message.brake_pressure_;
     said.fields = {message.steering_angle_,
                    message.throttle_,
@@ -224,7 +231,8 @@ class Participant {
 
   const TopicPlan& plan_;
   bool lockstep_;
-  dds_entity_t participant_ = 0, clock_ = 0, step_ = 0, command_ = 0, waitset_ = 0, plan_told_ = 0;
+  dds_entity_t participant_ = 0, clock_ = 0, step_ = 0, remark_ = 0, command_ = 0, waitset_ = 0,
+               plan_told_ = 0;
   std::vector<Writer> writers_, scans_, edges_;
 };
 
@@ -237,6 +245,7 @@ void require_dds(const std::string&) {}
 Connection connect_dds(unsigned domain, const TopicPlan& plan, bool lockstep) {
   const auto participant = std::make_shared<Participant>(domain, plan, lockstep);
   return {[participant](double wait_s) { return participant->receive(wait_s); }, [] {},
+          [participant](const Remark& remark) { participant->remark(remark); },
           [participant](const MeasurementMessage& message, bool again) {
             participant->send(message, again);
           },

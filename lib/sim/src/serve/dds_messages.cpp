@@ -181,6 +181,15 @@ dds_return_t write_plan(dds_entity_t writer, const Plan& plan) {
   return dds_write(writer, &message);
 }
 
+dds_return_t write_remark(dds_entity_t writer, const Remark& remark) {
+  kerbstone_msgs_msg_dds__Remark_ message{};
+  message.stamp_ = stamp_of(remark.time_s);
+  message.sequence_ = remark.sequence.value_or(0);
+  message.kind_ = text_of(remark.kind);
+  message.text_ = text_of(remark.text);
+  return dds_write(writer, &message);
+}
+
 const WireType& wire_type(const std::string& name) {
   for (const WireType& type : kWireTypes)
     if (type.name == name) return type;

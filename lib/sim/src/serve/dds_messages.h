@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "sim/message.h"
 #include "sim/sights.h"
 #include "topics.h"
 
@@ -26,6 +27,9 @@ struct WireType {
 const WireType& wire_type(const std::string& name);
 
 builtin_interfaces_msg_dds__Time_ stamp_of(double time_s);
+
+/// kerbstone_msgs/Remark.
+DdsNumber write_remark(DdsNumber writer, const Remark& remark);
 
 /// sensor_msgs/PointCloud2, kerbstone_msgs/Edges, kerbstone_msgs/Plan.
 DdsNumber write_scan(DdsNumber writer, const Scan& scan);

@@ -45,7 +45,8 @@ void want_sound(const std::string& path, const ServeOptions& options) {
     if (has(options.commands, name))
       refuse(name + " is a command of this run and follows a table too; one of both");
   const double rows = options.stop_s / options.step_s / options.every;
-  if (!(rows * static_cast<double>(options.measurements.size() + options.recorded.size() +
+  if (!options.keep_row &&
+      !(rows * static_cast<double>(options.measurements.size() + options.recorded.size() +
                                    options.commands.size() + 3) <=
         kMostValues))
     refuse(fmt::format("{:.3g} measurements of {} values; measure fewer, or more seldom", rows,
@@ -129,28 +130,31 @@ class Served {
       const std::string how = process_->how_it_ended();
       if (run_.failed.empty() && !how.empty())
         run_.failed =
-            crash_of(path_, how, run_.rows() == 0 ? std::nullopt : std::optional(time_s()));
+            crash_of(path_, how, run_.rows() == 0 ? std::nullopt : std::optional(run_.reached_s));
       return false;
     }
     const auto& [kind, bytes] = *words;
     if (kind == 'E') run_.failed = bytes;
     if (kind == 'G') is_ready_ = true;
     if (kind == 'B') run_.first_broken = bytes;
+    if (kind == 'K') run_.first_parked = bytes;
     if (kind == 'P') options_.keep_sight(bytes);
+    if (kind == 'M') options_.keep_remark(bytes);
     if (kind == 'S' && bytes.size() == sizeof run_.counts)
       std::memcpy(&run_.counts, bytes.data(), sizeof run_.counts);
     if (kind != 'R' || bytes.size() != run_.columns.size() * sizeof(double)) return true;
-    const std::size_t at = run_.values.size();
-    run_.values.resize(at + run_.columns.size());
-    std::memcpy(run_.values.data() + at, bytes.data(), bytes.size());
+    row_.resize(run_.columns.size());
+    std::memcpy(row_.data(), bytes.data(), bytes.size());
+    ++run_.row_count;
+    run_.reached_s = row_[0];
+    if (options_.keep_row)
+      options_.keep_row(run_.columns, row_);
+    else
+      run_.values.insert(run_.values.end(), row_.begin(), row_.end());
     return true;
   }
 
   bool is_ready() const { return is_ready_; }  ///< it waits for the others to begin
-  /// That its last row has.
-  double time_s() const {
-    return run_.rows() == 0 ? 0.0 : run_.values[run_.values.size() - run_.columns.size()];
-  }
   ServeRun& run() { return run_; }
 
  private:
@@ -159,6 +163,7 @@ class Served {
   ServeOptions options_;
   TopicPlan topics_;
   ServeRun run_;
+  std::vector<double> row_;
   bool is_ready_ = false;
   std::optional<UnpackedUnit> files_;
   SocketPath socket_path_;
@@ -199,7 +204,8 @@ void hear_all(const std::vector<std::unique_ptr<Served>>& served, Together& toge
       together.leave(running[i]);
     }
     running = go_on;
-    if (progress && !running.empty()) progress("steps", served[running[0]]->time_s() / stop_s);
+    if (progress && !running.empty())
+      progress("steps", served[running[0]]->run().reached_s / stop_s);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "base/error.h"
@@ -148,6 +149,24 @@ Commands::Commands(Unit& unit, const std::string& path, const ServeOptions& opti
   }
 }
 
+std::string Commands::bring_within(std::vector<double>& said, std::string& clipped) const {
+  for (std::size_t k = 0; k < said.size(); ++k) {
+    if (std::isnan(said[k])) continue;
+    const UnitVariable& variable = *numbers_.places()[k].variable;
+    const double value = are_[k].to_signal(said[k]);
+    const std::string wrong = wrong_with(variable, value);
+    if (wrong.empty()) continue;
+    const std::string name = are_[k].name == variable.name ? "" : are_[k].name + ": ";
+    const bool is_float =
+        variable.type == ValueType::float64 || variable.type == ValueType::float32;
+    if (!variable.is_input() || !is_float) return name + wrong;
+    const double bound = std::clamp(value, variable.low, variable.high);
+    said[k] = are_[k].from_signal(bound);
+    clipped += fmt::format("{}{}{}; {} is taken", clipped.empty() ? "" : ", ", name, wrong, bound);
+  }
+  return {};
+}
+
 std::vector<double> Commands::get() {
   std::vector<double> values = numbers_.get();
   for (std::size_t k = 0; k < values.size(); ++k) values[k] = are_[k].from_signal(values[k]);
@@ -163,26 +182,38 @@ void Commands::restart() {
     at_rest.place = value;
     moving_.actuators.push_back(at_rest);
   }
-  written_.clear();
+  held_ = values;
+  is_written_ = false;
 }
 
 void Commands::restore(const Moving& moving) {
   moving_ = moving;
-  written_.clear();
+  held_ = numbers_.get();
+  is_written_ = false;
 }
 
-void Commands::act(const std::vector<double>& said) {
+std::string Commands::act(const std::vector<double>& said) {
   std::vector<double> values;
   for (std::size_t k = 0; k < said.size(); ++k) {
     values.push_back(are_[k].to_signal(said[k]));
     if (are_[k].has_actuator())
       values[k] = vehicle::laws::move(moving_.actuators[k], moving_.step, values[k], responses_[k],
                                       step_s_);
+    // An actuator may swing beyond where it goes.
+    const UnitVariable& variable = *numbers_.places()[k].variable;
+    values[k] = std::clamp(values[k], variable.low, variable.high);
   }
   ++moving_.step;
-  if (values == written_) return;
-  numbers_.set(values);
-  written_ = std::move(values);
+  if (is_written_ && values == held_) return {};
+  is_written_ = true;
+  try {
+    numbers_.set(values);
+  } catch (const base::Error& error) {
+    numbers_.set(held_);
+    return error.what();
+  }
+  held_ = std::move(values);
+  return {};
 }
 
 std::vector<std::string> Commands::signals_of(const ServeOptions& options) {

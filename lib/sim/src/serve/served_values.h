@@ -26,6 +26,7 @@ class Numbers {
   void want_settable(const std::string& path) const;
 
   bool empty() const { return places_.empty(); }
+  const std::vector<Place>& places() const { return places_; }
   std::vector<double> get();
   void set(const std::vector<double>& values);
 
@@ -74,10 +75,16 @@ class Commands {
     std::int64_t step = 0;
   };
 
+  /// Empty, or why the unit does not take what is said, NaN where nothing is. A real input beyond
+  /// its bounds is brought to them; `clipped` tells which.
+  std::string bring_within(std::vector<double>& said, std::string& clipped) const;
+
   /// As whoever commands would have said what the unit has.
   std::vector<double> get();
-  void act(const std::vector<double>& said);  ///< before every step
-  void restart();                             ///< at rest, at what the unit has
+  /// Before every step. Empty, or what the unit said when it refused a value: then it has again
+  /// what it had. Throws Error where it does not take that back.
+  std::string act(const std::vector<double>& said);
+  void restart();  ///< at rest, at what the unit has
   const Moving& moving() const { return moving_; }
   void restore(const Moving& moving);
 
@@ -90,7 +97,8 @@ class Commands {
   double step_s_;
   Moving moving_;
   std::vector<vehicle::laws::Response<double>> responses_;
-  std::vector<double> written_;
+  std::vector<double> held_;  ///< by the unit
+  bool is_written_ = false;
 };
 
 }  // namespace sim

@@ -36,12 +36,16 @@ Connection connection_by(CommandSocket& socket, const ServeOptions& options) {
       return received;
     }
     received.command = read_command(*bytes, options.commands, received.why);
-    form->received_is_binary = received.command && received.command->is_binary;
+    received.sequence = received.command ? received.command->sequence : sequence_of(*bytes);
+    form->received_is_binary = is_binary(*bytes);
     return received;
   };
   out.answer_here = [&socket, form] {
     form->answered_is_binary = form->received_is_binary;
     socket.answer_here();
+  };
+  out.refuse = [&socket, form](const Remark& remark) {
+    socket.reply(write_remark(remark, form->received_is_binary));
   };
   out.send = [&socket, &options, form, send](const MeasurementMessage& message, bool) {
     send(write_measurement(message, options.measurements, form->answered_is_binary));

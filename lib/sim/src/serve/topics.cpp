@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "base/one_line.h"
 
 namespace sim {
 namespace {
@@ -236,7 +237,7 @@ std::optional<CommandMessage> command_of(const CarCommand& said, const TopicPlan
   for (const auto& [name, value] : said.others) {
     const auto found = std::find(plan.command_names.begin(), plan.command_names.end(), name);
     if (found == plan.command_names.end())
-      why = "a name that is no command of this run";
+      why = "'" + base::one_line(name.substr(0, 60)) + "' is no command of this run";
     else
       set(static_cast<std::size_t>(found - plan.command_names.begin()), value);
   }

@@ -1,27 +1,31 @@
 #include "unit_server.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <map>
 #include <optional>
 #include <utility>
 
+#include "base/error.h"
+#include "base/one_line.h"
+#include "command_check.h"
 #include "input_writer.h"
 #include "opponent_inputs.h"
+#include "others_on_road.h"
 #include "real_time.h"
 #include "road_devices.h"
 #include "served_values.h"
+#include "teller.h"
 #include "unit_places.h"
-#include "worker.h"
 
 namespace sim {
 namespace {
 
 constexpr double kLate_s = 0.002;
 constexpr int kMostPerStep = 64;
-constexpr std::size_t kMostUntold = 1u << 28;  ///< bytes that wait for the process of the record
 
 class Server {
  public:
@@ -34,18 +38,17 @@ class Server {
         connection_(connection),
         together_(together),
         own_(own),
-        say_(say),
         commands_(unit, path, options),
         measurements_(unit, path, options),
         inputs_(options.inputs, unit.description(), path),
-        opponents_(options.opponents, others_of(unit, together), unit.description(), path),
+        opponents_(options.opponents, OthersOnRoad::inputs_for(unit, together), unit.description(),
+                   path),
         recorded_(unit, path, options.recorded),
         pose_(unit, path, pose_names(options)),
-        place_(unit, path, place_names(unit, together)),
+        others_(unit, path, together, own, options.lockstep),
         road_devices_(options.road, options.devices.road, options.devices.seed, options.step_s,
-                      options.lockstep) {
-    if (!options.lockstep) teller_.emplace();
-  }
+                      options.lockstep),
+        teller_(say, !options.lockstep) {}
 
   void run() {
     inputs_.write(unit_, 0.0);
@@ -56,12 +59,15 @@ class Server {
       const auto found = std::find(options_.commands.begin(), options_.commands.end(), name);
       safe_[static_cast<std::size_t>(found - options_.commands.begin())] = value;
     }
+    std::string clipped, wrong = commands_.bring_within(safe_, clipped);
+    if (!wrong.empty() || !clipped.empty())
+      throw base::Error(path_ + ": of the safe input: " + (wrong.empty() ? clipped : wrong));
     const auto steps = static_cast<std::uint64_t>(std::llround(options_.stop_s / options_.step_s));
     measurements_.step();
     look();
     measure();
-    tell('G', {});
-    counts_.tells_its_place = !place_.empty();
+    teller_.tell('G', {});
+    counts_.tells_its_place = others_.tells_its_place();
     counts_.others_seen = opponents_.others();
     std::optional<RealTime> real_time;
     if (!options_.lockstep) counts_.real_time_scheduled = real_time.emplace().is_scheduled();
@@ -73,58 +79,79 @@ class Server {
     together_.leave(own_);
     counts_.late_sights = road_devices_.late();
     counts_.left_out_sights = road_devices_.left_out();
-    tell('S', {reinterpret_cast<const char*>(&counts_), sizeof counts_});
-    if (teller_) teller_->finish();
+    teller_.tell('S', {reinterpret_cast<const char*>(&counts_), sizeof counts_});
+    teller_.finish();
   }
 
  private:
-  /// To the process that keeps the record; in real time beside the loop: its pipe may be full.
-  void tell(char kind, std::string_view bytes) {
-    if (!teller_) return say_({kind, bytes});
-    if (untold_bytes_ > kMostUntold) teller_->finish();
-    untold_bytes_ += bytes.size();
-    teller_->give([this, kind, kept = std::string(bytes)] {
-      say_({kind, kept});
-      untold_bytes_ -= kept.size();
-    });
+  /// Into the log of the record.
+  void log(const Remark& remark) {
+    if (options_.keep_remark && remarks_++ < kMostRemarks)
+      teller_.tell('M', write_remark(remark, false));
+  }
+
+  bool refuse(const Received& received, const std::string& why) {
+    const Remark remark{"refused", why, received.sequence, time_s(), counts_.resets};
+    connection_.refuse(remark);
+    log(remark);
+    is_refused_ = received.sequence.has_value();  // what has a number is of somebody who drives
+    return false;
+  }
+  bool refuse_as_broken(const Received& received, const std::string& why) {
+    if (++counts_.broken == 1) teller_.tell('B', why);
+    return refuse(received, why);
   }
 
   /// Whether it is a command that counts.
   bool take(const Received& received) {
     if (received.watches) return false;
-    const std::optional<CommandMessage>& message = received.command;
-    std::string why = received.why;
-    if (!message || !takes_starts(*message, why) || !takes_states(*message, why)) {
-      if (++counts_.broken == 1) tell('B', why);
-      return false;
-    }
-    is_repeated_ = counts_.commands > 0 && message->sequence == sequence_;
+    if (!received.command) return refuse_as_broken(received, received.why);
+    CommandMessage message = *received.command;
+    std::string clipped, why = wrong_with(message, unit_);
+    if (why.empty()) why = commands_.bring_within(message.values, clipped);
+    if (!why.empty()) return refuse_as_broken(received, why);
+    is_repeated_ = counts_.commands > 0 && message.sequence == sequence_;
     // While the safe input acts, a program that begins anew may count from anywhere.
-    if (counts_.commands > 0 && message->sequence <= sequence_ && !is_safe_) {
-      if (!is_repeated_) ++counts_.old;
-      if (is_repeated_) connection_.answer_here();
-      return false;
+    if (counts_.commands > 0 && message.sequence <= sequence_ && !is_safe_) {
+      if (is_repeated_) {
+        connection_.answer_here();
+        return false;
+      }
+      ++counts_.old;
+      return refuse(received,
+                    fmt::format("the sequence number {} came after {}; a larger one wanted",
+                                message.sequence, sequence_));
+    }
+    try {
+      if (!message.save.empty()) save(message.save);
+      if (message.resets && message.state.empty()) reset(message.starts);
+      if (message.resets && !message.state.empty()) go_back(message.state);
+    } catch (const base::Error& error) {
+      if (!unit_.is_there()) park(error.what());
+      return refuse_as_broken(received, error.what());
     }
     ++counts_.commands;
-    sequence_ = message->sequence;
-    if (message->pauses) together_.pause(*message->pauses);
-    if (!message->save.empty()) save(message->save);
-    if (message->resets && message->state.empty()) reset(message->starts);
-    if (message->resets && !message->state.empty()) go_back(message->state);
+    sequence_ = message.sequence;
+    if (message.pauses) together_.pause(*message.pauses);
     for (std::size_t k = 0; k < asked_.size(); ++k)
-      if (!std::isnan(message->values[k])) asked_[k] = message->values[k];
-    counts_.asked_to_end = counts_.asked_to_end || message->ends;
+      if (!std::isnan(message.values[k])) asked_[k] = message.values[k];
+    counts_.asked_to_end = counts_.asked_to_end || message.ends;
     commanded_at_ = counts_.steps;
     connection_.answer_here();
-    if (message->plan) show(tell_sight(Plan{sequence_, time_s(), *message->plan}));
-    if (message->resets && message->state.empty()) look();
+    if (!clipped.empty()) {
+      ++counts_.clipped;
+      log({"clipped", clipped, sequence_, time_s(), counts_.resets});
+      clipped_ = clipped;
+    }
+    if (message.plan) show(tell_sight(Plan{sequence_, time_s(), *message.plan}));
+    if (message.resets && message.state.empty()) look();
     return true;
   }
 
   /// To whoever drives, and into the record.
   void show(const ToldSight& seen) {
     connection_.show(seen);
-    if (options_.keep_sight) tell('P', seen.line);
+    if (options_.keep_sight) teller_.tell('P', seen.line);
   }
 
   void look() {
@@ -140,68 +167,6 @@ class Server {
     const auto& names = options.devices.road.pose;
     if (options.devices.road.empty()) return {};
     return {names.begin(), names.end()};
-  }
-
-  /// As many as share the road, where the unit has inputs for them.
-  static std::size_t others_of(const Unit& unit, const Together& together) {
-    return OpponentInputs::are_of(unit.description()) ? together.size() - 1 : 0;
-  }
-
-  /// Where it is on the map, where others want to know and it can tell.
-  static std::vector<std::string> place_names(const Unit& unit, const Together& together) {
-    const std::vector<std::string> names{"car.x", "car.y"};
-    const bool tells = together.size() > 1 &&
-                       std::all_of(names.begin(), names.end(), [&](const std::string& name) {
-                         return unit.description().find(name) != nullptr;
-                       });
-    return tells ? names : std::vector<std::string>{};
-  }
-
-  /// Puts the others where they are at the begin of this step. False when nobody drives any more.
-  bool see_others() {
-    Standing own;
-    own.is_driven = !counts_.silent;
-    if (!place_.empty()) {
-      const std::vector<double> at = place_.get();
-      own = {std::isfinite(at[0]) && std::isfinite(at[1]), at[0], at[1], own.is_driven};
-    }
-    const std::span<const Standing> all = options_.lockstep
-                                              ? together_.meet(own_, counts_.steps, own)
-                                              : together_.look(own_, counts_.steps, own);
-    others_.clear();
-    bool is_driven = false;
-    for (std::size_t k = 0; k < all.size(); ++k) {
-      is_driven = is_driven || all[k].is_driven;
-      if (k == own_) continue;
-      others_.emplace_back();
-      if (all[k].is_there) others_.back() = vehicle::OpponentPlace{all[k].x_m, all[k].y_m};
-    }
-    return is_driven;
-  }
-
-  bool takes_starts(const CommandMessage& message, std::string& why) const {
-    for (const auto& [name, value] : message.starts) {
-      const UnitVariable* const variable = unit_.description().find(name);
-      if (variable != nullptr && is_number(*variable) && variable->size == 1 &&
-          (variable->is_input() || variable->causality == "parameter"))
-        continue;
-      why = "a start that is no number of a parameter or input of the unit";
-      return false;
-    }
-    return true;
-  }
-
-  bool takes_states(const CommandMessage& message, std::string& why) const {
-    if (!message.save.empty() && !unit_.description().keeps_states)
-      why = "a state to save, which this unit cannot (its description says so)";
-    else if (!message.save.empty() && !unit_.has_saved(message.save) &&
-             unit_.saved_states() >= kMostSavedStates)
-      why = "a 17th state to save; save under a name that is there already";
-    else if (!message.state.empty() && !unit_.has_saved(message.state))
-      why = "a state that was not saved";
-    else
-      return true;
-    return false;
   }
 
   /// What changes beside the unit.
@@ -231,19 +196,18 @@ class Server {
     opponents_ = kept.opponents;
     asked_ = kept.asked;
     inputs_.restart();
-    acting_.clear();
     began_at_ = counts_.steps - kept.steps;
-    was_reset_ = true;
-    ++counts_.resets;
+    go_on_from_there();
   }
 
-  /// The unit begins anew at 0 s.
+  /// The unit begins anew at 0 s. Throws Error, with nothing changed, where it does not take that.
   void reset(const std::vector<std::pair<std::string, double>>& starts) {
-    unit_.restart();
-    for (const auto& [name, text] : options_.starts) set_start(unit_, path_, name, text);
-    for (const auto& [name, value] : starts)
-      unit_.set(*unit_.description().find(name), std::array{value});
-    unit_.initialise(0.0, options_.stop_s);
+    unit_.begin_anew([&] {
+      for (const auto& [name, text] : options_.starts) set_start(unit_, path_, name, text);
+      for (const auto& [name, value] : starts)
+        unit_.set(*unit_.description().find(name), std::array{value});
+      unit_.initialise(0.0, options_.stop_s);
+    });
     measurements_.restart();
     measurements_.step();
     road_devices_.restart();
@@ -251,49 +215,86 @@ class Server {
     inputs_.write(unit_, 0.0);
     asked_ = commands_.get();
     commands_.restart();
-    acting_.clear();
     began_at_ = counts_.steps;
+    go_on_from_there();
+  }
+
+  void go_on_from_there() {
+    acting_.clear();
     was_reset_ = true;
     ++counts_.resets;
+    parked_.clear();
+    counts_.is_parked = false;
+    recorded_at_.reset();
+  }
+
+  /// The unit stands as it was before the step that failed.
+  void park(const std::string& why) {
+    if (parked_.empty()) {
+      try {
+        measure();                    // what it did since the last time
+      } catch (const base::Error&) {  // it tells nothing any more: the last that it told stays
+      }
+    }
+    parked_ = base::one_line(why);
+    counts_.is_parked = true;
+    if (++counts_.parked == 1) teller_.tell('K', parked_);
+    log({"parked", parked_, sequence_, time_s(), counts_.resets});
   }
 
   double time_s() const { return static_cast<double>(counts_.steps - began_at_) * options_.step_s; }
 
   /// False when the unit wants to end, or nobody drives any of the run.
   bool step(bool is_safe) {
-    if (!see_others()) return false;
+    if (!others_.see(counts_.steps, !counts_.silent, !parked_.empty())) return false;
     is_safe_ = is_safe;
     if (is_safe) ++counts_.safe_steps;
-    const std::vector<double>& acts = is_safe ? safe_ : asked_;
-    commands_.act(acting_ = acts);
+    bool goes_on = true;
+    if (parked_.empty()) try {
+        goes_on = step_unit(is_safe ? safe_ : asked_);
+      } catch (const base::Error& error) {
+        park(error.what());
+      }
+    ++counts_.steps;
+    if (!parked_.empty()) ++began_at_;  // its time stands still too
+    counts_.ended_by_unit = !goes_on;
+    if (parked_.empty()) look();
+    return goes_on;
+  }
+
+  bool step_unit(const std::vector<double>& acts) {
+    acting_ = acts;
+    if (const std::string why = commands_.act(acts); !why.empty()) {
+      acting_ = asked_ = commands_.get();
+      const Remark remark{"refused", base::one_line(why), sequence_, time_s(), counts_.resets};
+      connection_.refuse(remark);
+      log(remark);
+    }
     const double begin_s = now_s();
     inputs_.write(unit_, time_s());
-    opponents_.write(unit_, time_s(), others_);
+    opponents_.write(unit_, time_s(), others_.places());
     const bool goes_on = unit_.step(time_s(), options_.step_s);
     measurements_.step();
-    const double took_s = now_s() - begin_s;
-    ++counts_.steps;
-    counts_.step_sum_s += took_s;
-    counts_.longest_step_s = std::max(counts_.longest_step_s, took_s);
-    const auto bin = std::lower_bound(kStepBins_s.begin(), kStepBins_s.end(), took_s);
-    ++counts_.bins[static_cast<std::size_t>(bin - kStepBins_s.begin())];
-    counts_.ended_by_unit = !goes_on;
-    look();
+    count_step(counts_, now_s() - begin_s);
     return goes_on;
   }
 
   void measure() {
-    last_ = {sequence_, time_s(), is_safe_, was_reset_, measurements_.get()};
-    was_reset_ = false;
-    std::vector<double> row{last_.time_s};
-    row.insert(row.end(), last_.values.begin(), last_.values.end());
-    const std::vector<double> recorded = recorded_.get();
-    row.insert(row.end(), recorded.begin(), recorded.end());
-    const std::vector<double>& acts = acting_.empty() ? asked_ : acting_;
-    row.insert(row.end(), acts.begin(), acts.end());
-    row.push_back(is_safe_ ? 1.0 : 0.0);
-    row.push_back(static_cast<double>(counts_.resets));
-    tell('R', {reinterpret_cast<const char*>(row.data()), row.size() * sizeof(double)});
+    last_ = {sequence_,
+             time_s(),
+             is_safe_,
+             std::exchange(was_reset_, false),
+             parked_.empty() ? measurements_.get() : last_.values,
+             std::exchange(clipped_, {}),
+             parked_};
+    if (parked_.empty() && recorded_at_ != last_.time_s) record();
+  }
+
+  void record() {
+    recorded_at_ = last_.time_s;
+    const std::vector<double> row =
+        row_of(last_, recorded_.get(), acting_.empty() ? asked_ : acting_, counts_.resets);
+    teller_.tell('R', {reinterpret_cast<const char*>(row.data()), row.size() * sizeof(double)});
   }
 
   void answer(bool again = false) { connection_.send(last_, again); }
@@ -305,11 +306,9 @@ class Server {
       const auto received = connection_.receive(std::min(1.0, options_.patience_s));
       // Who only watches does not drive.
       if (received && take(*received)) return true;
-      if (is_repeated_) {
-        since_s = now_s();
-        answer(true);
-      }
-      is_repeated_ = false;
+      if (is_repeated_) answer(true);
+      if (is_repeated_ || is_refused_) since_s = now_s();
+      is_repeated_ = is_refused_ = false;
     }
     return false;
   }
@@ -367,13 +366,12 @@ class Server {
   const Connection& connection_;
   Together& together_;
   const std::size_t own_;  ///< of together_
-  const std::function<void(Words)>& say_;
   Commands commands_;
   Measurements measurements_;
   InputWriter inputs_;
   OpponentInputs opponents_;
-  Numbers recorded_, pose_, place_;
-  std::vector<std::optional<vehicle::OpponentPlace>> others_;
+  Numbers recorded_, pose_;
+  OthersOnRoad others_;
   RoadDevices road_devices_;
   ServeCounts counts_;
   std::vector<double> asked_, safe_, acting_;
@@ -382,9 +380,11 @@ class Server {
   std::uint32_t sequence_ = 0;
   std::uint64_t commanded_at_ = 0;
   std::uint64_t began_at_ = 0;  ///< step at which the unit's time was 0
-  bool is_safe_ = false, is_repeated_ = false, was_reset_ = false;
-  std::atomic<std::size_t> untold_bytes_ = 0;
-  std::optional<Worker> teller_;  ///< in real time; last: it uses the others
+  bool is_safe_ = false, is_repeated_ = false, is_refused_ = false, was_reset_ = false;
+  std::string clipped_, parked_;       ///< to be told; why the unit stands still
+  std::optional<double> recorded_at_;  ///< time of the last row of this run from a reset on
+  std::uint64_t remarks_ = 0;
+  Teller teller_;
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "base/one_line.h"
 #include "put_bytes.h"
 
 namespace sim {
@@ -14,9 +15,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::string_view kCommand = "KSC1", kMeasurement = "KSM1";
+constexpr std::string_view kCommand = "KSC1", kMeasurement = "KSM1", kRemark = "KSR1";
 constexpr std::uint32_t kEnds = 1, kResets = 2, kPauses = 4, kPlans = 8, kSaves = 16,
-                        kGoesBack = 32, kSafe = 1, kWasReset = 2;
+                        kGoesBack = 32, kSafe = 1, kWasReset = 2, kClipped = 4, kParked = 8;
 
 template <class Value>
 bool take(std::string_view& bytes, Value& value) {
@@ -126,20 +127,38 @@ bool read_plan(const json& list, std::vector<PlanPoint>& plan, std::string& why)
   return plan_is_finite(plan, why);
 }
 
+/// Words of whoever drives, fit for a line.
+std::string quoted(const std::string& said) {
+  return "'" + base::one_line(said.substr(0, 60)) + "'";
+}
+
+/// A number that is one; else the reason.
+bool take_number(const std::string& name, const json& said, double& value, std::string& why) {
+  value = said.is_number() ? said.get<double>() : std::numeric_limits<double>::quiet_NaN();
+  if (std::isfinite(value)) return true;
+  why = quoted(name) + " is said to be " + base::one_line(said.dump().substr(0, 60)) +
+        "; a finite number wanted";
+  return false;
+}
+
+bool has_too_many_lists(std::string_view bytes) {
+  return std::count(bytes.begin(), bytes.end(), '[') >
+             16 + static_cast<std::ptrdiff_t>(kMostPlanPoints) ||
+         std::count(bytes.begin(), bytes.end(), '{') > 16;
+}
+
 std::optional<CommandMessage> read_json(std::string_view bytes,
                                         const std::vector<std::string>& names, std::string& why) {
-  if (std::count(bytes.begin(), bytes.end(), '[') >
-          16 + static_cast<std::ptrdiff_t>(kMostPlanPoints) ||
-      std::count(bytes.begin(), bytes.end(), '{') > 16) {
+  if (has_too_many_lists(bytes)) {
     why = "more lists or tables than a command has";
     return std::nullopt;
   }
   const json object = json::parse(bytes.begin(), bytes.end(), nullptr, false);
-  const auto refuse = [&](const char* reason) {
-    why = reason;
+  const auto refuse = [&](std::string reason) {
+    why = std::move(reason);
     return std::nullopt;
   };
-  if (!object.is_object()) return refuse("no JSON object");
+  if (!object.is_object()) return refuse("no JSON object, or a number beyond 1e308");
   CommandMessage message;
   message.values.assign(names.size(), std::numeric_limits<double>::quiet_NaN());
   for (const auto& [key, value] : object.items()) {
@@ -155,10 +174,9 @@ std::optional<CommandMessage> read_json(std::string_view bytes,
       if (!value.is_object()) return refuse("set is no object");
       for (const auto& [name, number] : value.items()) {
         const auto found = std::find(names.begin(), names.end(), name);
-        if (found == names.end()) return refuse("a name that is no command of this run");
-        if (!number.is_number() || !std::isfinite(number.get<double>()))
-          return refuse("a value that is not finite");
-        message.values[static_cast<std::size_t>(found - names.begin())] = number.get<double>();
+        if (found == names.end()) return refuse(quoted(name) + " is no command of this run");
+        double& to = message.values[static_cast<std::size_t>(found - names.begin())];
+        if (!take_number(name, number, to, why)) return std::nullopt;
       }
     } else if (key == "pause") {
       if (!value.is_boolean()) return refuse("pause is neither true nor false");
@@ -172,9 +190,8 @@ std::optional<CommandMessage> read_json(std::string_view bytes,
           if (message.state.empty()) return refuse(kNoName);
           continue;
         }
-        if (!number.is_number() || !std::isfinite(number.get<double>()))
-          return refuse("a value that is not finite");
-        message.starts.emplace_back(name, number.get<double>());
+        double& to = message.starts.emplace_back(name, 0.0).second;
+        if (!take_number(name, number, to, why)) return std::nullopt;
       }
     } else if (key == "save") {
       if (!value.is_string() || value.get_ref<const std::string&>().empty()) return refuse(kNoName);
@@ -182,7 +199,8 @@ std::optional<CommandMessage> read_json(std::string_view bytes,
     } else if (key == "plan") {
       if (!read_plan(value, message.plan.emplace(), why)) return std::nullopt;
     } else {
-      return refuse("a key that is not sequence, set, plan, pause, save, reset or end");
+      return refuse("a key that is not sequence, set, plan, pause, save, reset or end: " +
+                    quoted(key));
     }
   }
   return message;
@@ -205,7 +223,7 @@ std::optional<CommandMessage> read_command(std::string_view bytes,
     return std::nullopt;
   }
   std::optional<CommandMessage> message;
-  if (bytes.starts_with(kCommand))
+  if (is_binary(bytes))
     message = read_binary(bytes, names.size(), why);
   else if (bytes.starts_with('{'))
     message = read_json(bytes, names, why);
@@ -216,21 +234,57 @@ std::optional<CommandMessage> read_command(std::string_view bytes,
   return why.empty() ? message : std::nullopt;
 }
 
+bool is_binary(std::string_view bytes) { return bytes.starts_with(kCommand); }
+
+std::optional<std::uint32_t> sequence_of(std::string_view bytes) {
+  std::uint32_t sequence = 0;
+  if (bytes.size() > kLongestMessage) return std::nullopt;
+  if (is_binary(bytes)) {
+    bytes.remove_prefix(kCommand.size());
+    return take(bytes, sequence) ? std::optional(sequence) : std::nullopt;
+  }
+  if (!bytes.starts_with('{') || has_too_many_lists(bytes)) return std::nullopt;
+  const json object = json::parse(bytes.begin(), bytes.end(), nullptr, false);
+  const auto said = object.is_object() ? object.find("sequence") : object.end();
+  if (said == object.end() || !said->is_number_unsigned() ||
+      said->get<std::uint64_t>() > std::numeric_limits<std::uint32_t>::max())
+    return std::nullopt;
+  return said->get<std::uint32_t>();
+}
+
+std::string write_remark(const Remark& remark, bool as_binary) {
+  if (!as_binary) {
+    nlohmann::ordered_json line{{remark.kind, remark.text}, {"sequence", nullptr}};
+    if (remark.sequence) line["sequence"] = *remark.sequence;
+    line["time_s"] = remark.time_s;
+    line["resets"] = remark.resets;
+    return line.dump(-1, ' ', false, json::error_handler_t::replace);
+  }
+  std::string bytes(kRemark);
+  put(bytes, remark.sequence.value_or(0), static_cast<std::uint32_t>(remark.text.size()),
+      remark.time_s);
+  return bytes + remark.text;
+}
+
 std::string write_measurement(const MeasurementMessage& message,
                               const std::vector<std::string>& names, bool as_binary) {
   if (!as_binary) {
     nlohmann::ordered_json values = nlohmann::ordered_json::object();
     for (std::size_t i = 0; i < names.size(); ++i) values[names[i]] = message.values[i];
-    return nlohmann::ordered_json{{"sequence", message.sequence},
-                                  {"time_s", message.time_s},
-                                  {"safe", message.is_safe},
-                                  {"reset", message.was_reset},
-                                  {"values", std::move(values)}}
-        .dump();
+    nlohmann::ordered_json out{{"sequence", message.sequence},
+                               {"time_s", message.time_s},
+                               {"safe", message.is_safe},
+                               {"reset", message.was_reset},
+                               {"values", std::move(values)}};
+    if (!message.clipped.empty()) out["clipped"] = message.clipped;
+    if (!message.parked.empty()) out["parked"] = message.parked;
+    return out.dump(-1, ' ', false, json::error_handler_t::replace);
   }
   std::string bytes(kMeasurement);
   put(bytes, message.sequence);
-  put(bytes, (message.is_safe ? kSafe : 0U) | (message.was_reset ? kWasReset : 0U));
+  put(bytes, (message.is_safe ? kSafe : 0U) | (message.was_reset ? kWasReset : 0U) |
+                 (message.clipped.empty() ? 0U : kClipped) |
+                 (message.parked.empty() ? 0U : kParked));
   put(bytes, static_cast<std::uint32_t>(message.values.size()));
   put(bytes, message.time_s);
   for (const double value : message.values) put(bytes, value);

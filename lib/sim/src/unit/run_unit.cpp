@@ -51,7 +51,8 @@ void work(const UnpackedUnit& files, const UnitDescription& description,
     inputs.write(unit, time_s);
     opponents.write(unit, time_s);
     const bool goes_on = unit.step(time_s, step_s);
-    record(start_s + static_cast<double>(k + 1) * step_s);
+    if ((k + 1) % options.every == 0 || k + 1 == steps || !goes_on)
+      record(start_s + static_cast<double>(k + 1) * step_s);
     if (!goes_on) return say({'X', {}});
   }
 }
@@ -89,8 +90,9 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
     for (std::size_t i = 0; i < variable->size; ++i)
       run.columns.push_back(variable->size == 1 ? variable->name
                                                 : fmt::format("{}[{}]", variable->name, i + 1));
-  const double rows = (run.stop_s - start_s) / run.step_s + 1.0;
-  if (!(rows * static_cast<double>(run.columns.size()) <= kMostRunValues))
+  const double rows =
+      (run.stop_s - start_s) / run.step_s / static_cast<double>(options.every) + 1.0;
+  if (!options.keep_row && !(rows * static_cast<double>(run.columns.size()) <= kMostRunValues))
     throw base::Error(
         fmt::format("{}: {:.3g} rows of {} columns; record fewer (--record), or "
                     "shorter, or in larger steps",
@@ -98,6 +100,7 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
 
   const UnpackedUnit files(path, road_path);
   std::string refused;
+  std::vector<double> row(run.columns.size());
   const std::string how = run_apart(
       [&](const std::function<void(Words)>& say) {
         work(files, description, options, start_s, run.stop_s, run.step_s, recorded, say);
@@ -111,17 +114,19 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
         if (words.kind == 'X') run.ended_early = true;
         if (words.kind == 'L' && run.log.size() < kMostLines) run.log.emplace_back(words.bytes);
         if (words.kind != 'R' || words.bytes.size() != run.columns.size() * sizeof(double)) return;
-        const std::size_t at = run.values.size();
-        run.values.resize(at + run.columns.size());
-        std::memcpy(run.values.data() + at, words.bytes.data(), words.bytes.size());
+        std::memcpy(row.data(), words.bytes.data(), words.bytes.size());
+        ++run.row_count;
+        run.reached_s = row[0];
+        if (options.keep_row)
+          options.keep_row(run.columns, row);
+        else
+          run.values.insert(run.values.end(), row.begin(), row.end());
         if (progress) progress("steps", static_cast<double>(run.rows()) / rows);
       });
   if (!refused.empty()) throw base::Error(refused);
   if (!how.empty())
-    throw base::Error(crash_of(
-        path, how,
-        run.rows() == 0 ? std::nullopt
-                        : std::optional(run.values[(run.rows() - 1) * run.columns.size()])));
+    throw base::Error(
+        crash_of(path, how, run.rows() == 0 ? std::nullopt : std::optional(run.reached_s)));
   return run;
 }
 

@@ -4,6 +4,8 @@
 
 #include <filesystem>
 #include <map>
+#include <tuple>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -81,6 +83,51 @@ struct Unit::Loaded {
     is_ready = false;
   }
 
+  /// The one before stays until the new one has begun, where there may be two.
+  void begin_in_another(const std::function<void()>& begin) {
+    if (description.can_be_instantiated_once_only) free();
+    const auto before = std::tuple(instance, is_ready, is_broken);
+    auto now = std::tie(instance, is_ready, is_broken);
+    now = std::tuple(nullptr, false, false);
+    try {
+      make();
+      begin();
+    } catch (...) {
+      free();
+      now = before;
+      throw;
+    }
+    const std::tuple<void*, bool, bool> begun = now;
+    now = before;
+    free();
+    now = begun;
+  }
+
+  /// States are of the instance that made them.
+  void begin_after_reset(const std::function<void()>& begin) {
+    void* before = nullptr;
+    if (is_ready && !is_broken)
+      want(std::visit([&](auto& of) { return of.get_state(instance, &before); }, functions),
+           "saving its state");
+    const auto forget = [&] {
+      if (before != nullptr)
+        std::visit([&](auto& of) { return of.free_state(instance, &before); }, functions);
+    };
+    is_ready = is_broken = false;
+    try {
+      want(std::visit([&](auto& of) { return of.reset(instance); }, functions), "reset");
+      begin();
+    } catch (...) {
+      if (before != nullptr)
+        is_ready = std::visit([&](auto& of) { return of.set_state(instance, before); },
+                              functions) <= kWarning;
+      is_broken = !is_ready;
+      forget();
+      throw;
+    }
+    forget();
+  }
+
   void want(Status status, const std::string& what) {
     if (status <= kWarning) return;
     is_broken = is_broken || status >= 3;
@@ -128,18 +175,14 @@ Unit::Unit(const UnpackedUnit& files, UnitDescription description,
 
 Unit::~Unit() { loaded_->free(); }
 
-void Unit::restart() {
+bool Unit::is_there() const { return loaded_->instance != nullptr && loaded_->is_ready; }
+
+void Unit::begin_anew(const std::function<void()>& begin) {
   Loaded& unit = *loaded_;
-  if (unit.states.empty()) {
-    unit.free();
-    unit.make();
-    return;
-  }
-  // States are of the instance that made them.
-  unit.is_ready = false;
-  unit.want(
-      std::visit([&](auto& functions) { return functions.reset(unit.instance); }, unit.functions),
-      "reset");
+  if (unit.states.empty())
+    unit.begin_in_another(begin);
+  else
+    unit.begin_after_reset(begin);
 }
 
 void Unit::save(const std::string& name) {
@@ -166,6 +209,7 @@ void Unit::restore(const std::string& name) {
       unit.functions);
   unit.want(status, "going back to the state " + name);
   unit.is_ready = true;
+  unit.is_broken = false;
 }
 
 const UnitDescription& Unit::description() const { return loaded_->description; }

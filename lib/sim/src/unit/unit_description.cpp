@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <map>
 #include <pugixml.hpp>
 #include <set>
@@ -52,6 +53,34 @@ const std::map<std::string, ValueType> kTypes{
     {"Enumeration", ValueType::int64}, {"Binary", ValueType::other},
     {"Clock", ValueType::other}};
 
+/// Types that variables may name, each with the element that holds its bounds.
+using Declared = std::map<std::string, pugi::xml_node>;
+
+Declared declared_types(const pugi::xml_node& root, int version) {
+  Declared out;
+  for (const pugi::xml_node& type : root.child("TypeDefinitions").children())
+    out.emplace(type.attribute("name").as_string(), version == 2 ? type.first_child() : type);
+  return out;
+}
+
+/// A bound that is no number, or a pair that holds nothing, bounds nothing.
+void read_bounds(const pugi::xml_node& node, const Declared& types, UnitVariable& variable) {
+  const auto bound = [&](const char* name, double none) {
+    pugi::xml_attribute said = node.attribute(name);
+    const auto type = types.find(node.attribute("declaredType").as_string());
+    if (!said && type != types.end()) said = type->second.attribute(name);
+    const std::string_view text = said.as_string();
+    double value = none;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return error == std::errc() && end == text.data() + text.size() && !std::isnan(value) ? value
+                                                                                          : none;
+  };
+  const double low = bound("min", variable.low), high = bound("max", variable.high);
+  if (low > high) return;
+  variable.low = low;
+  variable.high = high;
+}
+
 UnitVariable named(const Reader& reader, const pugi::xml_node& node) {
   UnitVariable variable;
   variable.name = node.attribute("name").as_string();
@@ -63,7 +92,8 @@ UnitVariable named(const Reader& reader, const pugi::xml_node& node) {
   return variable;
 }
 
-void read_variables_2(const Reader& reader, const pugi::xml_node& list, UnitDescription& out) {
+void read_variables_2(const Reader& reader, const pugi::xml_node& list, const Declared& types,
+                      UnitDescription& out) {
   for (const pugi::xml_node& node : list.children("ScalarVariable")) {
     UnitVariable variable = named(reader, node);
     const pugi::xml_node type = node.first_child();
@@ -76,12 +106,14 @@ void read_variables_2(const Reader& reader, const pugi::xml_node& list, UnitDesc
             .as_string(variable.type == ValueType::float64 ? "continuous" : "discrete");
     variable.unit = type.attribute("unit").as_string();
     variable.start = type.attribute("start").as_string();
+    read_bounds(type, types, variable);
     out.variables.push_back(std::move(variable));
     if (out.variables.size() > kMostVariables) reader.refuse("more than a million variables");
   }
 }
 
-void read_variables_3(const Reader& reader, const pugi::xml_node& list, UnitDescription& out) {
+void read_variables_3(const Reader& reader, const pugi::xml_node& list, const Declared& types,
+                      UnitDescription& out) {
   std::map<std::string, std::string> start_of_reference;
   for (const pugi::xml_node& node : list.children())
     start_of_reference[node.attribute("valueReference").as_string()] =
@@ -100,6 +132,7 @@ void read_variables_3(const Reader& reader, const pugi::xml_node& list, UnitDesc
     variable.start = node.attribute("start").as_string();
     if (variable.type == ValueType::string)
       variable.start = node.child("Start").attribute("value").as_string();
+    read_bounds(node, types, variable);
     for (const pugi::xml_node& dimension : node.children("Dimension")) {
       std::string text = dimension.attribute("start").as_string();
       if (text.empty())
@@ -165,10 +198,11 @@ UnitDescription read_unit_description(std::string_view xml, const std::string& w
   out.stop_s = reader.time(experiment, "stopTime");
   out.step_s = reader.time(experiment, "stepSize");
   if (out.step_s && !(*out.step_s > 0.0)) out.step_s.reset();
+  const Declared types = declared_types(root, out.version);
   if (out.version == 2)
-    read_variables_2(reader, root.child("ModelVariables"), out);
+    read_variables_2(reader, root.child("ModelVariables"), types, out);
   else
-    read_variables_3(reader, root.child("ModelVariables"), out);
+    read_variables_3(reader, root.child("ModelVariables"), types, out);
   std::set<std::string_view> names;
   for (const UnitVariable& variable : out.variables)
     if (!names.insert(variable.name).second)

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <cmath>
 #include <sstream>
 #include <vector>
 
@@ -29,6 +30,20 @@ bool is_number(const UnitVariable& variable) {
 bool is_settable(const UnitVariable& variable) {
   return variable.is_input() ||
          (variable.causality == "parameter" && variable.variability == "tunable");
+}
+
+std::string wrong_with(const UnitVariable& variable, double value) {
+  const bool is_float = variable.type == ValueType::float64 || variable.type == ValueType::float32;
+  const bool is_bounded = std::isfinite(variable.low) || std::isfinite(variable.high);
+  const std::string range =
+      is_bounded ? fmt::format(" from {} to {}", variable.low, variable.high) : "";
+  const auto wanted = [&](const std::string& what) {
+    return fmt::format("{} = {}; {} wanted", variable.name, value, what);
+  };
+  if (variable.type == ValueType::boolean && value != 0.0 && value != 1.0) return wanted("0 or 1");
+  if (!is_float && value != std::round(value)) return wanted("a whole number" + range);
+  if (!(value >= variable.low && value <= variable.high)) return wanted("a number" + range);
+  return {};
 }
 
 const UnitVariable& known(const UnitDescription& unit, const std::string& path,

@@ -21,6 +21,10 @@ bool is_number(const UnitVariable& variable);
 /// An input, or a parameter that may change while the unit runs.
 bool is_settable(const UnitVariable& variable);
 
+/// Empty, or what is wrong with a value for a variable: beyond its bounds, a fraction where it is a
+/// whole number, neither 0 nor 1 where it is true or false.
+std::string wrong_with(const UnitVariable& variable, double value);
+
 /// The variable of this name. Throws Error, with the unit's path, where there is none.
 const UnitVariable& known(const UnitDescription& unit, const std::string& path,
                           const std::string& name);
