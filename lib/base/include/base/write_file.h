@@ -41,8 +41,9 @@ void check_writable(const std::string& path);
 void check_writable_folder(const std::string& path);
 
 /// For the moment before _exit() when a user interrupts: removes every unfinished file of this
-/// process; files that grow (growing_file.h) keep their lines and get their names. May run beside threads that write; those that still want to begin or finish a file wait
-/// for ever, so that afterwards nothing new gets its final name.
+/// process; files that grow (growing_file.h) keep their lines and get their names. May run beside
+/// threads that write; those that still want to begin or finish a file wait for ever, so that
+/// afterwards nothing new gets its final name.
 void abandon_writes() noexcept;
 
 }  // namespace base
