@@ -97,12 +97,18 @@ TEST(SavedState, RefusesWhatIsNone) {
   EXPECT_EQ(message(bytes), "taken");
   EXPECT_THAT(message(""), HasSubstr("does not begin as one"));
   EXPECT_THAT(message(bytes, "{b}"), HasSubstr("another unit"));
-  EXPECT_THAT(message(bytes + "x"), HasSubstr("something follows"));
+  EXPECT_THAT(message(bytes + "x"), HasSubstr("checksum"));
   for (std::size_t size = 0; size < bytes.size(); size += 97)
     EXPECT_NE(message(bytes.substr(0, size)), "taken");
   std::string newer = bytes;
-  newer[14] = 3;
-  EXPECT_THAT(message(newer), HasSubstr("version 3, wanted 2"));
+  newer[14] = 9;
+  EXPECT_THAT(message(newer), HasSubstr("version 9, wanted 3"));
+  for (std::size_t at = 0; at < bytes.size(); at += 41)
+    for (int bit = 0; bit < 8; ++bit) {
+      std::string flipped = bytes;
+      flipped[at] = static_cast<char>(flipped[at] ^ (1 << bit));
+      EXPECT_NE(message(flipped), "taken") << at << ", bit " << bit;
+    }
   SavedState wrong = some_state();
   wrong.simulation.discrete.gear = 7;
   EXPECT_THAT(message(fmu::to_bytes(wrong, "{a}")), HasSubstr("a gear"));

@@ -44,7 +44,8 @@ class Instance {
   std::string set_number(std::uint32_t reference, Type type, double value);
   void set_text(std::uint32_t reference, std::string value);
 
-  /// From `time_s`, which must be the time reached, on by `step_s`, a whole number of solver steps.
+  /// From `time_s`, which must be the time reached, on by `step_s`: in solver steps, or, where it
+  /// is no whole number of them, in as few equal ones as are no longer.
   void step(double time_s, double step_s);
   double time_s() const;
 
@@ -67,6 +68,7 @@ class Instance {
   void build_car();
   void place_car();
   vehicle::Controls<double> controls() const;
+  vehicle::StepOptions solver_steps(double step_s, double& count) const;
   void look_at_opponents(vehicle::Controls<double>& controls) const;
   void show_outputs(const vehicle::Detail<double>& detail,
                     const vehicle::Controls<double>& controls);
@@ -91,7 +93,8 @@ class Instance {
   vehicle::StepOptions options_;
   std::optional<vehicle::RoadTracker> tracker_;
   std::vector<double> telemetry_;
-  bool changed_ = true;  ///< something was set since the car was made of the parameters
+  std::vector<double> exported_;  ///< starts of all numbers, by value reference
+  bool changed_ = true;           ///< something was set since the car was made of the parameters
 };
 
 }  // namespace fmu

@@ -60,6 +60,7 @@ void Instance::start_again() {
       if (v.name == number.name) now_.numbers[v.reference] = number.value;
   if (files_->texts != unit_.texts) files_ = load_files(unit_.texts, resources_);
   use_files(files_);
+  exported_ = now_.numbers;
 }
 
 const Variable& Instance::variable(std::uint32_t reference) const {
@@ -69,13 +70,21 @@ const Variable& Instance::variable(std::uint32_t reference) const {
   return list_[variable_of_[reference]];
 }
 
-/// Shows the parameters of the files where none was given.
+/// Shows the parameters of the files where none was given. Whoever sets each of them to a value
+/// says with those that are the exported starts nothing: some importers do so by themselves.
 void Instance::use_files(std::shared_ptr<const LoadedFiles> files) {
   files_ = std::move(files);
+  const auto all_given = [&](Source source, std::size_t count) {
+    const auto first = now_.given.begin() + first_[static_cast<std::size_t>(source)];
+    return std::find(first, first + static_cast<std::ptrdiff_t>(count), kNotGiven) ==
+           first + static_cast<std::ptrdiff_t>(count);
+  };
   const auto show = [&](Source source, const auto& values) {
+    const bool all = all_given(source, values.size());
     const std::uint32_t first = first_[static_cast<std::size_t>(source)];
     for (std::size_t i = 0; i < values.size(); ++i)
-      if (now_.given[first + i] == 0) now_.numbers[first + i] = values[i];
+      if (now_.given[first + i] == kNotGiven || (all && now_.given[first + i] == kGivenAsExported))
+        now_.numbers[first + i] = values[i];
   };
   show(Source::kParameter, files_->vehicle.parameters.value);
   show(Source::kTerm, files_->vehicle.terms.value);
@@ -299,16 +308,13 @@ std::string Instance::set_number(std::uint32_t reference, Type type, double valu
     value = std::clamp(value, v.low, v.high);
     remark += fmt::format("; {} is taken", value);
   }
+  if (v.source == Source::kParameter || v.source == Source::kTerm) {
+    const bool is_exported = value == exported_[reference];
+    now_.given[reference] = is_exported ? kGivenAsExported : kGiven;
+  }
   if (now_.numbers[reference] == value && (v.causality == Causality::kInput || !changed_))
     return remark;
   now_.numbers[reference] = value;
-  if (v.causality == Causality::kParameter) {
-    const double exported = v.source == Source::kParameter
-                                ? files_->vehicle.parameters.value[v.index]
-                            : v.source == Source::kTerm ? files_->vehicle.terms.value[v.index]
-                                                        : value + 1.0;
-    now_.given[reference] = value == exported ? 0 : 1;
-  }
   changed_ = changed_ || v.causality == Causality::kParameter || now_.phase <= Phase::kInitialising;
   return remark;
 }
@@ -326,42 +332,6 @@ void Instance::set_text(std::uint32_t reference, std::string value) {
   if (now_.texts[v.index] == value) return;
   now_.texts[v.index] = std::move(value);
   changed_ = true;
-}
-
-void Instance::step(double time_s, double step_s) {
-  constexpr double kLongest_s = 3600.0, kRounding = 1e-6;
-  if (now_.phase != Phase::kStepping)
-    throw base::Error(now_.phase == Phase::kFailed
-                          ? "the run has ended with an error; reset the unit"
-                          : "a step was asked for before initialisation or after the end");
-  const double own_s = start(Start::kSolverStep), now_s = this->time_s();
-  if (!(std::abs(time_s - now_s) < 0.5 * own_s))
-    throw base::Error(
-        fmt::format("a step from t = {} s was asked for, but the car is at {} s", time_s, now_s));
-  const double whole = std::round(step_s / own_s);
-  if (!(step_s <= kLongest_s && whole >= 1.0 &&
-        std::abs(whole * own_s - step_s) <= kRounding * own_s))
-    throw base::Error(fmt::format(
-        "a step of {} s was asked for, wanted a multiple of solver.step = {} s up to {} s", step_s,
-        own_s, kLongest_s));
-  if (changed_) build_car();
-  changed_ = false;
-  const vehicle::Controls<double> asked = controls();
-  vehicle::Controls<double> with_wake;
-  vehicle::Detail<double> detail;
-  for (double i = 0.0; i < whole; i += 1.0) {
-    with_wake = asked;
-    look_at_opponents(with_wake);
-    const double at_s = this->time_s();
-    const vehicle::StepResult result =
-        vehicle::step(car_, now_.simulation, with_wake, files_->road, options_, detail);
-    if (!result.ok()) {
-      now_.phase = Phase::kFailed;
-      const vehicle::RoadPoint& under = detail.wheel[0].road;
-      throw base::Error(vehicle::describe(result, at_s, under.u_m, under.v_m));
-    }
-  }
-  show_outputs(detail, with_wake);
 }
 
 SavedState Instance::save() const {

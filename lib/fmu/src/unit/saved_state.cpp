@@ -13,7 +13,15 @@ namespace fmu {
 namespace {
 
 constexpr std::string_view kMagic = "kerbstone car ";
-constexpr std::uint64_t kVersion = 2;
+constexpr std::uint64_t kVersion = 3;
+constexpr std::size_t kChecksumBytes = 8;
+
+/// FNV-1a (Fowler, Noll, Vo) of 64 bits: a change of one byte always shows.
+std::uint64_t checksum(std::string_view bytes) {
+  std::uint64_t sum = 0xcbf29ce484222325;
+  for (const char c : bytes) sum = (sum ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  return sum;
+}
 
 /// Appends little-endian words.
 class Writer {
@@ -134,7 +142,7 @@ void require_sane(const SavedState& state, const std::vector<Variable>& list) {
   want(d.step >= 0 && d.step < std::int64_t{1} << 52, "a count of steps");
   want(std::isfinite(d.shift_left_s) && std::isfinite(state.begin_s), "a time");
   for (const signed char given : state.given)
-    want(given == 0 || given == 1, "a mark that is neither");
+    want(given >= kNotGiven && given <= kGivenAsExported, "a mark that is neither");
   for (const double value : state.simulation.state.value)
     want(!state.started || std::abs(value) <= kLargest, "a state that no car has");
   for (const double value : {state.place.v_m, state.place.x_m, state.place.y_m})
@@ -159,6 +167,7 @@ std::string to_bytes(const SavedState& state, std::string_view token) {
   out.word(static_cast<std::uint64_t>(state.phase));
   out.word(state.started ? 1 : 0);
   each_field(out, state);
+  out.word(checksum(out.bytes));
   return std::move(out.bytes);
 }
 
@@ -169,6 +178,10 @@ SavedState from_bytes(std::string_view bytes, std::string_view token,
   in.take(kMagic.size());
   if (const std::uint64_t version = in.word(); version != kVersion)
     Reader::refuse(fmt::format("version {}, wanted {}", version, kVersion));
+  if (bytes.size() < kChecksumBytes) Reader::refuse("it ends too early");
+  const std::string_view told = bytes.substr(0, bytes.size() - kChecksumBytes);
+  if (Reader(bytes.substr(told.size())).word() != checksum(told))
+    Reader::refuse("its checksum is not that of its bytes; it was changed or cut");
   std::string own;
   in.text(own);
   if (own != token) Reader::refuse("it was saved by another unit");
@@ -184,6 +197,7 @@ SavedState from_bytes(std::string_view bytes, std::string_view token,
   state.numbers.resize(numbers);
   state.given.resize(numbers);
   each_field(in, state);
+  in.word();
   if (!in.at_end()) Reader::refuse("something follows it");
   require_sane(state, list);
   return state;
