@@ -125,6 +125,35 @@ TEST(RunUnit, InputsRunBetweenRowsOrAreHeldAndArraysAreNamedByPlace) {
   EXPECT_THAT(refusal(unit, options), HasSubstr("b[1] is no input of the unit"));
 }
 
+TEST(RunUnit, TheToleranceOfTheDefaultExperimentIsHandedOn) {
+  const support::TemporaryFolder folder;
+  for (const int version : {2, 3})
+    for (const double tolerance : {1e-5, -1.0}) {
+      std::string xml = version == 2
+                            ? description_2("through", scalar_2("t", 30, "output"))
+                            : description_3("through", value_3("Float64", "t", 30, "output"));
+      const std::string step = "stepSize=\"0.01\"";
+      if (tolerance > 0.0) xml.insert(xml.find(step), "tolerance=\"1e-5\" ");
+      const sim::UnitRun run = sim::run_unit(write_unit(folder, xml, version), {});
+      EXPECT_EQ(run.values[1], tolerance) << version;
+    }
+}
+
+TEST(RunUnit, AnOutputThatIsNoNumberIsSaid) {
+  const support::TemporaryFolder folder;
+  const std::string unit =
+      write_unit(folder, description_2("through", scalar_2("far", 31, "output")), 2);
+  sim::UnitRunOptions options;
+  options.step_s = 0.125;
+  EXPECT_EQ(sim::run_unit(unit, options).not_finite, "far is inf at 0.5 s");
+  options.stop_s = 0.25;
+  EXPECT_EQ(sim::run_unit(unit, options).not_finite, "");
+  const support::ToolRun told = support::run_tool(
+      places::crgsim(), {"run", unit, "--step-s", "0.125", "-o", folder.path("out.csv")});
+  EXPECT_EQ(told.code, 3);
+  EXPECT_THAT(told.err, HasSubstr("far is inf at 0.5 s"));
+}
+
 TEST(RunUnit, MisbehaviourIsOneLine) {
   const support::TemporaryFolder folder;
   const auto said = [&](const std::string& kind) {

@@ -40,6 +40,8 @@ TEST(Unpack, TakesWhatThisPlatformNeedsAndLeavesNothing) {
     EXPECT_FALSE(std::filesystem::exists(made + "/documentation"));
   }
   EXPECT_FALSE(std::filesystem::exists(made));
+  const sim::UnpackedUnit one(folder.path("u.fmu")), other(folder.path("u.fmu"));
+  EXPECT_NE(one.folder(), other.folder());
   EXPECT_EQ(sim::model_description_of(folder.path("u.fmu")), "<x/>");
 }
 

@@ -70,8 +70,7 @@ int race(const RaceCommand& command, Terminal& terminal) {
     remark(name, runs[k], runs.size(), terminal);
     json["cars"][name] = json_of(runs[k]);
     text += name + ": " + summary_of(runs[k], command.step_s);
-    all_drove =
-        all_drove && !runs[k].counts.silent && !runs[k].counts.is_parked && runs[k].failed.empty();
+    all_drove = all_drove && is_sound(runs[k]);
   }
   std::erase_if(names,
                 [&](const std::string& name) { return !std::filesystem::exists(out->path(name)); });

@@ -55,7 +55,9 @@ int run(const RunCommand& command, Terminal& terminal) {
   else
     terminal.print(fmt::format("{} rows of {} columns, to {:g} s in steps of {:g} s\n", run.rows(),
                                run.columns.size(), reached_s, run.step_s));
-  return kOk;
+  if (run.not_finite.empty()) return kOk;
+  terminal.remark(run.not_finite + ", the first value that is no finite number");
+  return command::kNotValid;
 }
 
 }  // namespace crgsim

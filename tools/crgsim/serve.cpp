@@ -34,7 +34,7 @@ int serve(const ServeCommand& command, Terminal& terminal) {
   for (auto* const one : {&table, &remarks, &sights})
     if (*one) (*one)->finish();
   terminal.print(terminal.json ? base::json_text(json_of(run)) : summary_of(run, command.step_s));
-  return run.counts.silent || run.counts.is_parked ? command::kNotValid : kOk;
+  return is_sound(run) ? kOk : command::kNotValid;
 }
 
 }  // namespace crgsim

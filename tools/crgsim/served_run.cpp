@@ -147,6 +147,11 @@ std::string summary_of(const sim::ServeRun& run, double step_s) {
              1e6 * c.longest_step_s, c.late, 1e3 * c.latest_s, c.safe_steps);
 }
 
+bool is_sound(const sim::ServeRun& run) {
+  return !run.counts.silent && !run.counts.is_parked && run.failed.empty() &&
+         run.not_finite.empty();
+}
+
 std::vector<std::string> remarks_of(const sim::ServeRun& run) {
   const sim::ServeCounts& c = run.counts;
   std::vector<std::string> out;
@@ -163,6 +168,8 @@ std::vector<std::string> remarks_of(const sim::ServeRun& run) {
         fmt::format("the unit failed {} times and stood still until a reset, the first "
                     "time because of {}",
                     c.parked, run.first_parked));
+  if (!run.not_finite.empty())
+    out.push_back(run.not_finite + ", the first value that is no finite number");
   if (c.late_sights + c.left_out_sights > 0)
     out.push_back(fmt::format(
         "what sensors saw of the road came {} times after its time, and {} looks were left out; "

@@ -49,7 +49,9 @@ void* fmi2Instantiate(const char*, int, const char* guid, const char*, const Cal
   return nullptr;
 }
 void fmi2FreeInstance(void* instance) { delete static_cast<Instance*>(instance); }
-int fmi2SetupExperiment(void* instance, int, double, double start_s, int, double) {
+int fmi2SetupExperiment(void* instance, int has_tolerance, double tolerance, double start_s, int,
+                        double) {
+  of(instance).model.tolerance = has_tolerance != 0 ? tolerance : -1.0;
   of(instance).model.time_s = start_s;
   return 0;
 }

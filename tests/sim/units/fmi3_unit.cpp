@@ -60,7 +60,9 @@ void* fmi3InstantiateCoSimulation(const char*, const char* token, const char*, b
   return nullptr;
 }
 void fmi3FreeInstance(void* instance) { delete static_cast<Instance*>(instance); }
-int fmi3EnterInitializationMode(void* instance, bool, double, double start_s, bool, double) {
+int fmi3EnterInitializationMode(void* instance, bool has_tolerance, double tolerance,
+                                double start_s, bool, double) {
+  of(instance).model.tolerance = has_tolerance ? tolerance : -1.0;
   of(instance).model.time_s = start_s;
   return 0;
 }

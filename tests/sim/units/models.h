@@ -13,11 +13,12 @@
 namespace units {
 
 /// References: 0 the time; decay: 1 x, 2 der(x), 3 k; ball: 1 height, 2 speed, 3 gravity, 4 what is
-/// left of the speed after a bounce; passed through: 10 + k in, 20 + k out.
+/// left of the speed after a bounce; passed through: 10 + k in, 20 + k out. All: 30 the tolerance,
+/// 31 what is infinite at 0.5 s.
 struct Model {
   std::string kind, text_in, text_out;
   double time_s = 0.0, x = 1.0, k = 1.0, height_m = 1.0, speed_mps = 0.0, gravity_mps2 = -9.81,
-         left = 0.7;
+         left = 0.7, tolerance = -1.0;
   std::array<double, 10> in{};
   bool resting = false;
 
@@ -39,6 +40,8 @@ struct Model {
 
   bool get(unsigned reference, double& out) {
     if (reference == 0) return out = time_s, true;
+    if (reference == 30) return out = tolerance, true;
+    if (reference == 31) return out = 1.0 / (0.25 - time_s * time_s), true;
     if (kind == "decay" && reference == 2) return out = -k * x, true;
     if (reference >= 20 && reference < 30) reference -= 10;
     const double* const found = value(reference);

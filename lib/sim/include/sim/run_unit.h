@@ -46,6 +46,7 @@ struct UnitRun {
   std::vector<std::string> log;  ///< of the unit, at most 1000 lines
   double step_s = 0.0, stop_s = 0.0, reached_s = 0.0;
   bool ended_early = false;  ///< by the unit's wish
+  std::string not_finite;    ///< the first recorded value that is no finite number; empty: none
 
   std::size_t rows() const { return row_count; }
 };

@@ -89,7 +89,8 @@ struct ServeRun {
   std::string first_broken;  ///< why the first broken command was refused
   std::string first_parked;  ///< the first error of the unit after which it stood still
   ServeCounts counts;
-  std::string failed;  ///< of several units: the error or crash that ended this one
+  std::string not_finite;  ///< the first recorded value that is no finite number; empty: none
+  std::string failed;      ///< of several units: the error or crash that ended this one
 
   std::size_t rows() const { return row_count; }
 };

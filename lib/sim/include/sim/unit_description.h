@@ -50,8 +50,8 @@ struct UnitDescription {
   bool needs_its_tool = false;
   bool can_be_instantiated_once_only = false;
   bool takes_any_step = false;
-  bool keeps_states = false;                      ///< they can be saved and set while it runs
-  std::optional<double> start_s, stop_s, step_s;  ///< of the default experiment
+  bool keeps_states = false;  ///< they can be saved and set while it runs
+  std::optional<double> start_s, stop_s, step_s, tolerance;  ///< of the default experiment
   std::vector<UnitVariable> variables;
 
   /// Null where no variable has this name.

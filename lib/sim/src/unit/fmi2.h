@@ -88,8 +88,10 @@ struct Fmi2 {
                        &callbacks, 0, 0);
   }
 
-  Status initialise(void* instance, double start_s, const std::optional<double>& stop_s) const {
-    Status worst = setup(instance, 0, 0.0, start_s, stop_s ? 1 : 0, stop_s.value_or(0.0));
+  Status initialise(void* instance, double start_s, const std::optional<double>& stop_s,
+                    const std::optional<double>& tolerance) const {
+    Status worst = setup(instance, tolerance ? 1 : 0, tolerance.value_or(0.0), start_s,
+                         stop_s ? 1 : 0, stop_s.value_or(0.0));
     if (worst <= kWarning) worst = std::max(worst, enter(instance));
     if (worst <= kWarning) worst = std::max(worst, exit(instance));
     return worst;

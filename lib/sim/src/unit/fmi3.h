@@ -84,9 +84,10 @@ struct Fmi3 {
                        false, false, nullptr, 0, &log, &log_3, nullptr);
   }
 
-  Status initialise(void* instance, double start_s, const std::optional<double>& stop_s) const {
-    const Status entered =
-        enter(instance, false, 0.0, start_s, stop_s.has_value(), stop_s.value_or(0.0));
+  Status initialise(void* instance, double start_s, const std::optional<double>& stop_s,
+                    const std::optional<double>& tolerance) const {
+    const Status entered = enter(instance, tolerance.has_value(), tolerance.value_or(0.0), start_s,
+                                 stop_s.has_value(), stop_s.value_or(0.0));
     return entered > kWarning ? entered : std::max(entered, exit(instance));
   }
 

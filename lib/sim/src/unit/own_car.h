@@ -75,7 +75,8 @@ struct OwnCar {
     return 0;
   }
 
-  Status initialise(void* instance, double start_s, const std::optional<double>&) const {
+  Status initialise(void* instance, double start_s, const std::optional<double>&,
+                    const std::optional<double>&) const {
     return done([&] {
       of(instance).enter_initialisation(start_s);
       of(instance).leave_initialisation();

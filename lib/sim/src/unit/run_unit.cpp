@@ -117,6 +117,7 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
         std::memcpy(row.data(), words.bytes.data(), words.bytes.size());
         ++run.row_count;
         run.reached_s = row[0];
+        if (run.not_finite.empty()) run.not_finite = not_finite_of(run.columns, row);
         if (options.keep_row)
           options.keep_row(run.columns, row);
         else

@@ -270,7 +270,9 @@ std::string Unit::get_text(const UnitVariable& variable) {
 void Unit::initialise(double start_s, std::optional<double> stop_s) {
   Loaded& unit = *loaded_;
   const Status status = std::visit(
-      [&](auto& functions) { return functions.initialise(unit.instance, start_s, stop_s); },
+      [&](auto& functions) {
+        return functions.initialise(unit.instance, start_s, stop_s, unit.description.tolerance);
+      },
       unit.functions);
   unit.want(status, "initialisation");
   unit.is_ready = true;

@@ -197,6 +197,8 @@ UnitDescription read_unit_description(std::string_view xml, const std::string& w
   out.start_s = reader.time(experiment, "startTime");
   out.stop_s = reader.time(experiment, "stopTime");
   out.step_s = reader.time(experiment, "stepSize");
+  out.tolerance = reader.time(experiment, "tolerance");
+  if (out.tolerance && !(*out.tolerance > 0.0)) out.tolerance.reset();
   if (out.step_s && !(*out.step_s > 0.0)) out.step_s.reset();
   const Declared types = declared_types(root, out.version);
   if (out.version == 2)

@@ -46,6 +46,13 @@ std::string wrong_with(const UnitVariable& variable, double value) {
   return {};
 }
 
+std::string not_finite_of(const std::vector<std::string>& columns, const std::vector<double>& row) {
+  for (std::size_t k = 0; k < row.size(); ++k)
+    if (!std::isfinite(row[k]))
+      return fmt::format("{} is {} at {:g} s", columns[k], row[k], row[0]);
+  return {};
+}
+
 const UnitVariable& known(const UnitDescription& unit, const std::string& path,
                           const std::string& name) {
   if (const UnitVariable* const found = unit.find(name)) return *found;
