@@ -100,11 +100,13 @@ GYM_API gym* gym_make(const char* binary, const char* token, const char* resourc
 }
 
 // `steps` steps of every car: its gear and its actions are set, then it goes on, then it is
-// observed. Actions and observations car after car. The number of cars that refused.
+// observed. Actions and observations car after car. `refused` gets 1 for each car that refused a
+// step (it left the road), 0 for the others, which drive on; it stands as it was until a state is
+// loaded. How many refused.
 GYM_API int gym_step(gym* g, int steps, const unsigned* action, const double* actions,
                      int n_actions, unsigned gear, const int* gears, const unsigned* observation,
-                     double* observations, int n_observations) {
-  int refused = 0;
+                     double* observations, int n_observations, int* refused) {
+  int count = 0;
   for (int i = 0; i < g->cars; ++i) {
     car* c = &g->car[i];
     int bad = g->set(c->unit, action, (size_t)n_actions, actions + (size_t)i * n_actions) > 1 ||
@@ -115,9 +117,10 @@ GYM_API int gym_step(gym* g, int steps, const unsigned* action, const double* ac
     }
     bad |= g->get(c->unit, observation, (size_t)n_observations,
                   observations + (size_t)i * n_observations) > 1;
-    refused += bad;
+    refused[i] = bad;
+    count += bad;
   }
-  return refused;
+  return count;
 }
 
 // How many bytes gym_save() writes: the time, and the unit's own state.

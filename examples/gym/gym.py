@@ -50,7 +50,7 @@ class Gym:
                                  ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int]
         lib.gym_step.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p,
                                  ctypes.c_int, ctypes.c_uint, ctypes.c_void_p, ctypes.c_void_p,
-                                 ctypes.c_void_p, ctypes.c_int]
+                                 ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p]
         lib.gym_state_size.restype = ctypes.c_size_t
         lib.gym_state_size.argtypes = [ctypes.c_void_p, ctypes.c_int]
         lib.gym_save.argtypes = lib.gym_load.argtypes = [ctypes.c_void_p, ctypes.c_int,
@@ -64,16 +64,19 @@ class Gym:
         if not self._gym:
             raise RuntimeError(f"{unit}: the unit cannot be made; what it says stands above")
         self._seen = (ctypes.c_double * (cars * len(observations)))()
+        self._refused = (ctypes.c_int * cars)()
+        self.failed = []  # cars that refused the last step: they stand until reset() or load()
         self._begin = self.save(0)
 
     def step(self, actions, gears):
-        """Actions of all cars, car after car, and their gears; all observations, car after car."""
-        done = self._lib.gym_step(
+        """Actions of all cars, car after car, and their gears; all observations, car after car.
+
+        A car that left the road or rolled over stands, and is in `failed`; the others drive on."""
+        self._lib.gym_step(
             self._gym, self.steps, self._refs["action"], _array(ctypes.c_double, actions),
             len(self._refs["action"]), self._gear, _array(ctypes.c_int, gears),
-            self._refs["observation"], self._seen, len(self._refs["observation"]))
-        if done != 0:
-            raise RuntimeError(f"{done} of {self.cars} cars refused the step")
+            self._refs["observation"], self._seen, len(self._refs["observation"]), self._refused)
+        self.failed = [car for car in range(self.cars) if self._refused[car]]
         return list(self._seen)
 
     def save(self, car):
@@ -123,6 +126,13 @@ def main(library, unit, cars=100, decisions=100):
     again = gym.step(actions, gears)
     if abs(again[speed] - 30.0) > 1.0:
         raise SystemExit("a reset did not begin anew")
+    # One that refuses its gear stands until it is reset; the others drive on.
+    gym.step(actions, [9] + gears[1:])
+    failed = gym.failed
+    gym.reset(0)
+    gym.step(actions, gears)
+    if failed != [0] or gym.failed:
+        raise SystemExit("one car that refuses is not what stops, or it does not begin again")
     gym.close()
     steps = cars * decisions * gym.steps
     print(f"{cars} cars, {steps} steps of 1 ms in {took_s:.2f} s: "
