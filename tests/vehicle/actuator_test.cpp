@@ -65,4 +65,14 @@ TEST(Actuator, RespondsToAStepAsTheClosedForm) {
   }
 }
 
+// A pressure that has decayed ends in zero: never in a number that only few programs read.
+TEST(Actuator, WhatHasDecayedIsZero) {
+  std::vector<double> command(20000, 0.0);
+  for (std::size_t i = 0; i < 100; ++i) command[i] = 1.0;
+  const auto out = response(steering(1.0, 0.0, 0.01, 1.0, 0.0), command);
+  for (const double x : out) EXPECT_TRUE(x == 0.0 || std::isnormal(x)) << x;
+  EXPECT_GT(out[99], 0.9);
+  EXPECT_EQ(out.back(), 0.0);
+}
+
 }  // namespace actuator_test

@@ -6,6 +6,7 @@
 #include "vehicle/dynamics/evaluation.h"
 #include "vehicle/laws/aero.h"
 #include "vehicle/laws/suspension.h"
+#include "vehicle/laws/wake.h"
 
 namespace vehicle::dynamics {
 
@@ -57,8 +58,8 @@ laws::AirForces<T> air_with_maps(const Evaluation<T, Built>& e, const Vec3<T>& a
   }
   if (e.active(Term::aero_slipstream) && e.in.opponent) {
     const T& k = e.amplitude(Term::aero_slipstream);
-    f.drag_nspm *= map_factor(k, files.wake_drag_factor, e.in.wake_x_m, e.in.wake_y_m);
-    const T lift = map_factor(k, files.wake_lift_factor, e.in.wake_x_m, e.in.wake_y_m);
+    f.drag_nspm *= laws::wake_factor(k, files.wake_drag_factor, e.in.wake_x_m, e.in.wake_y_m);
+    const T lift = laws::wake_factor(k, files.wake_lift_factor, e.in.wake_x_m, e.in.wake_y_m);
     f.front_n *= lift;
     f.rear_n *= lift;
   }

@@ -68,6 +68,13 @@ Response<T> actuator_response(const T& dead_time_s, const T& lag_s, const T& dam
           lags ? actuator_transition(lag_s, damping, step_s) : Transition<T>{}};
 }
 
+/// What has decayed beyond any meaning is zero: processors are slow with numbers below 2e-308, and
+/// not every program reads them.
+template <class T>
+void flush_to_zero(T& x) {
+  if (value_of(x) < 1e-290 && value_of(x) > -1e-290) x = T(0);
+}
+
 /// Command to output. `amplitude` 0 is not called: the caller passes the command on.
 template <class T>
 T move(Actuator<T>& actuator, std::int64_t step, const T& command, const Response<T>& response,
@@ -92,6 +99,8 @@ T move(Actuator<T>& actuator, std::int64_t step, const T& command, const Respons
     const T away = actuator.place - delayed, rate = actuator.rate;
     actuator.place = delayed + m.m00 * away + m.m01 * rate;
     actuator.rate = m.m10 * away + m.m11 * rate;
+    flush_to_zero(actuator.place);
+    flush_to_zero(actuator.rate);
   }
   return actuator.place + response.lead_s * actuator.rate;
 }
