@@ -126,10 +126,12 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
   std::string text = fmt::format("{}: Magic Formula {:.1f}, {} coefficients at their default\n",
                                  command.tyre_path, version, file.defaulted.size());
   if (!file.unused.empty()) text += fmt::format("not used: {}\n", fmt::join(file.unused, ", "));
+  for (const std::string& remark : file.remarks) text += remark + '\n';
   nlohmann::ordered_json numbers = {{"tyre", command.tyre_path},
                                     {"magic_formula", version},
                                     {"defaulted", file.defaulted.size()},
-                                    {"unused", file.unused}};
+                                    {"unused", file.unused},
+                                    {"remarks", file.remarks}};
   if (!command.points_path.empty()) {
     const recording::Table points = recording::read_table(command.points_path);
     const recording::Table forces =

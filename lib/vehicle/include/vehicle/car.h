@@ -113,6 +113,8 @@ void check_car(const CarFiles& files, const Parameters<double>& parameters,
 template <class T>
 T static_deflection(const TyreCoefficients& t, const T& load_n, const T& pressure_pa) {
   using std::sqrt;
+  if (t.load_curve.points > 0)
+    return deflection_by_curve(t.load_curve, T(load_n / load_factor(t, T(0), pressure_pa)));
   // tyre_load is quadratic in the deflection; two evaluations give its coefficients.
   const double r0 = t.unloaded_radius_m;
   const T one = tyre_load(t, T(0.01 * r0), T(0), pressure_pa);

@@ -111,7 +111,7 @@ T cornering_stiffness(const TyreCoefficients& t, const TyreFactors<T>& f, const 
 template <class T>
 T pressure_change(const TyreCoefficients& t, const T& pressure_pa) {
   if (!(t.nominal_pressure_pa > 0)) return T(0);
-  const T pressure = pressure_pa == T(0) ? T(t.pressure_pa) : pressure_pa;
+  const T pressure = (pressure_pa == T(0) ? T(t.pressure_pa) : pressure_pa) * t.lip;
   return (pressure - t.nominal_pressure_pa) / t.nominal_pressure_pa;
 }
 
@@ -169,6 +169,26 @@ T weight_on_y(const TyreCoefficients& t, const T& dfz, const T& kappa, const T& 
   const T c_yk = T(t.rcy1);
   return cos(curve(T(b_yk * (kappa + shift_hyk)), c_yk, e_yk)) /
          cos(curve(T(b_yk * shift_hyk), c_yk, e_yk));
+}
+
+/// What is left of two pure forces where both slips act, without the weights of (4.E50) to (4.E67).
+template <class T>
+struct EllipseShare {
+  T x, y;
+};
+
+/// FE_METHOD = 'YES' of PAC2002, the friction ellipse of MSC Adams (Using the PAC2002 tire model;
+/// also in chrono, ChPac02Tire.cpp) with both of its fractions multiplied out, so that no slip is
+/// 0/0: `x`, `y` the slips from where the pure forces vanish, the second as a sine; `fx`, `fy` the
+/// pure forces without vertical shifts, `most_x`, `most_y` their peaks, `k_x`, `k_y` their slopes.
+template <class T>
+EllipseShare<T> ellipse_share(const T& x, const T& y, const T& fx, const T& fy, const T& most_x,
+                              const T& most_y, const T& k_x, const T& k_y) {
+  using std::sqrt;
+  const T secant_x = is_exactly_zero(x) ? k_x : T(fx / x);
+  const T secant_y = is_exactly_zero(y) ? k_y : T(fy / y);
+  const T of_y = y * secant_x / most_y, of_x = x * secant_y / most_x;
+  return {T(1.0 / sqrt(1.0 + of_y * of_y)), T(1.0 / sqrt(1.0 + of_x * of_x))};
 }
 
 /// Forward 1, backward -1, in proportion below VXLOW.
@@ -327,7 +347,15 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
 
   // Combined slip: weights on the pure forces, (4.E50) to (4.E67).
   T weight_x = T(1), weight_y = T(1), shift_vyk = T(0);
-  if (f.combined_slip != T(0)) {
+  if (f.combined_slip != T(0) && t.friction_ellipse) {
+    const EllipseShare<T> share =
+        ellipse_share(T(kappa_x + shift_vx / k_x),
+                      T(sin(alpha_pure + lateral.shift_h + lateral.shift_v / lateral.stiffness)),
+                      T(fx_pure - shift_vx), T(lateral.fy - lateral.shift_v), d_x, lateral.d, k_x,
+                      lateral.stiffness);
+    weight_x = 1.0 + f.combined_slip * (share.x - 1.0);
+    weight_y = 1.0 + f.combined_slip * (share.y - 1.0);
+  } else if (f.combined_slip != T(0)) {
     const T gamma2 = gamma * gamma;
     const T b_xa = (t.rbx1 + t.rbx3 * gamma2) * cos_atan(T(t.rbx2 * kappa)) * t.lxal;
     const T e_xa = at_most_one(T(t.rex1 + t.rex2 * dfz));
@@ -387,7 +415,7 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
   const T alpha_t = alpha_pure + t.qhz1 + t.qhz2 * dfz + (t.qhz3 + t.qhz4 * dfz) * gamma_z;
   const T alpha_r = alpha_pure + lateral.shift_h + lateral.shift_v / stiffness;
   T alpha_t_eq = alpha_t, alpha_r_eq = alpha_r;
-  if (kappa != T(0) && f.combined_slip != T(0)) {
+  if (kappa != T(0) && f.combined_slip != T(0) && !t.friction_ellipse) {
     const T ratio = f.combined_slip * kappa * out.slip_stiffness_n / (beyond * stiffness);
     const T extra = ratio * ratio;
     alpha_t_eq = sign(alpha_t) * sqrt(alpha_t * alpha_t + extra);
@@ -480,17 +508,49 @@ T rolling_radius(const TyreCoefficients& t, const T& fz_n, const T& free_radius_
     return deflection_m > T(0) ? T(free_radius_m - t.deflection_share * deflection_m)
                                : free_radius_m;
   const T load = fz_n / t.nominal_load_n;
-  return free_radius_m - t.nominal_load_n / t.vertical_stiffness_npm *
+  return free_radius_m - t.nominal_load_n / (t.vertical_stiffness_npm * t.lcz) *
                              (t.freff * load + t.dreff * atan(t.breff * load));
 }
 
-/// Load of a tyre pressed `deflection_m` (> 0) into a plane, without damping; (4.E68) without the
-/// influence of the horizontal forces. Falls back to the linear stiffness where Q_FZ2 is absent.
+/// Load of a tyre that stands, by the points of its file, and the other way round.
+template <class T>
+T load_by_curve(const LoadCurve& c, const T& deflection_m) {
+  std::size_t i = 1;
+  while (i + 1 < c.points && deflection_m > T(c.deflection_m[i])) ++i;
+  return c.load_n[i - 1] +
+         (deflection_m - c.deflection_m[i - 1]) *
+             ((c.load_n[i] - c.load_n[i - 1]) / (c.deflection_m[i] - c.deflection_m[i - 1]));
+}
+
+template <class T>
+T deflection_by_curve(const LoadCurve& c, const T& load_n) {
+  std::size_t i = 1;
+  while (i + 1 < c.points && load_n > T(c.load_n[i])) ++i;
+  return c.deflection_m[i - 1] +
+         (load_n - c.load_n[i - 1]) *
+             ((c.deflection_m[i] - c.deflection_m[i - 1]) / (c.load_n[i] - c.load_n[i - 1]));
+}
+
+/// What speed, pressure and LCZ make of a tyre's load; (4.E68).
+template <class T>
+T load_factor(const TyreCoefficients& t, const T& wheel_radps, const T& pressure_pa) {
+  using std::abs;
+  const T speed = 1.0 + t.qv2 * abs(wheel_radps) * t.unloaded_radius_m / t.nominal_speed_mps;
+  if (!(t.nominal_pressure_pa > 0)) return speed * t.lcz;
+  const T inflation = (pressure_pa == T(0) ? T(t.pressure_pa) : pressure_pa) * t.lip;
+  const T pressure = 1.0 + t.pfz1 * (inflation - t.nominal_pressure_pa) / t.nominal_pressure_pa;
+  return speed * pressure * t.lcz;
+}
+
+/// Load of a tyre pressed `deflection_m` (> 0) into a plane, without damping: by the file's curve
+/// where it has one, else (4.E68) without the influence of the horizontal forces. Falls back to the
+/// linear stiffness where Q_FZ2 is absent.
 template <class T>
 T tyre_load(const TyreCoefficients& t, const T& deflection_m, const T& wheel_radps,
             const T& pressure_pa) {
-  using std::abs;
   if (!(deflection_m > T(0))) return T(0);
+  const T factor = load_factor(t, wheel_radps, pressure_pa);
+  if (t.load_curve.points > 0) return factor * load_by_curve(t.load_curve, deflection_m);
   const double r0 = t.unloaded_radius_m;
   // The linear coefficient follows from the stiffness at nominal load, which is what files state.
   const double stiffness = t.vertical_stiffness_npm * r0 / t.nominal_load_n;
@@ -498,14 +558,7 @@ T tyre_load(const TyreCoefficients& t, const T& deflection_m, const T& wheel_rad
   const double linear = square > 0.0 ? std::sqrt(square) : stiffness;
   const double quadratic = square > 0.0 ? t.qfz2 : 0.0;
   const T x = deflection_m / r0;
-  const T speed = 1.0 + t.qv2 * abs(wheel_radps) * r0 / t.nominal_speed_mps;
-  const T pressure = t.nominal_pressure_pa > 0
-                         ? T(1.0 + t.pfz1 *
-                                       ((pressure_pa == T(0) ? T(t.pressure_pa) : pressure_pa) -
-                                        t.nominal_pressure_pa) /
-                                       t.nominal_pressure_pa)
-                         : T(1);
-  return speed * pressure * t.nominal_load_n * x * (linear + quadratic * x);
+  return factor * t.nominal_load_n * x * (linear + quadratic * x);
 }
 
 /// Relaxation lengths in metres, longitudinal and lateral: stiffness of the rolling contact over

@@ -3,16 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
-#include <charconv>
 #include <map>
 #include <optional>
 #include <set>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "base/read_file.h"
 #include "base/text_lines.h"
+#include "tyre_checks.h"
+#include "tyre_words.h"
 #include "vehicle/error.h"
 
 namespace vehicle {
@@ -52,112 +54,19 @@ std::string_view without_comment(std::string_view value) {
   return base::trimmed(value.substr(0, value.find_first_of("$!")));
 }
 
-bool is_quoted(std::string_view value) {
-  return value.size() >= 2 && (value.front() == '\'' || value.front() == '"') &&
-         value.back() == value.front();
+std::string_view without_quotes(std::string_view value) {
+  const bool quoted = value.size() >= 2 && (value.front() == '\'' || value.front() == '"') &&
+                      value.back() == value.front();
+  return quoted ? base::trimmed(value.substr(1, value.size() - 2)) : value;
 }
 
-/// Lengths in other units than metres would change what hundreds of coefficients mean; refuse.
-void check_unit(std::string_view quantity, std::string_view unit, const std::string& where) {
-  static constexpr struct {
-    std::string_view quantity, first, second;
-  } kUnits[] = {{"LENGTH", "METER", "M"},       {"FORCE", "NEWTON", "N"},
-                {"ANGLE", "RADIANS", "RADIAN"}, {"MASS", "KG", "KILOGRAM"},
-                {"TIME", "SECOND", "S"},        {"PRESSURE", "PASCAL", "PA"}};
-  for (const auto& known : kUnits) {
-    if (quantity != known.quantity) continue;
-    if (unit == known.first || unit == known.second) return;
-    throw Error(fmt::format("{}: unit of {} is '{}', wanted '{}'; convert the file to SI units",
-                            where, quantity, unit.substr(0, 40), known.first));
-  }
-}
-
-int version_of(double fit_type, const std::string& where) {
-  static constexpr std::pair<int, int> kVersions[] = {{5, 52},  {6, 52},  {21, 52}, {51, 52},
-                                                      {52, 52}, {60, 61}, {61, 61}, {62, 62}};
-  for (const auto& [code, version] : kVersions)
-    if (fit_type == code) return version;
-  throw Error(
-      fmt::format("{}: FITTYP = {} is no Magic Formula this program knows; wanted 5, 6, 21, 51, "
-                  "52, 60, 61 or 62",
-                  where, fit_type));
-}
-
-/// "file:line" of the value that settled a keyword, for errors found after the whole file is read.
-using Places = std::map<std::string, std::size_t, std::less<>>;
-
-void check_values(const TyreCoefficients& tyre, const Places& places, const std::string& name) {
-  const auto where = [&](std::string_view keyword) {
-    const auto found = places.find(keyword);
-    return found == places.end() ? name : fmt::format("{}:{}", name, found->second);
-  };
-  const auto positive = [&](double value, std::string_view keyword) {
-    if (!(value > 0.0))
-      throw Error(
-          fmt::format("{}: {} = {}, wanted a number above 0", where(keyword), keyword, value));
-  };
-  positive(tyre.unloaded_radius_m, "UNLOADED_RADIUS");
-  positive(tyre.nominal_load_n, "FNOMIN");
-  positive(tyre.vertical_stiffness_npm, "VERTICAL_STIFFNESS");
-  positive(tyre.nominal_speed_mps, "LONGVL");
-  positive(tyre.low_speed_mps, "VXLOW");
-  positive(tyre.pcx1, "PCX1");
-  positive(tyre.pdx1, "PDX1");
-  positive(tyre.pkx1, "PKX1");
-  positive(tyre.pcy1, "PCY1");
-  positive(std::abs(tyre.pdy1), "PDY1");
-  positive(std::abs(tyre.pky1), "PKY1");
-  positive(std::abs(tyre.pky2), "PKY2");
-  positive(tyre.lfzo, "LFZO");
-  positive(tyre.fz_max_n, "FZMAX");
-  const auto not_negative = [&](double value, std::string_view keyword) {
-    if (!(value >= 0.0))
-      throw Error(fmt::format("{}: {} = {}, wanted 0 or more", where(keyword), keyword, value));
-  };
-  not_negative(tyre.mass_kg, "MASS");
-  not_negative(tyre.vertical_damping_nspm, "VERTICAL_DAMPING");
-  not_negative(tyre.longitudinal_stiffness_npm, "LONGITUDINAL_STIFFNESS");
-  not_negative(tyre.lateral_stiffness_npm, "LATERAL_STIFFNESS");
-  not_negative(tyre.lmux, "LMUX");
-  not_negative(tyre.lmuy, "LMUY");
-  const bool uses_pressure = tyre.ppx1 != 0 || tyre.ppx2 != 0 || tyre.ppx3 != 0 || tyre.ppx4 != 0 ||
-                             tyre.ppy1 != 0 || tyre.ppy2 != 0 || tyre.ppy3 != 0 || tyre.ppy4 != 0 ||
-                             tyre.ppy5 != 0 || tyre.ppz1 != 0 || tyre.ppz2 != 0 || tyre.pfz1 != 0;
-  if (uses_pressure) positive(tyre.nominal_pressure_pa, "NOMPRES");
-  const auto ordered = [&](double low, double high, std::string_view keyword) {
-    if (!(low < high))
-      throw Error(fmt::format("{}: {} = {} is not above the lower end of its range, {}",
-                              where(keyword), keyword, high, low));
-  };
-  ordered(tyre.fz_min_n, tyre.fz_max_n, "FZMAX");
-  ordered(tyre.kappa_min, tyre.kappa_max, "KPUMAX");
-  ordered(tyre.alpha_min_rad, tyre.alpha_max_rad, "ALPMAX");
-  ordered(tyre.gamma_min_rad, tyre.gamma_max_rad, "CAMMAX");
-  ordered(tyre.pressure_min_pa, tyre.pressure_max_pa, "PRESMAX");
-}
-
-/// A word in quotes, or one of the units.
-void take_word(const std::string& keyword, std::string_view value, const std::string& section,
-               const std::string& where, TyreCoefficients& tyre) {
-  const std::string word =
-      upper(is_quoted(value) ? base::trimmed(value.substr(1, value.size() - 2)) : value);
-  if (section == "UNITS") check_unit(keyword, word, where);
-  if (keyword == "TYRESIDE") {
-    if (word != "LEFT" && word != "RIGHT" && word != "SYMMETRIC")
-      throw Error(
-          fmt::format("{}: TYRESIDE = '{}', wanted 'LEFT' or 'RIGHT'", where, word.substr(0, 40)));
-    tyre.left_side = word == "LEFT";
-  }
-}
-
-/// Nothing where `value` is no number, or more than one.
+/// Nothing where `value` is no number, or more than one. 1.5D+3 is how Fortran writes 1.5E+3.
 std::optional<double> finite_number(std::string_view value) {
-  double number = 0.0;
-  if (value.front() == '+') value.remove_prefix(1);
-  const auto [stop, error] = std::from_chars(value.data(), value.data() + value.size(), number);
-  if (error != std::errc() || stop != value.data() + value.size() || !std::isfinite(number))
-    return std::nullopt;
-  return number;
+  std::string text(value);
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == 'd' || c == 'D'; }, 'E');
+  const auto number = base::to_number<double>(text);
+  return number && std::isfinite(*number) ? number : std::nullopt;
 }
 
 /// Puts a number where it belongs, or on the list of those that nothing uses.
@@ -170,6 +79,157 @@ void keep(const std::string& keyword, double number, const Entry* entry, TyreFil
 
 using Seen = std::map<std::string, double, std::less<>>;
 
+/// A section of rows of numbers, and where it stands.
+struct Curve {
+  std::size_t line = 0;
+  std::vector<std::pair<double, double>> rows;
+};
+
+constexpr std::string_view kLoadCurve = "DEFLECTION_LOAD_CURVE";
+
+/// All that a walk over the lines of a file gathers; numbers in the file's units.
+struct TyreLines {
+  std::string name;
+  TyreFile file;
+  TyrePlaces places;
+  Seen seen;
+  TyreUnits units;
+  std::vector<Curve> load_curves;
+  std::string section;
+  std::size_t number = 0;
+  bool in_table = false;      ///< the section holds rows of bare numbers
+  bool after_remark = false;  ///< the line before ends with a remark, which may go on
+  int version = 0;            ///< by FITTYP
+  int version_by_format = 0;
+
+  std::string where() const { return fmt::format("{}:{}", name, number); }
+};
+
+const Entry* find_entry(std::string_view keyword) {
+  return std::find_if(std::begin(kEntries), std::end(kEntries),
+                      [&](const Entry& e) { return e.keyword == keyword; });
+}
+
+void open_section(std::string_view line, TyreLines& lines) {
+  const std::size_t close = line.find(']');
+  if (close == std::string_view::npos)
+    throw Error(
+        fmt::format("{}: section '{}' has no closing ']'", lines.where(), line.substr(0, 40)));
+  lines.section = upper(base::trimmed(line.substr(1, close - 1)));
+  lines.in_table = lines.section == "SHAPE";
+  if (lines.section == kLoadCurve) {
+    lines.in_table = true;
+    lines.load_curves.push_back({lines.number, {}});
+  }
+}
+
+/// A line without '=': a row of a table, or the rest of a remark that was wrapped.
+void take_bare_line(std::string_view line, TyreLines& lines) {
+  if (line.front() == '{') {  // names of columns
+    lines.in_table = true;
+    return;
+  }
+  std::string_view rest = base::trimmed(line.substr(0, line.find_first_of("$!")));
+  const std::string_view first = base::take_word(rest), second = base::take_word(rest);
+  const auto x = finite_number(first), y = finite_number(second);
+  if (lines.in_table && x && (y || lines.section != kLoadCurve)) {
+    if (lines.section != kLoadCurve) return;
+    auto& rows = lines.load_curves.back().rows;
+    if (rows.size() == LoadCurve::kMostPoints)
+      throw Error(fmt::format("{}: the load curve has over {} points; leave some out",
+                              lines.where(), LoadCurve::kMostPoints));
+    rows.emplace_back(*x, *y);
+    return;
+  }
+  const std::string keyword(tyre_keyword(upper(first)));
+  const bool lacks_equals = find_entry(keyword) != std::end(kEntries) && (second.empty() || y);
+  if (!lines.after_remark || lacks_equals || (lines.in_table && x))
+    throw Error(fmt::format(
+        "{}: '{}' is neither a section, a comment, a row of a table nor KEY = value; if it is a "
+        "remark, begin it with $",
+        lines.where(), line.substr(0, 40)));
+}
+
+/// A word that means something. False: the value of `keyword` is no such word.
+bool take_word(const std::string& keyword, const std::string& word, TyreLines& lines) {
+  TyreCoefficients& tyre = lines.file.coefficients;
+  if (lines.section == "UNITS") {
+    take_tyre_unit(keyword, word, lines.where(), lines.units);
+  } else if (keyword == "TYRESIDE") {
+    if (word != "LEFT" && word != "RIGHT" && word != "SYMMETRIC" && word != "UNKNOWN")
+      throw Error(fmt::format("{}: TYRESIDE = '{}', wanted 'LEFT', 'RIGHT' or 'SYMMETRIC'",
+                              lines.where(), word.substr(0, 40)));
+    tyre.left_side = word == "LEFT" || word == "UNKNOWN";
+    if (word == "UNKNOWN")
+      lines.file.remarks.push_back(
+          lines.where() +
+          ": TYRESIDE = 'UNKNOWN' is taken for 'LEFT', as other programs do; "
+          "write 'RIGHT' if it was measured there");
+  } else if (keyword == "FE_METHOD") {
+    tyre.friction_ellipse = word == "YES";
+  } else if (keyword == "PROPERTY_FILE_FORMAT") {
+    lines.version_by_format = tyre_version_of_format(word, lines.where());
+  } else {
+    return false;
+  }
+  return true;
+}
+
+void take_line(std::string_view line, TyreLines& lines) {
+  const std::size_t equals = line.find('=');
+  if (equals == std::string_view::npos) return take_bare_line(line, lines);
+  const std::string keyword(tyre_keyword(upper(base::trimmed(line.substr(0, equals)))));
+  const std::string_view value =
+      without_quotes(without_comment(base::trimmed(line.substr(equals + 1))));
+  if (take_word(keyword, upper(value), lines)) return;
+  const Entry* const entry = find_entry(keyword);
+  const bool used = entry != std::end(kEntries) || keyword == "FITTYP";
+  const std::optional<double> read = finite_number(value);
+  if (!read) {
+    if (!used && !keyword.empty()) return;  // a tool's own key may hold anything
+    throw Error(fmt::format("{}: {} = '{}', wanted a finite number", lines.where(), keyword,
+                            value.substr(0, 40)));
+  }
+  // A keyword counts wherever it stands, but only with one value.
+  const bool checked =
+      std::find(std::begin(kChecked), std::end(kChecked), keyword) != std::end(kChecked);
+  if (const auto before = lines.seen.find(keyword); before != lines.seen.end()) {
+    if (used && !checked && before->second != *read)
+      throw Error(fmt::format("{}: {} = {} contradicts line {}, which says {}; remove one",
+                              lines.where(), keyword, *read, lines.places.find(keyword)->second,
+                              before->second));
+    return;
+  }
+  lines.seen.emplace(keyword, *read);
+  lines.places.emplace(keyword, lines.number);
+  if (keyword == "FITTYP")
+    lines.version = tyre_version_of(*read, lines.where());
+  else
+    keep(keyword, *read, entry, lines.file);
+}
+
+void take_lines(const std::string& text, TyreLines& lines) {
+  std::string_view rest = text;
+  if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3);
+  base::Lines walk(rest);
+  for (std::string_view whole; walk.next(whole);) {
+    const std::string_view line = base::trimmed(whole);
+    lines.number = walk.number();
+    if (line.find('\0') != std::string_view::npos)
+      throw Error(lines.where() + ": a zero byte; this is not a text file");
+    if (line.empty()) continue;
+    const bool remark = line.front() == '$' || line.front() == '!';
+    if (line.front() == '[')
+      open_section(line, lines);
+    else if (!remark)
+      take_line(line, lines);
+    // A remark that goes on over lines ends where a line of another kind stands.
+    lines.after_remark =
+        remark || line.find_first_of("$!") != std::string_view::npos ||
+        (lines.after_remark && line.find('=') == std::string_view::npos && line.front() != '[');
+  }
+}
+
 /// What the file leaves out and may; throws Error where it may not.
 void list_defaults(const Seen& seen, const std::string& name, TyreFile& file) {
   for (const Entry& entry : kEntries) {
@@ -181,91 +241,88 @@ void list_defaults(const Seen& seen, const std::string& name, TyreFile& file) {
   }
 }
 
+/// The file's load curve in SI units; throws Error where it is none, or where two differ.
+void take_load_curve(const TyreLines& lines, TyreCoefficients& tyre) {
+  for (const Curve& curve : lines.load_curves) {
+    const std::string where = fmt::format("{}:{}", lines.name, curve.line);
+    const Curve& first = lines.load_curves.front();
+    if (curve.rows != first.rows)
+      throw Error(fmt::format(
+          "{}: this [{}] contradicts that of line {}; remove the one that is not the tyre's", where,
+          kLoadCurve, first.line));
+    bool grows = curve.rows.size() >= 2 && curve.rows[0] == std::pair{0.0, 0.0};
+    for (std::size_t i = 1; i < curve.rows.size(); ++i)
+      grows = grows && curve.rows[i].first > curve.rows[i - 1].first &&
+              curve.rows[i].second > curve.rows[i - 1].second;
+    if (!grows)
+      throw Error(
+          fmt::format("{}: [{}] has {} points; wanted two or more of deflection and load, "
+                      "from 0 0 on, both growing",
+                      where, kLoadCurve, curve.rows.size()));
+  }
+  if (lines.load_curves.empty()) return;
+  LoadCurve& out = tyre.load_curve;
+  for (const auto& [deflection, load] : lines.load_curves.front().rows) {
+    out.deflection_m[out.points] = deflection * lines.units.length;
+    out.load_n[out.points++] = load * lines.units.force;
+  }
+}
+
+/// VERTICAL_STIFFNESS where the file states another measure of it: its definition is the slope of
+/// the load over the deflection at the nominal load.
+void derive_stiffness(TyreCoefficients& tyre) {
+  if (tyre.vertical_stiffness_npm != 0.0) return;
+  if (tyre.load_curve.points > 0) {
+    const LoadCurve& c = tyre.load_curve;
+    std::size_t i = 1;
+    while (i + 1 < c.points && c.load_n[i] < tyre.nominal_load_n) ++i;
+    tyre.vertical_stiffness_npm =
+        (c.load_n[i] - c.load_n[i - 1]) / (c.deflection_m[i] - c.deflection_m[i - 1]);
+  } else if (tyre.qfz1 > 0.0) {
+    tyre.vertical_stiffness_npm = tyre.nominal_load_n / tyre.unloaded_radius_m *
+                                  std::sqrt(tyre.qfz1 * tyre.qfz1 + 4.0 * tyre.qfz2);
+  }
+}
+
 }  // namespace
 
 TyreFile parse_tyre(const std::string& text, const std::string& name) {
-  TyreFile file;
-  Places places;
-  Seen seen;
-  std::string section;
-  bool has_fit_type = false;
-
-  std::size_t line_number = 0;
-  for (std::string_view rest = text; !rest.empty();) {
-    const std::size_t end = rest.find('\n');
-    const std::string_view line = base::trimmed(rest.substr(0, end));
-    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
-    ++line_number;
-    const std::string where = fmt::format("{}:{}", name, line_number);
-    if (line.find('\0') != std::string_view::npos)
-      throw Error(where + ": a zero byte; this is not a text file");
-    if (line.empty() || line.front() == '$' || line.front() == '!') continue;
-    if (line.front() == '[') {
-      const std::size_t close = line.find(']');
-      if (close == std::string_view::npos)
-        throw Error(fmt::format("{}: section '{}' has no closing ']'", where, line.substr(0, 40)));
-      section = upper(base::trimmed(line.substr(1, close - 1)));
-      continue;
-    }
-    const std::size_t equals = line.find('=');
-    // [SHAPE] and similar tables hold rows of bare numbers; the formula has no use for them.
-    if (equals == std::string_view::npos) {
-      if (section == "SHAPE") continue;
-      throw Error(fmt::format("{}: '{}' is neither a section, a comment nor KEY = value", where,
-                              line.substr(0, 40)));
-    }
-    const std::string keyword = upper(base::trimmed(line.substr(0, equals)));
-    const std::string_view value = without_comment(base::trimmed(line.substr(equals + 1)));
-    if (keyword.empty() || value.empty())
-      throw Error(fmt::format("{}: '{}' lacks a keyword or a value", where, line.substr(0, 40)));
-    if (is_quoted(value) || section == "UNITS") {
-      take_word(keyword, value, section, where, file.coefficients);
-      continue;
-    }
-
-    const auto* const entry = std::find_if(std::begin(kEntries), std::end(kEntries),
-                                           [&](const Entry& e) { return e.keyword == keyword; });
-    const bool used = entry != std::end(kEntries) || keyword == "FITTYP";
-    const std::optional<double> read = finite_number(value);
-    if (!read) {
-      if (!used) continue;  // a tool's own key may hold anything
-      throw Error(fmt::format("{}: {} = '{}', wanted a finite number", where, keyword,
-                              value.substr(0, 40)));
-    }
-    const double number = *read;
-    // MASS, for one, also is a unit; a keyword counts wherever it stands, but only with one value.
-    if (const auto before = seen.find(keyword); before != seen.end()) {
-      if (used && before->second != number)
-        throw Error(fmt::format("{}: {} = {} contradicts line {}, which says {}; remove one", where,
-                                keyword, number, places.find(keyword)->second, before->second));
-      continue;
-    }
-    seen.emplace(keyword, number);
-    places.emplace(keyword, line_number);
-    if (keyword == "FITTYP") {
-      file.coefficients.version = version_of(number, where);
-      has_fit_type = true;
-    } else {
-      keep(keyword, number, entry, file);
-    }
-  }
-
-  if (!has_fit_type)
-    throw Error(name +
-                ": no FITTYP in [MODEL]; this is not a Magic Formula tyre, or it is cut off");
-  list_defaults(seen, name, file);
+  TyreLines lines;
+  lines.name = name;
+  take_lines(text, lines);
+  TyreFile& file = lines.file;
   TyreCoefficients& tyre = file.coefficients;
+  if (lines.version == 0 && lines.version_by_format == 0)
+    throw Error(name +
+                ": no FITTYP in [MODEL], and no PROPERTY_FILE_FORMAT of the Magic Formula 5.2 "
+                "(PAC2002, MF_05); this is not a Magic Formula tyre, or it is cut off");
+  tyre.version = lines.version != 0 ? lines.version : lines.version_by_format;
+  list_defaults(lines.seen, name, file);
+  for (const Entry& entry : kEntries)
+    if (lines.seen.contains(entry.keyword))
+      tyre.*(entry.member) *= tyre_unit_of(entry.keyword, lines.units);
+  take_load_curve(lines, tyre);
+  derive_stiffness(tyre);
   tyre.states_rolling_radius =
-      seen.contains("BREFF") || seen.contains("DREFF") || seen.contains("FREFF");
+      lines.seen.contains("BREFF") || lines.seen.contains("DREFF") || lines.seen.contains("FREFF");
   if (tyre.nominal_pressure_pa > 0 && tyre.pressure_pa == 0)
     tyre.pressure_pa = tyre.nominal_pressure_pa;
-  check_values(tyre, places, name);
-  return file;
+  check_tyre(tyre, lines.places, name);
+  return std::move(file);
 }
 
 std::string with_tyre_values(const std::string& text, const std::map<std::string, double>& values) {
   std::string out, section;
   std::set<std::string> written;
+  TyreUnits units;
+  {
+    TyreLines lines;
+    take_lines(text, lines);
+    units = lines.units;
+  }
+  const auto line_of = [&](const std::string& keyword, double value) {
+    return fmt::format("{} = {:.9g}", keyword, value / tyre_unit_of(keyword, units));
+  };
   for (std::string_view rest = text; !rest.empty();) {
     const std::size_t end = rest.find('\n');
     const std::string_view whole = rest.substr(0, end), line = base::trimmed(whole);
@@ -276,9 +333,10 @@ std::string with_tyre_values(const std::string& text, const std::map<std::string
                        line.front() != '[' && equals != std::string_view::npos &&
                        section != "UNITS";
     const auto value =
-        entry ? values.find(upper(base::trimmed(line.substr(0, equals)))) : values.end();
+        entry ? values.find(std::string(tyre_keyword(upper(base::trimmed(line.substr(0, equals))))))
+              : values.end();
     if (value != values.end()) {
-      out += fmt::format("{} = {:.9g}", value->first, value->second);
+      out += line_of(value->first, value->second);
       if (whole.ends_with('\r')) out += '\r';
       written.insert(value->first);
     } else {
@@ -290,7 +348,7 @@ std::string with_tyre_values(const std::string& text, const std::map<std::string
   if (!out.empty() && out.back() != '\n') out += '\n';
   out += "[CORRECTED]\n";
   for (const auto& [keyword, value] : values)
-    if (!written.contains(keyword)) out += fmt::format("{} = {:.9g}\n", keyword, value);
+    if (!written.contains(keyword)) out += line_of(keyword, value) + '\n';
   return out;
 }
 
