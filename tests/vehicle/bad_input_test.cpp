@@ -65,7 +65,7 @@ TEST_F(BadInput, OfTheCarIsNamedWithFileAndLine) {
   refuses_car("engine.csv", "\n80,", "\n9999,", "must ascend");
   refuses_car("engine.csv", "\n80,", "\nfast,", "column 'engine_radps:throttle' holds 'fast'");
   refuses_car("front.tir", "FNOMIN", "FNOMINE", "FNOMIN is missing");
-  refuses_car("front.tir", "'meter'", "'inch'", "unit of LENGTH");
+  refuses_car("front.tir", "'meter'", "'inch'", "UNLOADED_RADIUS is 0.00");
   refuses_car("front.tir", "\nQDZ1[^]*$", "\n",
               "QDZ1 is missing; the file is incomplete or cut off");
   refuses_car("setup.txt", "=", ":", "car/setup.txt:");
