@@ -137,4 +137,15 @@ TEST(ExportMesh, RefusesWhatItCannotWrite) {
               ThrowsMessage<road::Error>(HasSubstr("/nowhere/x")));
 }
 
+TEST(ExportMesh, ObjectsOfOneMaterialKeepTheirOwnTextures) {
+  Mesh mesh = two_objects();
+  mesh.objects = {{"wall", "ac3d", "barrier.png"}, {"road", "ac3d", "asphalt.png"}};
+  const support::TemporaryFolder folder;
+  export_mesh(mesh, folder.path("m.obj"), {UpAxis::z, Unit::m});
+  const Mesh seen = road::read_mesh(folder.path("m.obj"), {UpAxis::z, Unit::m});
+  ASSERT_EQ(seen.objects.size(), 2u);
+  EXPECT_EQ(seen.objects[0].texture, "barrier.png");
+  EXPECT_EQ(seen.objects[1].texture, "asphalt.png");
+}
+
 }  // namespace export_mesh_test

@@ -9,7 +9,10 @@
 #include <filesystem>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <memory>
+#include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -86,15 +89,17 @@ std::string one_word(std::string name) {
 void export_obj(const Mesh& mesh, const std::filesystem::path& path, Unit unit) {
   const int decimals = unit == Unit::mm ? 2 : unit == Unit::cm ? 3 : 5;
   std::string materials = "# materials\n";
-  std::vector<std::string> known;
+  // One material of the file for each pair of material and texture; a second texture gets a number.
+  std::map<std::pair<std::string, std::string>, std::string> known;
+  std::set<std::string> names;
   for (const MeshObject& object : mesh.objects) {
-    if (object.material.empty() ||
-        std::find(known.begin(), known.end(), object.material) != known.end()) {
-      continue;
-    }
-    known.push_back(object.material);
-    materials += fmt::format("newmtl {}\nKd 0.8 0.8 0.8\n", one_word(object.material));
+    if (object.material.empty() || known.contains({object.material, object.texture})) continue;
+    std::string name = one_word(object.material);
+    for (std::size_t n = 2; !names.insert(name).second; ++n)
+      name = fmt::format("{}.{}", one_word(object.material), n);
+    materials += fmt::format("newmtl {}\nKd 0.8 0.8 0.8\n", name);
     if (!object.texture.empty()) materials += fmt::format("map_Kd {}\n", object.texture);
+    known[{object.material, object.texture}] = std::move(name);
   }
   std::filesystem::path material_path = path;
   material_path.replace_extension(".mtl");
@@ -117,7 +122,8 @@ void export_obj(const Mesh& mesh, const std::filesystem::path& path, Unit unit) 
       ++count;
     });
     if (!mesh.objects[o].material.empty()) {
-      text += fmt::format("usemtl {}\n", one_word(mesh.objects[o].material));
+      text +=
+          fmt::format("usemtl {}\n", known.at({mesh.objects[o].material, mesh.objects[o].texture}));
     }
     for (const auto& t : triangles) {
       fmt::format_to(std::back_inserter(text), "f {} {} {}\n", written + t[0] + 1,
