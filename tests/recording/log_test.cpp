@@ -128,6 +128,18 @@ TEST(Log, TitlesOfRacelogicSayUnits) {
             "time[s] velocity[km/h] yaw-calc[deg/s] slip[Degrees] ");
   EXPECT_EQ(units_of(vbo_with("time\r\n", "", "time longacc")), "time[s] longacc[] ")
       << "titles of other columns say nothing";
+  EXPECT_EQ(
+      units_of(vbo_with("time\r\nvelocity mi/h\r\nheight ft\r\n", "", "time velocity height")),
+      "time[s] velocity[] height[ft] ");
+}
+
+TEST(Log, UnitsOfRacelogicThatFitInTwoWaysAreNotKnown) {
+  // Two units for three channels: either the period or the one whose title names a unit has none.
+  const Log log = vbo_with("time\r\nTsample\r\nroll deg\r\nspring\r\n", "V\r\nC\r\n",
+                           "time Tsample roll spring");
+  EXPECT_EQ(units_of(log), "time[s] Tsample[] roll[] spring[C] ");
+  ASSERT_EQ(log.notes.size(), 1u);
+  EXPECT_THAT(log.notes[0], testing::HasSubstr("the units of Tsample, roll are not known"));
 }
 
 TEST(Log, ReadsIracing) {

@@ -257,10 +257,10 @@ bool has_decimal_commas(const std::vector<NumberedLine>& head, const Shape& shap
 
 bool is_unit(std::string_view cell) {
   static const std::set<std::string, std::less<>> known{
-      "s",    "ms",   "us",  "ns",     "m",     "km",    "mm",    "deg",       "rad",   "m/s",
-      "km/h", "kmh",  "kph", "mph",    "knots", "deg/s", "rad/s", "g",         "m/s2",  "%",
-      "rpm",  "bar",  "kpa", "mbar",   "psi",   "c",     "v",     "unix time", "m/s/s", "m/s^2",
-      "°",    "\xb0", "°/s", "\xb0/s", "1/min", "mpa",   "nm",    "n",         "k"};
+      "s",     "ms",   "us",   "ns",  "m",      "km",    "mm",    "ft",    "deg",       "rad",
+      "m/s",   "km/h", "kmh",  "kph", "mph",    "knots", "deg/s", "rad/s", "g",         "m/s2",
+      "%",     "rpm",  "bar",  "kpa", "mbar",   "psi",   "c",     "v",     "unix time", "m/s/s",
+      "m/s^2", "°",    "\xb0", "°/s", "\xb0/s", "1/min", "mpa",   "nm",    "n",         "k"};
   std::string lower;
   for (const char c : cell)
     if (c != '[' && c != ']' && c != '(' && c != ')')

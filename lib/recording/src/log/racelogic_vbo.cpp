@@ -81,14 +81,14 @@ std::string unit_of_title(const std::string& title) {
 /// The channels whose units [channel units] lists, if it is true that titles with a unit mark
 /// standard ones (makers of converters do that) and that the sample period is not standard (older
 /// receivers list no unit for it).
-std::vector<Channel*> listed_channels(const std::vector<std::string>& titles, bool by_title,
-                                      bool period, std::vector<Channel>& channels) {
-  std::vector<Channel*> out;
+std::vector<std::size_t> listed_channels(const std::vector<std::string>& titles, bool by_title,
+                                         bool period, const std::vector<Channel>& channels) {
+  std::vector<std::size_t> out;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const bool standard = standard_of(channels[c].name) != nullptr ||
                           (by_title && c < titles.size() && !unit_of_title(titles[c]).empty()) ||
                           (!period && channels[c].name == "Tsample");
-    if (!standard) out.push_back(&channels[c]);
+    if (!standard) out.push_back(c);
   }
   return out;
 }
@@ -101,17 +101,37 @@ void give_listed_units(const Sections& sections, Log& log) {
   while (least > 0 && units[least - 1].empty()) --least;
   if (least == 0) return;
   const std::size_t most = units.size(), usual = std::max(least, most - 1);
-  for (const bool exactly : {true, false})
+  for (const bool exactly : {true, false}) {
+    // What each choice that fits gives: for every channel a unit, or what it had.
+    std::vector<std::vector<std::string>> fitting;
     for (const bool by_title : {true, false})
       for (const bool period : {true, false}) {
-        const std::vector<Channel*> listed =
+        const std::vector<std::size_t> listed =
             listed_channels(sections.titles, by_title, period, log.channels);
         const std::size_t count = listed.size();
         if (exactly ? count != usual : count < least || count > most) continue;
+        std::vector<std::string>& given = fitting.emplace_back();
+        for (const Channel& channel : log.channels) given.push_back(channel.unit);
         for (std::size_t k = 0; k < count; ++k)
-          if (!units[k].empty() && units[k] != "(null)") listed[k]->unit = units[k];
-        return;
+          if (!units[k].empty() && units[k] != "(null)") given[listed[k]] = units[k];
       }
+    if (fitting.empty()) continue;
+    std::string doubtful;
+    for (std::size_t c = 0; c < log.channels.size(); ++c) {
+      Channel& channel = log.channels[c];
+      const bool same = std::all_of(fitting.begin(), fitting.end(), [&](const auto& given) {
+        return given[c] == fitting.front()[c];
+      });
+      channel.unit = same ? fitting.front()[c] : "";
+      if (!same) doubtful += (doubtful.empty() ? "" : ", ") + channel.name;
+    }
+    if (!doubtful.empty())
+      log.notes.push_back(
+          fmt::format("[channel units] in line {} fits the channels in more than one way: the "
+                      "units of {} are not known",
+                      sections.units_line, doubtful));
+    return;
+  }
   log.notes.push_back(
       fmt::format("[channel units] in line {} lists {} units, which fits no choice of the {} "
                   "channels: none is used",
@@ -125,7 +145,11 @@ void give_units(Sections& sections, Log& log) {
     Channel& channel = log.channels[c];
     if (!sections.titles.empty()) channel.unit = unit_of_title(sections.titles[c]);
     const Standard* const standard = standard_of(channel.name);
-    if (channel.unit.empty() && standard != nullptr) channel.unit = standard->unit;
+    // "velocity mi/h": another unit than the usual one, which is not known here.
+    const bool says_another = !sections.titles.empty() && channel.unit.empty() &&
+                              (channel.name == "velocity" || channel.name == "height") &&
+                              sections.titles[c].find_first_of(" \t") != std::string::npos;
+    if (channel.unit.empty() && standard != nullptr && !says_another) channel.unit = standard->unit;
   }
   give_listed_units(sections, log);
 }
