@@ -116,6 +116,8 @@ void give_listed_units(const Sections& sections, Log& log) {
           if (!units[k].empty() && units[k] != "(null)") given[listed[k]] = units[k];
       }
     if (fitting.empty()) continue;
+    // With blank lines to spare nearly every choice fits: the first is what converters write.
+    if (!exactly) fitting.resize(1);
     std::string doubtful;
     for (std::size_t c = 0; c < log.channels.size(); ++c) {
       Channel& channel = log.channels[c];
