@@ -105,7 +105,11 @@ class Asker {
       if (is_last) return out;
     }
   }
-  /// Of what is refused nothing is heard.
+  /// Says what is refused: gives back why.
+  std::string refusal_of(const nlohmann::json& said) {
+    say(said);
+    return driver_.hear().value("refused", "");
+  }
   void say(nlohmann::json said) {
     said["sequence"] = ++sequence_;
     driver_.say(said.dump());
@@ -137,7 +141,7 @@ TEST_P(ServeStates, AfterGoingBackEverythingIsAsTheFirstTime) {
     Asker ask(options.socket_path);
     std::vector<std::string> here;
     for (int k = 0; k < 4; ++k) here = ask({{"set", {{"a", -k}}}});
-    ask.say({{"reset", {{"state", "corner"}}}});  // not there yet: refused
+    EXPECT_EQ(ask.refusal_of({{"reset", {{"state", "corner"}}}}), "a state that was not saved");
     // The state is the one in which the command finds the unit.
     Told first{ask({{"save", "corner"}, {"set", {{"k", 3}}}})};
     const Told rest = drive(ask);
@@ -190,7 +194,7 @@ TEST(ServeStates, SixteenAreKept) {
   std::thread drives([&] {
     Asker ask(options.socket_path);
     for (int k = 0; k < 16; ++k) ask({{"save", fmt::format("state {}", k)}});
-    ask.say({{"save", "one more"}});  // refused
+    EXPECT_THAT(ask.refusal_of({{"save", "one more"}}), HasSubstr("a 17th state"));
     const auto here = ask(nlohmann::json::object());
     ask({{"save", "state 3"}});  // instead of the older one
     EXPECT_EQ(ask({{"reset", {{"state", "state 3"}}}}).back(), here.back());
@@ -208,7 +212,7 @@ TEST(ServeStates, AUnitThatCannotSaveIsServedAndSaysSo) {
   const sim::ServeOptions options = options_of(folder);
   std::thread drives([&] {
     Asker ask(options.socket_path);
-    ask.say({{"save", "here"}});
+    EXPECT_THAT(ask.refusal_of({{"save", "here"}}), HasSubstr("which this unit cannot"));
     ask(nlohmann::json::object());
     ask.say({{"end", true}});
   });
