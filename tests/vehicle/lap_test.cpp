@@ -48,6 +48,29 @@ TEST(Lap, IsCompletedFlyingAndStandingHotAndCold) {
   EXPECT_GT(cold.lap_s[0], standing.lap_s[0] + 0.5);
 }
 
+// The plan knows how slippery the road is, and the driver keeps to it.
+TEST(Lap, OnASlipperyRoadStaysOnIt) {
+  const Vehicle v = racer();
+  const crg::Surface surface(stadium());
+  LapOptions options;
+  options.record_every = 0;
+  for (const double grip : {0.4, 0.7, 1.2}) {
+    Parameters<double> parameters = v.parameters;
+    parameters[Parameter::environment_road_grip] = grip;
+    const Car<double> car = make_car(v.files, parameters, v.terms);
+    RacingLine line = plan_line(surface);
+    plan_speed(line, car, options.speed);
+    double planned_s = 0.0;
+    for (std::size_t i = 0, n = line.s_m.size(); i < n; ++i)
+      planned_s += ((i + 1 < n ? line.s_m[i + 1] : line.length_m) - line.s_m[i]) /
+                   (0.5 * (line.speed_mps[i] + line.speed_mps[(i + 1) % n]));
+    const LapResult lap = drive_laps(car, Road(surface), options);
+    ASSERT_TRUE(lap.complete) << grip << ": " << lap.problem;
+    EXPECT_EQ(lap.steps_off_road, 0u) << grip;
+    EXPECT_NEAR(lap.lap_s[0], planned_s, 0.05 * planned_s) << grip;
+  }
+}
+
 // A driver is a person: what he does in a second does not depend on the step of the simulation.
 TEST(Lap, TheDriversFootIsAsFastWhateverTheStep) {
   const Vehicle v = racer();

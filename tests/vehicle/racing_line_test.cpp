@@ -95,4 +95,47 @@ TEST(RacingLine, IsAsFastAsTheTyresAllowInASteadyTurn) {
   for (std::size_t i = 0; i < line.v_m.size(); ++i) EXPECT_LE(slow.speed_mps[i], line.speed_mps[i]);
 }
 
+/// Speeds of the test's car on a line, without what depends on speed or warmth.
+std::vector<double> speeds_on(RacingLine line, double road_grip) {
+  const CarFiles files = test_car_files();
+  Amplitudes<double> terms = default_amplitudes();
+  terms[Term::aero_downforce] = terms[Term::aero_drag] = terms[Term::tyre_thermal] = 0.0;
+  Parameters<double> parameters = default_parameters();
+  parameters[Parameter::environment_road_grip] = road_grip;
+  plan_speed(line, make_car(files, parameters, terms), {});
+  return line.speed_mps;
+}
+
+TEST(RacingLine, IsAsFastAsTheRoadAllows) {
+  const std::vector<double> dry = speeds_on(plan_line(crg::Surface(stadium())), 1.0),
+                            wet = speeds_on(plan_line(crg::Surface(stadium())), 0.5);
+  // In the turns the square of the speed goes with the grip.
+  const double slowest = *std::min_element(dry.begin(), dry.end()),
+               slowest_wet = *std::min_element(wet.begin(), wet.end());
+  EXPECT_NEAR(slowest_wet * slowest_wet / (slowest * slowest), 0.5, 0.02);
+  // A road that is as slippery as a wet day is no other thing.
+  EXPECT_EQ(speeds_on(plan_line(crg::Surface(stadium(), {.friction = 0.5})), 1.0), wet);
+}
+
+TEST(RacingLine, AWetPatchIsSlowWhereTheCarRollsOverIt) {
+  const crg::Crg road = stadium();
+  crg::Crg grip = road;
+  const std::size_t columns = grip.grid.v_m.size(), rows = grip.grid.rows();
+  const double u_step_m = crg::integrate_reference_line(grip).u_step_m;
+  for (std::size_t i = 0; i < rows; ++i)
+    for (std::size_t j = 0; j < columns; ++j) {
+      const double u_m = static_cast<double>(i) * u_step_m;
+      grip.grid.at(i, j) = u_m > 40.0 && u_m < 60.0 ? 0.4F : 1.0F;
+    }
+  const RacingLine line = plan_line(crg::Surface(road, {.friction_map = grip}));
+  for (std::size_t i = 0; i < line.v_m.size(); ++i) {
+    const double u_m = line.u_step_m * static_cast<double>(i);
+    if (u_m > 40.0 && u_m < 60.0) {
+      EXPECT_NEAR(line.friction[i], 0.4, 1e-6) << u_m;
+    } else if (u_m < 37.0 || u_m > 63.0) {
+      EXPECT_EQ(line.friction[i], 1.0) << u_m;
+    }
+  }
+}
+
 }  // namespace racing_line_test

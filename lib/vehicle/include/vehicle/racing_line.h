@@ -22,7 +22,10 @@ struct RacingLine {
   std::vector<double> bank;           ///< m/m across the path, rise to the left
   std::vector<double> grade;          ///< m/m along the path
   std::vector<double> vertical_curvature_1pm;  ///< of the path seen from the side, dip positive
-  std::vector<double> speed_mps;               ///< filled by plan_speed
+  /// The road's factor on the tyres' grip: the least within 1 m to either side, halfway to the
+  /// stations beside.
+  std::vector<double> friction;
+  std::vector<double> speed_mps;  ///< filled by plan_speed
   /// What the driver takes for the engine, N m over rad/s and throttle (steady_engine.h), filled by
   /// plan_speed; empty: the car's engine map.
   Map2 engine_torque_nm;
@@ -50,8 +53,8 @@ struct SpeedOptions {
 
 /// Fills line.engine_torque_nm where the car has the full turbocharged engine, and line.speed_mps:
 /// everywhere at most what the car can corner, brake and accelerate with,
-/// from its own tyres, mass, drag, downforce and engine, quasi-statically, with bank, grade and
-/// vertical curvature of the road.
+/// from its own tyres, mass, drag, downforce and engine, quasi-statically, with bank, grade,
+/// vertical curvature and friction of the road.
 void plan_speed(RacingLine& line, const Car<double>& car, const SpeedOptions& options);
 
 }  // namespace vehicle

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "vehicle/error.h"
@@ -154,6 +155,21 @@ void bend_least(std::vector<double>& v_m, const Stations& stations, int rounds) 
   }
 }
 
+/// Where a wheel of a car on the line may roll near a station. Beside the road it is 1.
+double least_friction(const crg::Surface& road, const RacingLine& line, std::size_t i) {
+  constexpr double kBeside_m = 1.0;
+  double least = std::numeric_limits<double>::infinity();
+  crg::Cursor cursor;
+  for (const double along : {-0.5, -0.25, 0.0, 0.25, 0.5})
+    for (const double beside_m : {-kBeside_m, 0.0, kBeside_m}) {
+      const double u_m = line.u_begin_m + line.u_step_m * (static_cast<double>(i) + along);
+      const crg::Point2 p = road.xy_of_uv(u_m, line.v_m[i] + beside_m);
+      const crg::Sample sample = road.at_xy(p.x_m, p.y_m, cursor);
+      if (sample.valid) least = std::min(least, sample.friction);
+    }
+  return std::isfinite(least) ? least : 1.0;
+}
+
 /// Positions and lengths of the stations from their offsets.
 void place_stations(const std::vector<crg::Point2>& base, const std::vector<crg::Point2>& normal,
                     RacingLine& line) {
@@ -209,6 +225,8 @@ void measure_stations(const crg::Surface& road, RacingLine& line) {
                  right = road.z_at_uv(u, line.v_m[i] - 0.5);
     line.bank[i] = std::isfinite(left) && std::isfinite(right) ? left - right : 0.0;
   }
+  line.friction.resize(n);
+  for (std::size_t i = 0; i < n; ++i) line.friction[i] = least_friction(road, line, i);
   // A kink of the grid must not count as a crest: smooth the vertical curvature over three
   // stations.
   std::vector<double> smooth = line.vertical_curvature_1pm;

@@ -30,9 +30,10 @@ class SpeedLimits {
   double climb_n(std::size_t i) const { return mass_ * g_ * line_.grade[i]; }
   double drag_n(double v) const { return half_density_ * drag_area_ * v * v; }
 
-  /// Friction the tyres have at the load of this speed; the weaker axle counts, and the
-  /// temperature.
-  double friction(double load_n, bool lateral) const {
+  /// Friction the tyres have at a station at the load of this speed; the weaker axle counts, the
+  /// temperature and the road.
+  double friction(std::size_t i, bool lateral, double v) const {
+    const double load_n = load(i, v);
     double mu = 10.0;
     for (std::size_t a = 0; a < 2; ++a) {
       const double fz =
@@ -44,7 +45,9 @@ class SpeedLimits {
                       {}, {.moments = false});
       mu = std::min(mu, std::abs(lateral ? f.mu_y : f.mu_x) * p_.axle(a, P::front_tyre_grip));
     }
-    return mu * warmth_ * options_.grip_usage;
+    const double road = 1.0 + car_.terms[Term::road_friction] *
+                                  (p_[P::environment_road_grip] * line_.friction[i] - 1.0);
+    return mu * warmth_ * road * options_.grip_usage;
   }
 
   double load(std::size_t i, double v) const {
@@ -67,7 +70,7 @@ class SpeedLimits {
 
   /// Share of the grip that cornering leaves.
   double spare(std::size_t i, double v) const {
-    const double used = lateral(i, v) / std::max(1.0, friction(load(i, v), true) * load(i, v));
+    const double used = lateral(i, v) / std::max(1.0, friction(i, true, v) * load(i, v));
     return std::sqrt(std::max(0.0, 1.0 - used * used));
   }
 
@@ -89,9 +92,7 @@ class SpeedLimits {
   /// Largest speed with grip to spare; a bank alone never asks for a minimum speed here.
   double cornering_speed(std::size_t i) const {
     double fast = options_.top_mps, slow = 3.0;
-    const auto holds = [&](double v) {
-      return lateral(i, v) <= friction(load(i, v), true) * load(i, v);
-    };
+    const auto holds = [&](double v) { return lateral(i, v) <= friction(i, true, v) * load(i, v); };
     if (holds(fast)) return fast;
     for (int k = 0; k < 40; ++k) {
       const double v = 0.5 * (fast + slow);
@@ -143,8 +144,8 @@ void plan_speed(RacingLine& line, const Car<double>& car, const SpeedOptions& op
     const std::size_t i = k % n, j = (k + 1) % n;
     if (options.standing_start && j == 0) break;
     const double v = speed[i];
-    const double grip = 0.9 * limits.friction(limits.load(i, v), false) * limits.load(i, v) *
-                        driven_share * limits.spare(i, v);
+    const double grip =
+        0.9 * limits.friction(i, false, v) * limits.load(i, v) * driven_share * limits.spare(i, v);
     const double force =
         std::min(grip, limits.engine_force(v)) - limits.drag_n(v) - limits.climb_n(i);
     speed[j] = std::min(
@@ -155,7 +156,7 @@ void plan_speed(RacingLine& line, const Car<double>& car, const SpeedOptions& op
     if (!line.closed && j == 0) continue;
     const double v = speed[j];
     const double grip =
-        0.85 * limits.friction(limits.load(i, v), false) * limits.load(i, v) * limits.spare(i, v);
+        0.85 * limits.friction(i, false, v) * limits.load(i, v) * limits.spare(i, v);
     const double force = grip + limits.drag_n(v) + limits.climb_n(i);
     speed[i] = std::min(
         speed[i],
