@@ -107,7 +107,7 @@ TEST(Lap, KeepsItsEnergyBalance) {
   double worst = 0.0;
   const auto drive = [&](const Amplitudes<double>& terms) {
     const Car<double> car = make_car(v.files, v.parameters, terms);
-    const LapResult r = drive_laps(car, Road(surface), options);
+    LapResult r = drive_laps(car, Road(surface), options);
     EXPECT_TRUE(r.complete) << r.problem;
     return r;
   };
