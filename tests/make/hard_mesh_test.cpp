@@ -109,7 +109,7 @@ TEST(HardMesh, JitterAndMissingOrDoubledTrianglesMakeNoNewFailure) {
     EXPECT_EQ(s["reference_line"]["closed"], whole["reference_line"]["closed"]);
     const double length = whole["reference_line"]["length_m"];
     EXPECT_NEAR(s["reference_line"]["length_m"].get<double>(), length, 5e-4 * length) << ending;
-    // Deleted triangles are gaps of metres: reported, never invented.
+    // Where several triangles beside each other are gone nothing is invented.
     EXPECT_GT(s["grid"]["holes"].get<int>(), whole["grid"]["holes"].get<int>()) << ending;
     // By shape, run-off ends at a hole and doubled triangles count as scenery. Measured against the
     // whole mesh with names: 2.3 % fewer nodes, 1.3 % with names.

@@ -73,6 +73,16 @@ TEST(EdgeFiles, LatitudeAndLongitudeAreReadAsTheyAreDrawn) {
               ::testing::ThrowsMessage<road::Error>(HasSubstr("same coordinates")));
 }
 
+TEST(EdgeFiles, MetresCountWhereAFileHasBoth) {
+  const support::TemporaryFolder folder;
+  std::string text = "x_m,y_m,lat_deg,lon_deg\n";
+  for (int i = 0; i < 10; ++i) text += fmt::format("{},8,47.2,14.7\n", 10 * i);
+  const std::string path = folder.file("both.csv", text);
+  const road::EdgePlaces places = road::read_edges(path, path);
+  EXPECT_EQ(places.projection.kind, road::Projection::Kind::none);
+  EXPECT_EQ(places.left.points_m[3].x(), 30.0);
+}
+
 TEST(EdgeFiles, ARingWithAGapStaysOpenWhereThatIsWanted) {
   Edge left = circle(96.0, 88), right = circle(104.0, 88);
   road::EdgesReport report;

@@ -46,9 +46,7 @@ GrowingFile::GrowingFile(const std::string& path) : path_(path) {
   const Target target = find_target(path);
   final_path_ = target.path;
   if (target.through) {
-    descriptor_ = target.descriptor >= 0 ? ::fcntl(target.descriptor, F_DUPFD_CLOEXEC, 0)
-                                         : ::open(final_path_.c_str(), O_WRONLY | O_CLOEXEC);
-    if (descriptor_ < 0) fail_to_write(path_, "cannot open");
+    descriptor_ = open_through(target, path_);
     return;
   }
   partial_path_ = with_word(final_path_, ".partial");

@@ -129,9 +129,7 @@ FileWriter::FileWriter(const std::string& path) : path_(path) {
   const Target target = find_target(path);
   final_path_ = target.path;
   if (target.through) {
-    descriptor_ = target.descriptor >= 0 ? ::fcntl(target.descriptor, F_DUPFD_CLOEXEC, 0)
-                                         : ::open(final_path_.c_str(), O_WRONLY | O_CLOEXEC);
-    if (descriptor_ < 0) fail_to_write(path_, "cannot open");
+    descriptor_ = open_through(target, path_);
     return;
   }
   const std::string folder = folder_of(final_path_), stem = stem_of(final_path_);

@@ -1,5 +1,6 @@
 #include "write_target.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -69,6 +70,13 @@ Target find_target(const std::string& path) {
     return {-1, links == 0 ? path : full, !S_ISREG(status.st_mode)};
   }
   fail_to_write(path, "cannot follow this link", ELOOP);
+}
+
+int open_through(const Target& target, const std::string& path) {
+  const int descriptor = target.descriptor >= 0 ? ::fcntl(target.descriptor, F_DUPFD_CLOEXEC, 0)
+                                                : ::open(target.path.c_str(), O_WRONLY | O_CLOEXEC);
+  if (descriptor < 0) fail_to_write(path, "cannot open");
+  return descriptor;
 }
 
 }  // namespace base

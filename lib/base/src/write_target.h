@@ -21,4 +21,7 @@ struct Target {
 /// Throws Error where no file can be.
 Target find_target(const std::string& path);
 
+/// Opens what is written through; to be closed. Throws Error, which names `path`.
+int open_through(const Target& target, const std::string& path);
+
 }  // namespace base

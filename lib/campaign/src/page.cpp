@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 
 #include "campaign/results.h"
@@ -38,7 +39,7 @@ std::string value_of(const Job& job, const Fact& fact) {
   if (!std::isfinite(fact.value)) return html_text(fact.text);
   const double seen = fact.value * shown(job.kind, fact).factor;
   return number(fact.name == "length" ? std::round(seen * 10.0) / 10.0
-                                      : std::stod(fmt::format("{:.4g}", seen)));
+                                      : std::strtod(fmt::format("{:.4g}", seen).c_str(), nullptr));
 }
 
 /// The facts that any job of a kind has, in the order of the first that has them.

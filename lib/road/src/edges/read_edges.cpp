@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -20,15 +21,18 @@ using Eigen::Vector3d;
 
 constexpr double kLargest_m = 1e8;
 
-/// Whether a file holds latitude and longitude.
-bool is_geographic(const std::string& path) {
+/// The positions of a file in latitude and longitude; nothing where it has x_m and y_m.
+std::optional<GuideFile> geographic(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string head(4096, '\0');
   file.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(file.gcount()));
   const std::size_t first = head.find_first_not_of("\xEF\xBB\xBF \t\r\n");
-  return first != std::string::npos &&
-         (head[first] == '<' || head[first] == '{' || head.find("lat_deg") != std::string::npos);
+  if (first == std::string::npos ||
+      (head[first] != '<' && head[first] != '{' && head.find("lat_deg") == std::string::npos))
+    return std::nullopt;
+  GuideFile found = read_guide(path);
+  return found.geographic ? std::optional(std::move(found)) : std::nullopt;
 }
 
 Edge placed(const std::string& path, const GuideFile& file, const Projection& projection,
@@ -74,20 +78,19 @@ Edge read_edge(const std::string& path) {
 }
 
 EdgePlaces read_edges(const std::string& left_path, const std::string& right_path) {
-  const bool left_is = is_geographic(left_path), right_is = is_geographic(right_path);
-  if (left_is != right_is)
+  const std::optional<GuideFile> left = geographic(left_path), right = geographic(right_path);
+  if (left.has_value() != right.has_value())
     throw Error(fmt::format(
         "{} holds latitude and longitude, {} does not; wanted both edges in the same coordinates",
-        left_is ? left_path : right_path, left_is ? right_path : left_path));
-  if (!left_is) return {read_edge(left_path), read_edge(right_path), {}};
-  const GuideFile left = read_guide(left_path), right = read_guide(right_path);
+        left ? left_path : right_path, left ? right_path : left_path));
+  if (!left) return {read_edge(left_path), read_edge(right_path), {}};
   const Projection projection =
-      projection_at(Projection::Kind::tm, left.points.front().x(), left.points.front().y());
+      projection_at(Projection::Kind::tm, left->points.front().x(), left->points.front().y());
   bool has_z = true;
-  for (const GuideFile* file : {&left, &right})
+  for (const GuideFile* file : {&*left, &*right})
     for (const Vector3d& p : file->points) has_z = has_z && std::isfinite(p.z());
-  return {placed(left_path, left, projection, has_z), placed(right_path, right, projection, has_z),
-          projection};
+  return {placed(left_path, *left, projection, has_z),
+          placed(right_path, *right, projection, has_z), projection};
 }
 
 std::pair<Edge, Edge> read_edges_of_line(const std::string& path) {

@@ -13,7 +13,7 @@ std::string wrong_with(const CommandMessage& message, const Unit& unit) {
     if (!may_be)
       return "'" + base::one_line(name.substr(0, 60)) +
              "' is no number of a parameter or input of the unit to begin with";
-    if (const std::string wrong = wrong_with(*variable, value); !wrong.empty()) return wrong;
+    if (std::string wrong = wrong_with(*variable, value); !wrong.empty()) return wrong;
   }
   if (!message.save.empty() && !unit.description().keeps_states)
     return "a state to save, which this unit cannot (its description says so)";

@@ -55,7 +55,7 @@ bool take_name(std::string_view& bytes, std::string& name, std::string& why) {
 bool take_plan(std::string_view bytes, std::vector<PlanPoint>& plan, std::string& why) {
   std::uint32_t points = 0;
   if (!take(bytes, points) || points > kMostPlanPoints ||
-      bytes.size() != points * 3 * sizeof(double)) {
+      bytes.size() != std::size_t{points} * 3 * sizeof(double)) {
     why = kNoPlan;
     return false;
   }

@@ -156,10 +156,10 @@ void bend_least(std::vector<double>& v_m, const Stations& stations, int rounds) 
 }
 
 /// Where a wheel of a car on the line may roll near a station. Beside the road it is 1.
-double least_friction(const crg::Surface& road, const RacingLine& line, std::size_t i) {
+double least_friction(const crg::Surface& road, const RacingLine& line, std::size_t i,
+                      crg::Cursor& cursor) {
   constexpr double kBeside_m = 1.0;
   double least = std::numeric_limits<double>::infinity();
-  crg::Cursor cursor;
   for (const double along : {-0.5, -0.25, 0.0, 0.25, 0.5})
     for (const double beside_m : {-kBeside_m, 0.0, kBeside_m}) {
       const double u_m = line.u_begin_m + line.u_step_m * (static_cast<double>(i) + along);
@@ -226,7 +226,8 @@ void measure_stations(const crg::Surface& road, RacingLine& line) {
     line.bank[i] = std::isfinite(left) && std::isfinite(right) ? left - right : 0.0;
   }
   line.friction.resize(n);
-  for (std::size_t i = 0; i < n; ++i) line.friction[i] = least_friction(road, line, i);
+  crg::Cursor cursor;  // one for all: at crossings it stays on its leg
+  for (std::size_t i = 0; i < n; ++i) line.friction[i] = least_friction(road, line, i, cursor);
   // A kink of the grid must not count as a crest: smooth the vertical curvature over three
   // stations.
   std::vector<double> smooth = line.vertical_curvature_1pm;
