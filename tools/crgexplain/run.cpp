@@ -9,7 +9,7 @@ int run(const RunCommand& command, Terminal& terminal) {
     terminal.print(result.findings_json);
   else
     print_result(command, result, terminal);
-  return kOk;
+  return result.findings.verdict == explain::Verdict::kNotJudged ? command::kNotValid : kOk;
 }
 
 }  // namespace crgexplain

@@ -127,9 +127,10 @@ enum class Verdict {
   kNone,       ///< nothing is missing that these recordings can show
   kExplained,  ///< what was found explains everything significant
   kTie,        ///< something is missing, and two explanations cannot be told apart
-  kUnknown     ///< something is missing that no mechanism explains
+  kUnknown,    ///< something is missing that no mechanism explains
+  kNotJudged   ///< a column is broken: what hangs on it could not be looked at
 };
-/// As in findings.json: "none", "explained", "tie", "unknown".
+/// As in findings.json: "none", "explained", "tie", "unknown", "not judged".
 const char* name_of(Verdict verdict);
 
 /// A sentence about the recordings, the car or the analysis.
@@ -162,6 +163,7 @@ struct Findings {
   double threshold = 0.0;  ///< of the first step, in standard deviations
   std::size_t laps = 0;
   bool doubtful_car = false;           ///< see doubt_the_car()
+  bool broken_columns = false;         ///< Signals::broken, of any recording
   std::vector<double> recorded_lap_s;  ///< whole laps
   double simulated_lap_before_s = 0.0,
          simulated_lap_after_s = 0.0;  ///< of the built-in driver; 0: not driven

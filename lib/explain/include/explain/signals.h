@@ -43,6 +43,12 @@ enum Channel : std::size_t {
   kChannelCount
 };
 
+/// Columns that come late together: of one device with a clock of its own.
+struct LateColumns {
+  std::vector<std::string> columns;
+  double delay_s = 0.0;  ///< negative: early
+};
+
 /// Signals every kStep_s, from a local quadratic fit, so that delays and filters commute with it.
 struct Signals {
   static constexpr double kStep_s = 0.05;
@@ -68,6 +74,8 @@ struct Signals {
   double sample_hz = 0.0;
   double length_m = 0.0;  ///< of the road; laps wrap if closed
   bool closed = false;
+  LateColumns late;     ///< what was moved in time before it was used
+  bool broken = false;  ///< a column was left out that the mapping or the log has to be mended for
   std::vector<std::string> remarks;
 };
 

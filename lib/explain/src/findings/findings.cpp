@@ -169,6 +169,8 @@ const char* name_of(Verdict verdict) {
       return "explained";
     case Verdict::kTie:
       return "tie";
+    case Verdict::kNotJudged:
+      return "not judged";
     case Verdict::kUnknown:
       break;
   }

@@ -12,6 +12,7 @@ bool has_equal(const Finding& f) {
 }  // namespace
 
 Verdict judge(const Findings& f) {
+  if (f.broken_columns) return Verdict::kNotJudged;
   if (f.doubtful_car) return Verdict::kUnknown;
   if (std::any_of(f.findings.begin(), f.findings.end(), has_equal)) return Verdict::kTie;
   if (!f.unexplained.empty()) return Verdict::kUnknown;

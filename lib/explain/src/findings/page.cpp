@@ -62,6 +62,10 @@ std::pair<const char*, const char*> meaning_of(const Findings& f) {
     case Verdict::kTie:
       return {"warn",
               "Something is missing, but these recordings cannot tell two explanations apart."};
+    case Verdict::kNotJudged:
+      return {"warn",
+              "Columns are broken and were left out, so that what hangs on them was not looked at. "
+              "Mend them as said below, and run this again."};
     case Verdict::kUnknown:
       break;
   }

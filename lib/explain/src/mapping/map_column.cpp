@@ -16,16 +16,6 @@ namespace {
 
 using recording::Table;
 
-double share_repeated(const std::vector<double>& values) {
-  std::size_t same = 0, seen = 0;
-  for (std::size_t i = 1; i < values.size(); ++i) {
-    if (std::isnan(values[i]) || std::isnan(values[i - 1])) continue;
-    ++seen;
-    same += values[i] == values[i - 1] ? 1 : 0;
-  }
-  return seen == 0 ? 0.0 : static_cast<double>(same) / static_cast<double>(seen);
-}
-
 double largest(const std::vector<double>& values) {
   double most = 0.0;
   for (const double x : values)
@@ -126,7 +116,7 @@ void put_scale(const std::vector<double>& values, const std::string& quantity,
 }
 
 void put_held(const std::vector<double>& values, ColumnMapping& m, Mapping& mapping) {
-  const double repeated = share_repeated(values);
+  const double repeated = share_held(values);
   const bool position = m.channel == "x_m" || m.channel == "y_m" || m.channel == "latitude_rad" ||
                         m.channel == "longitude_rad" || m.channel == "yaw_rad" ||
                         m.channel == "vx_mps" || m.channel == "yaw_rate_radps" ||
@@ -140,6 +130,22 @@ void put_held(const std::vector<double>& values, ColumnMapping& m, Mapping& mapp
 }
 
 }  // namespace
+
+double share_held(const std::vector<double>& values) {
+  std::size_t same = 0, seen = 0, run = 0, longest = 0;
+  double last = std::numeric_limits<double>::quiet_NaN();
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    ++seen;
+    run = value == last ? run + 1 : 0;
+    same += value == last ? 1 : 0;
+    longest = std::max(longest, run);
+    last = value;
+  }
+  return seen <= longest + 20
+             ? 0.0
+             : static_cast<double>(same - longest) / static_cast<double>(seen - longest);
+}
 
 const std::vector<std::string>& analysed_channels() {
   static const std::vector<std::string> names = [] {

@@ -76,19 +76,12 @@ Mapping identity_mapping(const Table& table) {
       // Samples of motion that repeat the one before exactly are no measurements.
       const bool motion = name.ends_with("mps") || name.ends_with("radps") ||
                           name.ends_with("mps2");  // a place may stay on a straight along an axis
-      std::size_t repeats = 0, finite = 0;
-      double last = std::nan("");
-      for (const double value : *table.find(name)) {
-        if (!std::isfinite(value)) continue;
-        repeats += value == last ? 1 : 0;
-        ++finite;
-        last = value;
-      }
-      if (motion && repeats * 10 > finite * 3 && repeats + 20 < finite) {
+      const double repeats = share_held(*table.find(name));
+      if (motion && repeats > 0.3) {
         mapping.columns.back().held = true;
         mapping.notes.push_back(
             fmt::format("'{}': {:.0f} % of the samples repeat the one before: taken for missing",
-                        name, 100.0 * static_cast<double>(repeats) / static_cast<double>(finite)));
+                        name, 100.0 * repeats));
       }
     }
   return mapping;

@@ -51,7 +51,7 @@ void timing(const Listing& l, Channel c, double least_s) {
     u.separating = separating;
     u.in_time = true;
   };
-  late(of_channel(l, c, "sensor.delay", {"delay", "s", 0.02, least_s, true},
+  late(of_channel(l, c, kSensorDelay, {"delay", "s", 0.02, least_s, true},
                   "logged(t) = true(t - delay)",
                   [c](Setting& s, double v) { s.sensor[c].delay_s += v; }));
   late(of_channel(l, c, "sensor.low_pass", {"time constant", "s", 0.05, least_s, true},
@@ -97,7 +97,7 @@ void list_driver(const Listing& l) {
   if (l.lateral && !commanded(l.logs, kSteer))
     all_errors(l, kSteer, "rad", 0.002, {.bias = 0.002, .gain = 0.06, .time_s = 0.05});
   if (l.brake && l.engine && !commanded(l.logs, kBrakeFront))
-    candidate(l, "sensor.delay", {"delay", "s", 0.02, 0.01, true},
+    candidate(l, kSensorDelay, {"delay", "s", 0.02, 0.01, true},
               {"the brake pressure is logged late", "logged(t) = true(t - delay)", ""},
               [](Setting& s, double v) {
                 // All pressures have one clock.
@@ -199,7 +199,7 @@ void write_lever_arm(MappingChanges& out, const Finding& f) {
 std::vector<Mechanism> mechanisms() {
   return {{.id = "sensor.bias", .list = list, .write_mapping = write_bias},
           {.id = kSensorGain, .most = 0.5, .write_mapping = write_gain},
-          {.id = "sensor.delay", .most = 1.0, .write_mapping = write_delay},
+          {.id = kSensorDelay, .most = 1.0, .write_mapping = write_delay},
           {.id = "sensor.low_pass", .most = 5.0, .write_mapping = write_low_pass},
           {.id = "sensor.misalignment", .most = 0.3, .write_mapping = write_misalignment},
           {.id = "sensor.lever_arm", .most = 4.0, .write_mapping = write_lever_arm},

@@ -40,7 +40,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Remark, text, about)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Findings, verdict, mismatches, parameters, findings, untestable,
                                    unexplained, evidence, traces, driven, held_out, remarks,
                                    null_false_alarm, null_replicates, threshold, laps, doubtful_car,
-                                   recorded_lap_s, simulated_lap_before_s, simulated_lap_after_s)
+                                   broken_columns, recorded_lap_s, simulated_lap_before_s, simulated_lap_after_s)
 
 namespace {
 

@@ -77,8 +77,10 @@ Analysis::Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car
 Findings Analysis::begin() const {
   Findings out;
   out.laps = static_cast<std::size_t>(rows_.laps);
-  for (const Signals& s : logs_)
+  for (const Signals& s : logs_) {
     out.remarks.insert(out.remarks.end(), s.remarks.begin(), s.remarks.end());
+    out.broken_columns = out.broken_columns || s.broken;
+  }
   out.remarks.insert(out.remarks.end(), remarks_.begin(), remarks_.end());
   return out;
 }

@@ -1,6 +1,7 @@
 #include "explain/explain.h"
 
 #include "analysis.h"
+#include "explain/columns.h"
 #include "explain/discs.h"
 #include "explain/gyro_or_banking.h"
 #include "explain/judge.h"
@@ -21,6 +22,8 @@ Findings explain(const Comparison& c, const ExplainOptions& options) {
   add_discs(out, c.recordings, c.mapping, c.car);
   doubt_the_car(out);
   tie_gain_with_banking(c.logs.front(), out);
+  name_late_columns(c.logs.front(), out);
+  hold_back_beside_broken_columns(out);
   out.verdict = judge(out);
   return out;
 }

@@ -6,46 +6,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "changes_in_time.h"
 #include "not_known.h"
+#include "path_says.h"
+#include "vehicle/error.h"
 
 namespace explain {
 namespace {
-
-/// The larger half of the steps over which the course of the path is taken: positions jitter by
-/// centimetres and decimetres, and the course between two that are close jitters with them.
-constexpr std::size_t kChord = 8;
-
-struct Match {
-  double correlation = 0.0, slope = 0.0, lag_s = 0.0;
-  bool known = false;  ///< enough was going on to say
-};
-
-/// How `x` follows `reference`, at the shift within 3 s at which it does so best.
-Match match(const std::vector<double>& x, const std::vector<double>& reference,
-            double least_swing) {
-  Match best;
-  constexpr int kMost = 60;
-  for (int lag = -kMost; lag <= kMost; ++lag) {
-    double n = 0, sx = 0, sr = 0, xx = 0, rr = 0, xr = 0;
-    for (std::size_t i = kMost; i + kMost < reference.size(); i += 2) {
-      const double r = reference[i],
-                   v = x[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + lag)];
-      if (!std::isfinite(r) || !std::isfinite(v)) continue;
-      n += 1, sx += v, sr += r, xx += v * v, rr += r * r, xr += v * r;
-    }
-    if (n < 100) continue;
-    const double vx = xx / n - sx * sx / n / n, vr = rr / n - sr * sr / n / n,
-                 c = xr / n - sx * sr / n / n;
-    if (!(vr > least_swing * least_swing) || !(vx > 0)) continue;
-    const double correlation = c / std::sqrt(vx * vr);
-    // A clock is only doubted for a clear gain over none.
-    const double worth = std::abs(correlation) - 0.0002 * std::abs(lag);
-    if (!best.known ||
-        worth > std::abs(best.correlation) - 0.0002 * std::abs(best.lag_s / Signals::kStep_s))
-      best = {correlation, c / vr, lag * Signals::kStep_s, true};
-  }
-  return best;
-}
 
 /// How much of `slip` a lateral speed holds beside whatever a lever arm adds to it by turning.
 double share_of_slip(const std::vector<double>& vy, const std::vector<double>& slip,
@@ -57,37 +24,6 @@ double share_of_slip(const std::vector<double>& vy, const std::vector<double>& s
     vs += vy[i] * slip[i], vt += vy[i] * turn[i];
   }
   return vs * tt - vt * st;  // over a determinant that is positive
-}
-
-/// What a path says that the channels of its log should show.
-struct Expected {
-  std::vector<double> turn, along, across, curvature, slowing, slip;
-};
-
-Expected expected_of(const Signals& s) {
-  Expected p;
-  for (auto* v : {&p.turn, &p.along, &p.across, &p.curvature, &p.slowing, &p.slip})
-    v->assign(s.n, kNaN);
-  for (std::size_t i = kChord; i + kChord < s.n; ++i) {
-    const double speed = std::hypot(s.dx[kX][i], s.dx[kY][i]);
-    if (!(speed > 6)) continue;
-    // Between the chords before and behind.
-    const double before =
-                     std::atan2(s.x[kY][i] - s.x[kY][i - kChord], s.x[kX][i] - s.x[kX][i - kChord]),
-                 after =
-                     std::atan2(s.x[kY][i + kChord] - s.x[kY][i], s.x[kX][i + kChord] - s.x[kX][i]);
-    p.turn[i] = std::remainder(after - before, 2 * std::numbers::pi) /
-                (static_cast<double>(kChord) * Signals::kStep_s);
-    p.along[i] = s.dx[kVx][i];
-    p.slowing[i] = -p.along[i];
-    p.across[i] = p.turn[i] * speed;
-    p.curvature[i] = 3.0 * p.turn[i] / speed;  // of a car with a wheelbase of 3 m
-    if (s.present[kYaw])
-      p.slip[i] =
-          s.x[kVx][i] * std::sin(std::remainder(std::atan2(s.dx[kY][i], s.dx[kX][i]) - s.x[kYaw][i],
-                                                2 * std::numbers::pi));
-  }
-  return p;
 }
 
 std::string unit_of(double slope) {
@@ -120,6 +56,7 @@ struct Channels {
   void leave_out(Channel c, const std::string& why) {
     for (const Channel force : {kYawRate, kVy, kSteer, kThrottle, kBrakeFront, kBrakeRear})
       forces = forces && c != force;
+    s.broken = true;
     s.remarks.push_back(
         fmt::format("{}: '{}' {}: not used; correct it in the mapping", s.name, s.column[c], why));
     s.present[c] = false;
@@ -141,16 +78,21 @@ struct Channels {
                                       m.lag_s > 0 ? "late" : "early"));
     if (m.slope < 0)
       return leave_out(c, fmt::format("has the other sign than {} of the path", path.what));
+    if (const auto change = slope_changes(values, path.values, path.swing, m.lag_s))
+      return leave_out(c, fmt::format("is {:.2f} times what {} of the path asks for until about "
+                                      "{:.0f} s, and {:.2f} times after it",
+                                      change->before, path.what, change->time_s, change->after));
     if (m.slope < path.low || m.slope > path.high) return leave_out(c, unit_of(m.slope));
   }
 };
 
 /// Swapped axes first: each then follows the other's reference.
-void check_swapped(Channels& channels, const Expected& path) {
+void check_swapped(Channels& channels, const PathSays& path) {
   Signals& s = channels.s;
   if (s.present[kAx] && s.present[kAy]) {
-    const Match xx = match(s.x[kAx], path.along, 0.5), xy = match(s.x[kAx], path.across, 0.5),
-                yx = match(s.x[kAy], path.along, 0.5);
+    const Match xx = match(s.x[kAx], path.along_mps2, 0.5),
+                xy = match(s.x[kAx], path.across_mps2, 0.5),
+                yx = match(s.x[kAy], path.along_mps2, 0.5);
     if (xx.known && xy.known && std::abs(xx.correlation) < 0.5 && std::abs(xy.correlation) > 0.8 &&
         std::abs(yx.correlation) > 0.8) {
       channels.leave_out(
@@ -162,25 +104,29 @@ void check_swapped(Channels& channels, const Expected& path) {
     }
   }
   if (s.present[kThrottle] && s.present[kBrakeFront]) {
-    const Match t = match(s.x[kThrottle], path.along, 0.3),
-                b = match(s.x[kBrakeFront], path.slowing, 0.3);
+    const Match t = match(s.x[kThrottle], path.along_mps2, 0.3),
+                b = match(s.x[kBrakeFront], path.slowing_mps2, 0.3);
     if (t.known && b.known && t.correlation < -0.4 && b.correlation < -0.2) {
       channels.leave_out(kThrottle,
                          fmt::format("slows the car down, and '{}' speeds it up: they are swapped",
                                      s.column[kBrakeFront]));
       channels.leave_out(kBrakeFront, "is swapped with the throttle");
       s.present[kBrakeRear] = false;
+    } else if (t.known && t.correlation < -0.4) {
+      channels.leave_out(kThrottle,
+                         "is largest where the car slows down: 1 is closed there; give it scale -1 "
+                         "and offset 1");
     }
   }
 }
 
-void check_yaw(Channels& channels, const Expected& path) {
+void check_yaw(Channels& channels, const PathSays& path) {
   Signals& s = channels.s;
   if (!s.present[kYaw]) return;
-  channels.check(kYaw, s.dx[kYaw], {path.turn, 0.02, "the turning", 0.67, 1.5, 0.7});
+  channels.check(kYaw, s.dx[kYaw], {path.turn_radps, 0.02, "the turning", 0.67, 1.5, 0.7});
   double sum_c = 0, sum_s = 0;
   for (std::size_t i = 0; i < s.n; ++i)
-    if (std::isfinite(path.turn[i]) && s.present[kYaw] && std::isfinite(s.x[kYaw][i])) {
+    if (std::isfinite(path.turn_radps[i]) && s.present[kYaw] && std::isfinite(s.x[kYaw][i])) {
       const double d = std::atan2(s.dx[kY][i], s.dx[kX][i]) - s.x[kYaw][i];
       sum_c += std::cos(d), sum_s += std::sin(d);
     }
@@ -190,24 +136,38 @@ void check_yaw(Channels& channels, const Expected& path) {
         kYaw, fmt::format("has another zero: {:.3f} rad from the course on average", offset));
 }
 
-void check_motion(Channels& channels, const Expected& path) {
+/// Heading comes back to what it was: what a gyro's zero moves by shows against it.
+void check_drift(Channels& channels) {
   Signals& s = channels.s;
-  channels.check(kYawRate, s.x[kYawRate], {path.turn, 0.02, "the turning", 0.67, 1.5, 0.7});
+  if (!s.present[kYawRate] || !s.present[kYaw]) return;
+  constexpr double kCounts_radps = 0.003;
+  const auto drift = drifts(s.x[kYawRate], s.dx[kYaw]);
+  if (drift && std::abs(drift->after - drift->before) > kCounts_radps)
+    channels.leave_out(kYawRate, fmt::format("has a zero that drifts from {:.4f} to {:.4f} rad/s "
+                                             "against the heading",
+                                             drift->before, drift->after));
+}
+
+void check_motion(Channels& channels, const PathSays& path) {
+  Signals& s = channels.s;
+  channels.check(kYawRate, s.x[kYawRate], {path.turn_radps, 0.02, "the turning", 0.67, 1.5, 0.7});
   check_yaw(channels, path);
-  const Match flattened = match(s.x[kAx], path.along, 0.5);
+  check_drift(channels);
+  const Match flattened = match(s.x[kAx], path.along_mps2, 0.5);
   // The flattening of a slow filter is no unit either; only a sign or a g is.
   if (flattened.correlation < 0 || std::abs(flattened.correlation) > 0.9)
-    channels.check(kAx, s.x[kAx], {path.along, 0.5, "the acceleration along", 0.5, 1.6, 0.3});
-  channels.check(kAy, s.x[kAy], {path.across, 0.5, "the acceleration across", 0.67, 1.5, 0.7});
+    channels.check(kAx, s.x[kAx], {path.along_mps2, 0.5, "the acceleration along", 0.5, 1.6, 0.3});
+  channels.check(kAy, s.x[kAy], {path.across_mps2, 0.5, "the acceleration across", 0.67, 1.5, 0.7});
   if (s.present[kVy] && s.present[kYaw]) {
-    const Match m = match(s.x[kVy], path.slip, 0.1);
+    const Match m = match(s.x[kVy], path.slip_mps, 0.1);
     // Far ahead of the centre of mass turning outweighs the slip; that is a place, no sign.
-    if (m.known && m.correlation < -0.3 && share_of_slip(s.x[kVy], path.slip, path.turn) < 0)
+    if (m.known && m.correlation < -0.3 &&
+        share_of_slip(s.x[kVy], path.slip_mps, path.turn_radps) < 0)
       channels.leave_out(kVy, "has the other sign than the path against the heading");
   }
 }
 
-void check_controls(Channels& channels, const Expected& path) {
+void check_controls(Channels& channels, const PathSays& path) {
   Signals& s = channels.s;
   if (!s.commanded[kSteer])
     channels.check(kSteer, s.x[kSteer], {path.curvature, 0.005, "the curvature", 0.2, 5.0, 0.5});
@@ -224,13 +184,13 @@ void check_controls(Channels& channels, const Expected& path) {
                                      largest(s.x[c])));
 }
 
-void check_wheels(Channels& channels, const Expected& path) {
+void check_wheels(Channels& channels, const PathSays& path) {
   Signals& s = channels.s;
   for (const Channel c : {kWheelFront, kWheelRear}) {
     if (!s.present[c]) continue;
     double vv = 0, vw = 0;
     for (std::size_t i = 0; i < s.n; ++i)
-      if (std::isfinite(s.x[c][i]) && std::isfinite(path.along[i]))
+      if (std::isfinite(s.x[c][i]) && std::isfinite(path.along_mps2[i]))
         vv += s.x[kVx][i] * s.x[kVx][i], vw += s.x[kVx][i] * s.x[c][i];
     // A wheel of 0.2 to 0.5 m, or metres per second.
     const double ratio = vv > 0 ? vw / vv : 0.0;
@@ -238,6 +198,43 @@ void check_wheels(Channels& channels, const Expected& path) {
       channels.leave_out(
           c, fmt::format("is {:.3g} times the speed: another unit, or no wheel speed", ratio));
   }
+}
+
+/// What a column lacks while the car is on the road.
+void remark_missing(Signals& s) {
+  for (std::size_t c = 0; c < kChannelCount; ++c) {
+    if (!s.present[c] || c == kX || c == kY) continue;
+    std::size_t missing = 0, first = s.n;
+    for (std::size_t i = 0; i < s.n; ++i)
+      if (std::isfinite(s.x[kX][i]) && !std::isfinite(s.x[c][i]))
+        ++missing, first = std::min(first, i);
+    if (static_cast<double>(missing) * Signals::kStep_s > 2.0)
+      s.remarks.push_back(
+          fmt::format("{}: '{}' has nothing for {:.1f} s in all, first at {:.1f} s: "
+                      "what needs it is not looked at there",
+                      s.name, s.column[c], static_cast<double>(missing) * Signals::kStep_s,
+                      static_cast<double>(first) * Signals::kStep_s));
+  }
+}
+
+/// Speed against path and gyro against heading are off alike where the clock itself is.
+void refuse_another_clock(const Signals& s, const PathSays& path) {
+  if (!s.present[kYawRate] || !s.present[kYaw]) return;
+  const Match turn = match(s.dx[kYaw], s.x[kYawRate], 0.02);
+  double vv = 0, vp = 0;
+  for (std::size_t i = 0; i < s.n; ++i) {
+    const double along = std::hypot(s.dx[kX][i], s.dx[kY][i]), v = s.x[kVx][i];
+    if (std::isfinite(path.turn_radps[i]) && std::isfinite(v)) vv += v * v, vp += v * along;
+  }
+  const double speed = vv > 0 ? vp / vv : 1.0;
+  if (turn.known && turn.correlation > 0.98 && std::abs(speed - 1) > 0.007 &&
+      std::abs(turn.slope / speed - 1) < 0.004)
+    throw vehicle::Error(fmt::format(
+        "{}: the path is {:.3f} times as fast as '{}', and the heading turns {:.3f} times as fast "
+        "as "
+        "'{}': the clock runs {} by {:.1f} %; give time_s the scale {:.4f} in the mapping",
+        s.name, speed, s.column[kVx], turn.slope, s.column[kYawRate], speed < 1 ? "fast" : "slow",
+        100 * std::abs(1 / speed - 1), speed));
 }
 
 void remark_laps_and_gaps(Signals& s) {
@@ -259,7 +256,8 @@ void remark_laps_and_gaps(Signals& s) {
 }  // namespace
 
 void leave_out_implausible(Signals& s) {
-  const Expected path = expected_of(s);
+  const PathSays path = path_says(s);
+  refuse_another_clock(s, path);
   Channels channels{s};
   check_swapped(channels, path);
   check_motion(channels, path);
@@ -274,6 +272,7 @@ void leave_out_implausible(Signals& s) {
   if (!s.present[kWheelRear]) s.present[kWheelRearDifference] = false;
   if (!s.present[kBrakeFront]) s.present[kBrakeFrontApart] = false;
   if (!s.present[kBrakeRear]) s.present[kBrakeRearApart] = false;
+  remark_missing(s);
   remark_laps_and_gaps(s);
 }
 

@@ -85,6 +85,37 @@ Samples samples_of(const recording::Table& table, const Mapping& mapping,
   return out;
 }
 
+std::vector<double> take_out_spikes(Samples& s) {
+  constexpr std::size_t kHalf = 2;
+  std::vector<double> times;
+  constexpr double kSlowest_hz = 20.0;  // below it a sample is as long as what a car does
+  if (s.x.size() < 100 ||
+      static_cast<double>(s.t.size()) < kSlowest_hz * (s.t.back() - s.t.front()))
+    return times;
+  std::vector<double> apart(s.x.size(), 0.0);
+  for (std::size_t i = kHalf; i + kHalf < s.x.size(); ++i) {
+    std::array<double, 2 * kHalf + 1> near{};
+    std::copy_n(s.x.begin() + static_cast<std::ptrdiff_t>(i - kHalf), near.size(), near.begin());
+    std::nth_element(near.begin(), near.begin() + kHalf, near.end());
+    apart[i] = std::abs(s.x[i] - near[kHalf]);
+  }
+  const auto part = [](std::vector<double> of, double share) {
+    const auto at =
+        of.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(of.size() - 1));
+    std::nth_element(of.begin(), at, of.end());
+    return *at;
+  };
+  const double limit = std::max(20 * part(apart, 0.7), 0.3 * (part(s.x, 0.99) - part(s.x, 0.01)));
+  Samples kept{{}, {}, s.column};
+  for (std::size_t i = 0; i < s.x.size(); ++i)
+    if (limit > 0 && apart[i] > limit)
+      times.push_back(s.t[i]);
+    else
+      kept.t.push_back(s.t[i]), kept.x.push_back(s.x[i]);
+  if (!times.empty()) s = std::move(kept);
+  return times;
+}
+
 double rate_at(const std::vector<double>& x, std::size_t i) {
   if (i < 2 || i + 2 >= x.size()) return kNaN;
   return (8 * (x[i + 1] - x[i - 1]) - (x[i + 2] - x[i - 2])) / (12 * Signals::kStep_s);

@@ -20,6 +20,11 @@ struct Samples {
 Samples samples_of(const recording::Table& table, const Mapping& mapping,
                    const std::string& channel, const std::vector<double>& time_s);
 
+/// Single samples and pairs that leap from their neighbours by over 0.3 of the channel's range and
+/// 20 times what samples usually differ from them by: taken out. Returns their times. Nothing below
+/// 20 samples a second.
+std::vector<double> take_out_spikes(Samples& samples);
+
 /// Its rate of change at step i, from two steps to both sides; NaN without them.
 double rate_at(const std::vector<double>& x, std::size_t i);
 

@@ -1,16 +1,21 @@
 #include "explain/signals.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
+#include "late_together.h"
 #include "not_known.h"
 #include "place_on_road.h"
 #include "plausible.h"
+#include "sides.h"
 #include "signal_samples.h"
+#include "still.h"
 #include "vehicle/error.h"
 
 namespace explain {
@@ -86,6 +91,18 @@ class SmoothedChannels {
     return samples_of(table_, mapping_, channel, clock_.time_s);
   }
 
+  /// Of what no car does within a sample: how it moves, steers and turns its wheels. Forces leap
+  /// where a gear is changed.
+  Samples read_smooth(const std::string& channel) const {
+    Samples out = read(channel);
+    const std::vector<double> spikes = take_out_spikes(out);
+    if (!spikes.empty())
+      signals_.remarks.push_back(fmt::format(
+          "{}: '{}': {} samples leap from their neighbours, first at {:.2f} s: not used",
+          signals_.name, out.column, spikes.size(), spikes.front()));
+    return out;
+  }
+
   /// False where the log has nothing that can be used.
   bool put(Channel c, const Samples& samples) {
     if (samples.t.size() < 20) return false;
@@ -111,11 +128,15 @@ class SmoothedChannels {
   /// The mean of left and right, or as `sign_second` and `factor` say.
   bool put_mean(Channel c, const std::vector<std::string>& names, double sign_second = 1.0,
                 double factor = 0.5) {
-    Samples a = read(names[0]), b = read(names[1]);
+    const bool wheels = c == kWheelFront || c == kWheelRear;
+    Samples a = wheels ? read_smooth(names[0]) : read(names[0]),
+            b = wheels ? read_smooth(names[1]) : read(names[1]);
     if (a.t.size() < 20 || b.t.size() < 20) return false;
     put(c, a);
     std::vector<double> x, dx;
     smooth(b, 0.0, signals_.n, half_s_, x, dx);
+    if (c == kWheelFront || c == kWheelRear || c == kLoadFront || c == kLoadRear)
+      sides_[c] = {signals_.x[c], x};
     for (std::size_t i = 0; i < signals_.n; ++i) {
       signals_.x[c][i] = factor * (signals_.x[c][i] + sign_second * x[i]);
       signals_.dx[c][i] = factor * (signals_.dx[c][i] + sign_second * dx[i]);
@@ -124,8 +145,10 @@ class SmoothedChannels {
     return true;
   }
 
+  const Sides& sides() const { return sides_; }
+
   void put_measured_or_command(Channel c, const char* measured, const char* command) {
-    if (put(c, read(measured))) {
+    if (put(c, c == kSteer ? read_smooth(measured) : read(measured))) {
       if (c == kSteer) put(kSteerCommand, read(command));
       if (c == kThrottle) put(kThrottleCommand, read(command));
       if (c == kBrakeFront) put(kBrakeCommand, read(command));
@@ -140,6 +163,7 @@ class SmoothedChannels {
   const Mapping& mapping_;
   const Clock& clock_;
   double half_s_ = 0.0;
+  Sides sides_;
 };
 
 void put_motion(Signals& s, SmoothedChannels& channels) {
@@ -153,7 +177,8 @@ void put_motion(Signals& s, SmoothedChannels& channels) {
                                    {kAz, "az_mps2"},
                                    {kEngine, "engine_radps"},
                                    {kFuel, "fuel_kg"}})
-    channels.put(c, channels.read(channel));
+    channels.put(c, c == kVx || c == kVy || c == kYawRate ? channels.read_smooth(channel)
+                                                          : channels.read(channel));
   for (const Channel c : {kX, kY, kVx})
     if (!s.present[c])
       throw Error(fmt::format("{}: no {}; position and speed are the least the analysis needs",
@@ -242,7 +267,12 @@ void leave_out_constant(Signals& s) {
     for (const double x : s.x[c])
       if (std::isfinite(x)) low = std::min(low, x), high = std::max(high, x);
     if (c != kGear && c != kFuel && !(high - low > 1e-9)) {
-      s.remarks.push_back(fmt::format("{}: '{}' is constant: not used", s.name, s.column[c]));
+      // A dead sensor says of the car what is not so; pedals and gears may stay where they are.
+      const bool dead = c == kYawRate || c == kAx || c == kAy || c == kSteer || c == kWheelFront ||
+                        c == kWheelRear;
+      s.remarks.push_back(fmt::format("{}: '{}' is constant: not used{}", s.name, s.column[c],
+                                      dead ? "; take it out of the mapping" : ""));
+      s.broken = s.broken || dead;
       s.present[c] = false;
     }
   }
@@ -279,15 +309,13 @@ void turn_by_the_path(Signals& s) {
   s.remarks.push_back(s.name + ": neither yaw rate nor heading: the car turns as its path does");
 }
 
-}  // namespace
-
-Signals make_signals(const recording::Table& table, const Mapping& mapping,
-                     const crg::Surface& surface, const std::string& name) {
+/// All channels on one clock, without those that hold nothing.
+Signals put_together(const recording::Table& table, const Mapping& mapping, const Clock& clock,
+                     const std::string& name, Sides& sides) {
   Signals s;
   s.name = name;
   s.imu_yaw_rad = mapping.imu_yaw_rad;
   s.imu_ahead_m = mapping.imu_ahead_m;
-  const Clock clock = clock_of(table, mapping, name);
   s.sample_hz = static_cast<double>(clock.time_s.size() - 1) / clock.duration_s;
   if (s.sample_hz < 5)
     throw Error(
@@ -300,8 +328,41 @@ Signals make_signals(const recording::Table& table, const Mapping& mapping,
   put_gear(s, channels.read("gear"));
   leave_out_constant(s);
   refuse_another_unit(s);
+  leave_out_still(s);
+  leave_out_leaps(s);
+  sides = channels.sides();
+  return s;
+}
+
+/// The same with the columns of a device whose clock is behind moved to where they belong.
+Signals put_in_time(const recording::Table& table, const Mapping& mapping, const Clock& clock,
+                    const std::string& name, Sides& sides) {
+  Signals s = put_together(table, mapping, clock, name, sides);
+  const std::optional<LateColumns> late = late_together(s);
+  if (!late) return s;
+  Mapping in_time = mapping;
+  for (ColumnMapping& m : in_time.columns)
+    if (std::find(late->columns.begin(), late->columns.end(), m.column) != late->columns.end())
+      m.delay_s += late->delay_s;
+  s = put_together(table, in_time, clock, name, sides);
+  s.late = *late;
+  s.remarks.push_back(fmt::format(
+      "{}: '{}' come {:.3f} s {} all together, against what the other columns say of the path: "
+      "moved to where they belong",
+      name, fmt::join(late->columns, "', '"), std::abs(late->delay_s),
+      late->delay_s > 0 ? "late" : "early"));
+  return s;
+}
+
+}  // namespace
+
+Signals make_signals(const recording::Table& table, const Mapping& mapping,
+                     const crg::Surface& surface, const std::string& name) {
+  Sides sides;
+  Signals s = put_in_time(table, mapping, clock_of(table, mapping, name), name, sides);
   place_on_road(s, surface);
   leave_out_implausible(s);
+  leave_out_exchanged(s, sides);
   turn_by_the_path(s);
   return s;
 }

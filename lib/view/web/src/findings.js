@@ -9,6 +9,7 @@ const verdicts = {
   none: ['usable', 'Nothing is missing', 'The simulation explains the recordings.'],
   explained: ['usable', 'Explained', 'What was missing is named below; it holds on laps that were not used to find it.'],
   tie: ['usable_with_remarks', 'A tie', 'Several explanations fit as well as one another; the recordings cannot tell them apart.'],
+  'not judged': ['usable_with_remarks', 'Not judged', 'A column is broken and was left out; what hangs on it was not looked at. Mend it, and run again.'],
   unknown: ['not_usable', 'Something unknown', 'There is a mismatch that none of the known mechanisms explains.'],
 };
 const list = (value) => (Array.isArray(value) ? value : []);

@@ -1,0 +1,98 @@
+#include "changes_in_time.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "explain/signals.h"
+
+namespace explain {
+namespace {
+
+constexpr std::size_t kWindow = static_cast<std::size_t>(10.0 / Signals::kStep_s);
+
+double median(std::vector<double> x) {
+  std::nth_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2), x.end());
+  return x[x.size() / 2];
+}
+
+double farthest(const std::vector<double>& x, double from) {
+  double most = 0;
+  for (const double v : x) most = std::max(most, std::abs(v - from));
+  return most;
+}
+
+/// One window: where it begins and what was measured in it.
+struct Window {
+  std::size_t begin;
+  double value;
+};
+
+std::vector<Window> slopes(const std::vector<double>& x, const std::vector<double>& reference,
+                           double least_swing, double lag_s) {
+  const auto lag = static_cast<std::ptrdiff_t>(std::lround(lag_s / Signals::kStep_s));
+  std::vector<Window> out;
+  for (std::size_t begin = 0; begin + kWindow <= reference.size(); begin += kWindow) {
+    double n = 0, sx = 0, sr = 0, xx = 0, rr = 0, xr = 0;
+    for (std::size_t i = begin; i < begin + kWindow; ++i) {
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i) + lag;
+      if (at < 0 || at >= static_cast<std::ptrdiff_t>(x.size())) continue;
+      const double v = x[static_cast<std::size_t>(at)], r = reference[i];
+      if (!std::isfinite(v) || !std::isfinite(r)) continue;
+      n += 1, sx += v, sr += r, xx += v * v, rr += r * r, xr += v * r;
+    }
+    if (n < kWindow / 2) continue;
+    const double vx = xx / n - sx * sx / n / n, vr = rr / n - sr * sr / n / n,
+                 c = xr / n - sx * sr / n / n;
+    if (vr > least_swing * least_swing && c > 0.9 * std::sqrt(vx * vr))
+      out.push_back({begin, c / vr});
+  }
+  return out;
+}
+
+}  // namespace
+
+std::optional<Change> slope_changes(const std::vector<double>& x,
+                                    const std::vector<double>& reference, double least_swing,
+                                    double lag_s) {
+  constexpr std::size_t kEachSide = 2;
+  const std::vector<Window> windows = slopes(x, reference, least_swing, lag_s);
+  std::optional<Change> best;
+  double least = HUGE_VAL;
+  for (std::size_t k = kEachSide; k + kEachSide <= windows.size(); ++k) {
+    std::vector<double> before, after;
+    for (std::size_t j = 0; j < windows.size(); ++j)
+      (j < k ? before : after).push_back(windows[j].value);
+    const double a = median(before), b = median(after);
+    const double scatter = std::max(farthest(before, a), farthest(after, b));
+    if (std::max(a, b) < 1.33 * std::min(a, b) || scatter > 0.5 * std::abs(b - a)) continue;
+    if (scatter < least)
+      least = scatter,
+      best = Change{static_cast<double>(windows[k].begin) * Signals::kStep_s, a, b};
+  }
+  return best;
+}
+
+std::optional<Change> drifts(const std::vector<double>& x, const std::vector<double>& reference) {
+  std::vector<Window> means;
+  for (std::size_t begin = 0; begin + kWindow <= x.size(); begin += kWindow) {
+    double n = 0, sum = 0;
+    for (std::size_t i = begin; i < begin + kWindow; ++i)
+      if (std::isfinite(x[i] - reference[i])) n += 1, sum += x[i] - reference[i];
+    if (n > kWindow / 2) means.push_back({begin, sum / n});
+  }
+  const double n = static_cast<double>(means.size());
+  if (n < 6) return std::nullopt;
+  double st = 0, sd = 0, tt = 0, td = 0, dd = 0;
+  for (const Window& w : means) {
+    const double t = static_cast<double>(w.begin) * Signals::kStep_s, d = w.value;
+    st += t, sd += d, tt += t * t, td += t * d, dd += d * d;
+  }
+  const double vt = tt - st * st / n, slope = (td - st * sd / n) / vt,
+               left = std::max(0.0, dd - sd * sd / n - slope * slope * vt);
+  if (!(std::abs(slope) > 10 * std::sqrt(left / (n - 2) / vt))) return std::nullopt;
+  const double at_begin = (sd - slope * st) / n,
+               end_s = static_cast<double>(x.size() - 1) * Signals::kStep_s;
+  return Change{end_s, at_begin, at_begin + slope * end_s};
+}
+
+}  // namespace explain

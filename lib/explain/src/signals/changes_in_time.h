@@ -1,0 +1,26 @@
+// Columns that are right for part of a drive.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+namespace explain {
+
+/// A value that is one before a time and another one after it.
+struct Change {
+  double time_s = 0.0, before = 0.0, after = 0.0;
+};
+
+/// Where the slope of `x` on `reference` (both per step; NaN is left out) becomes at least a third
+/// larger or a quarter smaller and stays so: by windows of 10 s in which the reference swings by
+/// `least_swing` and x follows it, at least two on either side. None where the slopes of one side
+/// differ among themselves by over half of the change. `lag_s`: how late x is.
+std::optional<Change> slope_changes(const std::vector<double>& x,
+                                    const std::vector<double>& reference, double least_swing,
+                                    double lag_s);
+
+/// From first to last step, what `x` less `reference` drifts by: the line through its means over
+/// 10 s, where that line is more than ten of its standard errors; else none. At least 60 s.
+std::optional<Change> drifts(const std::vector<double>& x, const std::vector<double>& reference);
+
+}  // namespace explain

@@ -1,0 +1,85 @@
+#include "path_says.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "not_known.h"
+
+namespace explain {
+namespace {
+
+/// The larger half of the steps over which the course of the path is taken: positions jitter by
+/// centimetres and decimetres, and the course between two that are close jitters with them.
+constexpr std::size_t kChord = 8;
+
+/// Steps of shift that are tried to either side.
+constexpr int kMost = 60;
+
+/// Worth of a shift, less the closer it is to none.
+double worth(double correlation, int lag) { return std::abs(correlation) - 0.0002 * std::abs(lag); }
+
+Match at_shift(const std::vector<double>& x, const std::vector<double>& reference,
+               double least_swing, int lag) {
+  double n = 0, sx = 0, sr = 0, xx = 0, rr = 0, xr = 0;
+  for (std::size_t i = kMost; i + kMost < reference.size(); i += 2) {
+    const double r = reference[i],
+                 v = x[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + lag)];
+    if (!std::isfinite(r) || !std::isfinite(v)) continue;
+    n += 1, sx += v, sr += r, xx += v * v, rr += r * r, xr += v * r;
+  }
+  if (n < 100) return {};
+  const double vx = xx / n - sx * sx / n / n, vr = rr / n - sr * sr / n / n,
+               c = xr / n - sx * sr / n / n;
+  if (!(vr > least_swing * least_swing) || !(vx > 0)) return {};
+  return {c / std::sqrt(vx * vr), c / vr, lag * Signals::kStep_s, true};
+}
+
+}  // namespace
+
+Match match(const std::vector<double>& x, const std::vector<double>& reference,
+            double least_swing) {
+  Match best;
+  int at = 0;
+  for (int lag = -kMost; lag <= kMost; ++lag) {
+    const Match here = at_shift(x, reference, least_swing, lag);
+    if (here.known && (!best.known || worth(here.correlation, lag) > worth(best.correlation, at)))
+      best = here, at = lag;
+  }
+  if (!best.known || std::abs(at) == kMost) return best;
+  const double before = std::abs(at_shift(x, reference, least_swing, at - 1).correlation),
+               after = std::abs(at_shift(x, reference, least_swing, at + 1).correlation),
+               bend = before + after - 2 * std::abs(best.correlation);
+  if (bend < 0)
+    best.lag_s += Signals::kStep_s * std::clamp(0.5 * (before - after) / bend, -0.5, 0.5);
+  return best;
+}
+
+PathSays path_says(const Signals& s) {
+  PathSays p;
+  for (auto* v :
+       {&p.turn_radps, &p.along_mps2, &p.across_mps2, &p.curvature, &p.slowing_mps2, &p.slip_mps})
+    v->assign(s.n, kNaN);
+  for (std::size_t i = kChord; i + kChord < s.n; ++i) {
+    const double speed = std::hypot(s.dx[kX][i], s.dx[kY][i]);
+    if (!(speed > 6)) continue;
+    // Between the chords before and behind.
+    const double before =
+                     std::atan2(s.x[kY][i] - s.x[kY][i - kChord], s.x[kX][i] - s.x[kX][i - kChord]),
+                 after =
+                     std::atan2(s.x[kY][i + kChord] - s.x[kY][i], s.x[kX][i + kChord] - s.x[kX][i]);
+    p.turn_radps[i] = std::remainder(after - before, 2 * std::numbers::pi) /
+                      (static_cast<double>(kChord) * Signals::kStep_s);
+    p.along_mps2[i] = s.dx[kVx][i];
+    p.slowing_mps2[i] = -p.along_mps2[i];
+    p.across_mps2[i] = p.turn_radps[i] * speed;
+    p.curvature[i] = 3.0 * p.turn_radps[i] / speed;
+    if (s.present[kYaw])
+      p.slip_mps[i] =
+          s.x[kVx][i] * std::sin(std::remainder(std::atan2(s.dx[kY][i], s.dx[kX][i]) - s.x[kYaw][i],
+                                                2 * std::numbers::pi));
+  }
+  return p;
+}
+
+}  // namespace explain

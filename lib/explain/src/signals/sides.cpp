@@ -1,0 +1,128 @@
+#include "sides.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "not_known.h"
+#include "path_says.h"
+
+namespace explain {
+namespace {
+
+/// How the difference follows a cause, without shift.
+struct Follows {
+  double slope = 0.0, correlation = 0.0;
+};
+
+Follows follows(const std::vector<double>& x, const std::vector<double>& cause) {
+  double n = 0, sx = 0, sc = 0, xx = 0, cc = 0, xc = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!std::isfinite(x[i]) || !std::isfinite(cause[i])) continue;
+    n += 1, sx += x[i], sc += cause[i], xx += x[i] * x[i], cc += cause[i] * cause[i],
+        xc += x[i] * cause[i];
+  }
+  if (n < 200) return {};
+  const double vx = xx / n - sx * sx / n / n, vc = cc / n - sc * sc / n / n,
+               c = xc / n - sx * sc / n / n;
+  return vx > 0 && vc > 0 ? Follows{c / vc, c / std::sqrt(vx * vc)} : Follows{};
+}
+
+std::vector<double> right_less_left(const std::pair<std::vector<double>, std::vector<double>>& both,
+                                    double factor) {
+  std::vector<double> out(both.first.size());
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = factor * (both.second[i] - both.first[i]);
+  return out;
+}
+
+struct Axles {
+  Signals& s;
+  const std::vector<double>& turn_radps;
+  std::string front(const std::string& both) const { return both.substr(0, both.find(',')); }
+  std::string second(const std::string& both) const { return both.substr(both.find(',') + 1); }
+
+  void leave_out(Channel c, const std::string& why) const {
+    s.remarks.push_back(fmt::format("{}: {}: not used; correct it in the mapping", s.name, why));
+    s.broken = true;
+    s.present[c] = false;
+    std::fill(s.x[c].begin(), s.x[c].end(), kNaN);
+    std::fill(s.dx[c].begin(), s.dx[c].end(), kNaN);
+    if (c == kWheelRear) s.present[kWheelRearDifference] = false;
+  }
+
+  /// Which of two wheels does not roll as fast as the car, where they differ by a quarter.
+  void one_wheel_apart(Channel c, const std::pair<std::vector<double>, std::vector<double>>& both,
+                       double factor) const {
+    double moving = 0, apart = 0, off_left = 0, off_right = 0, since_s = kNaN;
+    for (std::size_t i = 0; i < s.n; ++i) {
+      const double v = s.x[kVx][i], left = factor * both.first[i], right = factor * both.second[i];
+      if (!(v > 8) || !std::isfinite(left + right)) continue;
+      moving += 1;
+      if (std::abs(left - right) < 0.25 * v) continue;
+      if (apart == 0) since_s = static_cast<double>(i) * Signals::kStep_s;
+      apart += 1, off_left += std::abs(left - v), off_right += std::abs(right - v);
+    }
+    if (apart < 0.05 * moving || moving < 200) return;
+    const bool left = off_left > off_right;
+    leave_out(c, fmt::format("'{}' differs from '{}' and from the speed by over a quarter for "
+                             "{:.0f} % of the drive, first at {:.1f} s",
+                             left ? front(s.column[c]) : second(s.column[c]),
+                             left ? second(s.column[c]) : front(s.column[c]), 100 * apart / moving,
+                             since_s));
+  }
+
+  void wheels(Channel c, const std::pair<std::vector<double>, std::vector<double>>& both) const {
+    if (!s.present[c]) return;
+    // In metres a second, by the radius that most of the drive has.
+    std::vector<double> ratio;
+    for (std::size_t i = 0; i < s.n; ++i)
+      if (s.x[kVx][i] > 8 && s.x[c][i] > 0) ratio.push_back(s.x[kVx][i] / s.x[c][i]);
+    if (ratio.size() < 200) return;
+    std::nth_element(ratio.begin(), ratio.begin() + static_cast<std::ptrdiff_t>(ratio.size() / 2),
+                     ratio.end());
+    const double factor = ratio[ratio.size() / 2];
+    // A track of half a metre at least; an axle that is locked shows none.
+    const Follows f = follows(right_less_left(both, factor), turn_radps);
+    if (f.correlation < -0.7 && f.slope < -0.5)
+      return leave_out(c,
+                       fmt::format("'{}' is faster in left turns and '{}' in right ones: left and "
+                                   "right are exchanged",
+                                   front(s.column[c]), second(s.column[c])));
+    one_wheel_apart(c, both, factor);
+  }
+
+  void loads(Channel c, const std::pair<std::vector<double>, std::vector<double>>& both,
+             const std::vector<double>& to_the_left_mps2) const {
+    if (!s.present[c]) return;
+    if (follows(right_less_left(both, 1.0), to_the_left_mps2).correlation < -0.7)
+      leave_out(c,
+                fmt::format("'{}' is loaded in left turns and '{}' in right ones: left and right "
+                            "are exchanged",
+                            front(s.column[c]), second(s.column[c])));
+  }
+};
+
+}  // namespace
+
+void leave_out_exchanged(Signals& s, const Sides& sides) {
+  const PathSays path = path_says(s);
+  const Axles axles{s, path.turn_radps};
+  for (const auto& [c, both] : sides)
+    if (c == kWheelFront || c == kWheelRear)
+      axles.wheels(c, both);
+    else
+      axles.loads(c, both, s.present[kAy] ? s.x[kAy] : path.across_mps2);
+  if (!s.present[kLoadFront] || !s.present[kLoadRear]) return;
+  std::vector<double> in_front(s.n);  // the share: how much presses on both changes with speed
+  for (std::size_t i = 0; i < s.n; ++i)
+    in_front[i] = s.x[kLoadFront][i] / (s.x[kLoadFront][i] + s.x[kLoadRear][i]);
+  if (follows(in_front, path.slowing_mps2).correlation < -0.7) {
+    axles.leave_out(kLoadFront, fmt::format("'{}' is less where the car slows down, and '{}' more: "
+                                            "front and rear are exchanged",
+                                            s.column[kLoadFront], s.column[kLoadRear]));
+    s.present[kLoadRear] = false;
+  }
+}
+
+}  // namespace explain

@@ -1,0 +1,180 @@
+// Columns that are broken for a part of the drive, against each other, or on a clock of their own.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "explain/columns.h"
+#include "explain/judge.h"
+#include "good_log.h"
+
+namespace explain {
+namespace broken_columns_test {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using BrokenColumns = GoodLog;
+
+/// The same, `s` seconds late; its first value before.
+std::vector<double> late(const std::vector<double>& x, double s) {
+  const auto rows = static_cast<std::size_t>(std::lround(s * 50));
+  std::vector<double> out(x.size(), x.front());
+  std::copy(x.begin(), x.end() - static_cast<std::ptrdiff_t>(rows),
+            out.begin() + static_cast<std::ptrdiff_t>(rows));
+  return out;
+}
+
+TEST_F(BrokenColumns, WhatStandsStillForAWhileIsNotUsedThere) {
+  recording::Table t = *log_;
+  for (const std::size_t from : {2000, 3500, 5000})
+    for (const char* place : {"x_m", "y_m"})
+      std::fill_n(column(t, place).begin() + static_cast<std::ptrdiff_t>(from), 100,
+                  column(*log_, place)[from]);
+  EXPECT_THAT(said(t), AllOf(HasSubstr("'x_m', 'y_m' stand still 3 times"), HasSubstr("6.0 s"),
+                             HasSubstr("first at 40.0 s"), Not(HasSubstr("does not follow"))));
+  EXPECT_FALSE(signals(t).broken);
+  EXPECT_TRUE(std::isnan(signals(t).x[kX][820]));  // 41 s
+  t = *log_;
+  const std::size_t half = t.rows() / 2;
+  std::fill(column(t, "yaw_rad").begin() + static_cast<std::ptrdiff_t>(half),
+            column(t, "yaw_rad").end(), column(t, "yaw_rad")[half]);
+  EXPECT_THAT(said(t), HasSubstr("'yaw_rad' stands still 1 time"));
+  EXPECT_TRUE(signals(t).broken);
+  EXPECT_FALSE(signals(t).present[kYaw]);
+  t = *log_;
+  std::fill(column(t, "vx_mps").begin() + static_cast<std::ptrdiff_t>(half),
+            column(t, "vx_mps").end(), column(t, "vx_mps")[half]);
+  EXPECT_THAT(said(t), HasSubstr("give a log in which they go on"));
+}
+
+TEST_F(BrokenColumns, LeapsAndSpikesAreTakenOut) {
+  recording::Table t = *log_;
+  for (std::size_t i = 4000; i < t.rows(); ++i)
+    column(t, "x_m")[i] += 2.0, column(t, "y_m")[i] -= 1.5;
+  EXPECT_THAT(said(t), AllOf(HasSubstr("'x_m', 'y_m' leap"), HasSubstr("first at 79.")));
+  t = *log_;
+  for (const std::size_t at : {1000, 3000, 6000}) column(t, "steer_rad")[at] += 0.4;
+  EXPECT_THAT(said(t),
+              HasSubstr("'steer_rad': 3 samples leap from their neighbours, first at 20.00"));
+  // Without them it is the log as it was.
+  const Signals with = signals(t), without = signals(*log_);
+  for (std::size_t i = 0; i < with.n; ++i)
+    if (std::isfinite(with.x[kSteer][i])) {
+      ASSERT_NEAR(with.x[kSteer][i], without.x[kSteer][i], 2e-3);
+    }
+}
+
+TEST_F(BrokenColumns, ColumnsThatAreRightForAPartAreNamed) {
+  recording::Table t = *log_;
+  for (std::size_t i = 4000; i < t.rows(); ++i) column(t, "ay_mps2")[i] *= 0.5;
+  EXPECT_THAT(said(t), ::testing::ContainsRegex(
+                           "'ay_mps2' is (0.9|1.0). times what the acceleration across of the path "
+                           "asks for until about [789]0 s, and 0.(4|5). times after it"));
+  t = *log_;
+  for (std::size_t i = 0; i < t.rows(); ++i)
+    column(t, "yaw_rate_radps")[i] += 1e-4 * column(t, "time_s")[i];
+  EXPECT_THAT(said(t), HasSubstr("'yaw_rate_radps' has a zero that drifts"));
+  t = *log_;
+  std::fill(column(t, "yaw_rate_radps").begin() + 4000, column(t, "yaw_rate_radps").end(),
+            std::nan(""));
+  EXPECT_THAT(said(t), HasSubstr("'yaw_rate_radps' has nothing for"));
+}
+
+TEST_F(BrokenColumns, ExchangedAndStuckWheelsAreNamed) {
+  recording::Table t = *log_;
+  std::swap(column(t, "wheel_fl_radps"), column(t, "wheel_fr_radps"));
+  EXPECT_THAT(said(t), AllOf(HasSubstr("'wheel_fl_radps' is faster in left turns"),
+                             HasSubstr("left and right are exchanged")));
+  EXPECT_TRUE(signals(t).broken);
+  t = *log_;
+  std::fill(column(t, "wheel_rr_radps").begin() + 3000, column(t, "wheel_rr_radps").end(), 30.0);
+  EXPECT_THAT(said(t),
+              HasSubstr("'wheel_rr_radps' differs from 'wheel_rl_radps' and from the speed"));
+  EXPECT_FALSE(signals(t).present[kWheelRear]);
+  EXPECT_FALSE(signals(t).present[kWheelRearDifference]);
+  EXPECT_TRUE(signals(t).present[kWheelFront]);
+  t = *log_;
+  for (double& v : column(t, "throttle")) v = 1 - v;
+  EXPECT_THAT(said(t), HasSubstr("'throttle' is largest where the car slows down"));
+}
+
+TEST_F(BrokenColumns, ExchangedLoadsAreNamed) {
+  // Loads of a car that stands level: what turns and brakes moves them, by arms of its own.
+  recording::Table t = *log_;
+  for (const auto& [name, side, end] :
+       {std::tuple{"fz_fl_n", -1, 1}, {"fz_fr_n", 1, 1}, {"fz_rl_n", -1, -1}, {"fz_rr_n", 1, -1}}) {
+    std::vector<double> load;
+    for (std::size_t i = 0; i < t.rows(); ++i)
+      load.push_back(2000 + side * 80 * column(t, "ay_mps2")[i] -
+                     end * 60 * column(t, "ax_mps2")[i] +
+                     0.3 * column(t, "vx_mps")[i] * column(t, "vx_mps")[i]);
+    t.names.erase(std::remove(t.names.begin(), t.names.end(), name), t.names.end());
+    t.columns.resize(t.names.size());
+    t.add(name, load);
+  }
+  EXPECT_THAT(said(t), Not(HasSubstr("exchanged")));
+  recording::Table sides = t, ends = t;
+  std::swap(column(sides, "fz_rl_n"), column(sides, "fz_rr_n"));
+  EXPECT_THAT(said(sides), HasSubstr("'fz_rl_n' is loaded in left turns"));
+  for (const char* side : {"l", "r"})
+    std::swap(column(ends, fmt::format("fz_f{}_n", side)),
+              column(ends, fmt::format("fz_r{}_n", side)));
+  EXPECT_THAT(said(ends), HasSubstr("front and rear are exchanged"));
+}
+
+TEST_F(BrokenColumns, DevicesWithAClockOfTheirOwnAreMoved) {
+  const auto moved = [&](const std::vector<const char*>& names, double s) {
+    recording::Table t = *log_;
+    for (const char* name : names) column(t, name) = late(column(*log_, name), s);
+    return signals(t).late;
+  };
+  const LateColumns places = moved({"x_m", "y_m"}, 0.2);
+  EXPECT_THAT(places.columns, ::testing::ElementsAre("x_m", "y_m"));
+  EXPECT_NEAR(places.delay_s, 0.2, 0.015);
+  const LateColumns imu = moved({"yaw_rate_radps", "ax_mps2", "ay_mps2", "az_mps2"}, 0.12);
+  EXPECT_THAT(imu.columns,
+              ::testing::UnorderedElementsAre("yaw_rate_radps", "ax_mps2", "ay_mps2", "az_mps2"));
+  EXPECT_NEAR(imu.delay_s, 0.12, 0.015);
+  EXPECT_TRUE(moved({"yaw_rate_radps"}, 0.12).columns.empty()) << "one alone may be filtered";
+  // Written as one finding; what the analysis adds to one of them is that one's own.
+  Signals log;
+  log.late = imu;
+  Findings all;
+  Finding& own = all.findings.emplace_back();
+  own.mechanism = "sensor.delay";
+  own.channel = "ay_mps2";
+  own.parameters.push_back({"delay", "s", 0.004, 0.002, 0.006});
+  name_late_columns(log, all);
+  ASSERT_EQ(all.findings.size(), 2u);
+  EXPECT_EQ(all.findings[0].channel.find("ay_mps2"), std::string::npos);
+  EXPECT_NEAR(all.findings[1].parameters[0].value, imu.delay_s + 0.004, 1e-12);
+}
+
+TEST_F(BrokenColumns, AClockThatRunsFastIsRefusedWithItsScale) {
+  recording::Table t = changed("time_s", [](double v) { return 1.02 * v; });
+  const std::string refusal = said(t);
+  EXPECT_THAT(refusal, ::testing::ContainsRegex("clock runs fast by (1.9|2.0|2.1) %; give time_s"));
+  Mapping mapping = identity_mapping(t);
+  mapping.columns[0].scale = std::stod(refusal.substr(refusal.find("scale ") + 6));
+  ASSERT_EQ(mapping.columns[0].channel, "time_s");
+  EXPECT_TRUE(make_signals(t, mapping, *road_, "log.csv").remarks.empty());
+}
+
+TEST_F(BrokenColumns, AreNotJudged) {
+  Findings all;
+  all.findings.emplace_back().kind = "vehicle";
+  all.findings.emplace_back().kind = "sensor";
+  all.broken_columns = true;
+  hold_back_beside_broken_columns(all);
+  EXPECT_EQ(judge(all), Verdict::kNotJudged);
+  EXPECT_FALSE(all.findings[0].not_used.empty());
+  EXPECT_TRUE(all.findings[1].not_used.empty());
+  EXPECT_STREQ(name_of(Verdict::kNotJudged), "not judged");
+}
+
+}  // namespace broken_columns_test
+}  // namespace explain
