@@ -77,9 +77,10 @@ std::optional<LateColumns> late_together(const Signals& s) {
     if (!agree(imu, vx)) late.push_back(kVx);
     if (heading_with_path) late.push_back(kYaw);
     delay_s = -imu;
-  } else if (imu > kLeast_s && std::abs(vx) < kAgree_s && std::isfinite(ax) && std::isfinite(ay)) {
-    late = {kAx, kAy, kAz};
-    if (heading_with_path) late.push_back(kYawRate);
+  } else if (imu > kLeast_s && std::abs(vx) < kAgree_s && std::isfinite(ax) &&
+             std::isfinite(ay) && heading_with_path) {
+    // Two of the three may be filtered alike; all of them have one clock.
+    late = {kAx, kAy, kAz, kYawRate};
     delay_s = imu;
   } else if (vx > kLeast_s && std::abs(imu) < kAgree_s && !s.commanded[kSteer] &&
              lag(kSteer, s.x[kSteer], path.curvature, 0.005, false) > vx - kAgree_s) {
