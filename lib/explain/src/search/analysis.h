@@ -74,6 +74,9 @@ class Analysis {
   void move_columns();
   /// Adds mechanisms, or frees parameters, as what each saves where forces count as few says.
   void name_by_cost(Findings& out);
+  /// Lets those parameters go that came out beyond their prior width although they were held, the
+  /// farthest first: what the page calls beyond its prior is named.
+  void free_what_is_beyond();
   /// Drops what later ones made too small, of the wrong sign, or no more than it may be wrong by.
   void drop_faded(Findings& out);
   /// Lists what was asked and left no trace.

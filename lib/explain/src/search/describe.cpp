@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "analysis.h"
 #include "places.h"
@@ -77,6 +78,27 @@ ParameterValue Analysis::parameter_value(std::size_t place, const Spread& s) con
   p.beyond_prior = !p.at_limit && !u.assumed &&
                    std::abs(amounts_[i]) > std::max(half, u.width + selection::kBeyond * judged);
   return p;
+}
+
+void Analysis::free_what_is_beyond() {
+  constexpr int kMost = 2;
+  for (int round = 0; round < kMost; ++round) {
+    const Spread s = spread();
+    std::optional<std::size_t> farthest;
+    double most = 0.0;
+    for (std::size_t k = 0; k < refit_.size(); ++k) {
+      const Unknown& u = inventory_.unknowns[refit_[k]];
+      const bool free =
+          std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == k; });
+      if (u.role != Role::kParameter || u.stays_held || free || undetermined_.contains(k) ||
+          !parameter_value(k, s).beyond_prior)
+        continue;
+      const double far = std::abs(amounts_[static_cast<Index>(k)]) / u.width;
+      if (far > most) most = far, farthest = k;
+    }
+    if (!farthest) return;
+    let_go({*farthest, {}, 0.0});
+  }
 }
 
 Finding Analysis::freed_parameter(std::size_t place, const Freed& freed, const ParameterValue& p,

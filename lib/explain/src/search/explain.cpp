@@ -46,6 +46,7 @@ Findings explain_relations(const std::vector<Signals>& logs, const vehicle::Vehi
   a.name_by_cost(out);
   a.move_columns();
   a.drop_faded(out);
+  a.free_what_is_beyond();
   a.list_untouched(out);
   a.describe(out);
   a.find_leftovers(out);
