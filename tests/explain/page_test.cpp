@@ -93,6 +93,20 @@ TEST(FindingsPage, SaysHowSureWithTheFiguresThatEachKindHas) {
               HasSubstr("How sure: gain of 80 on laps left out, better in 75 % of them.</p>"));
 }
 
+TEST(FindingsPage, SaysHowFarWasDrivenAndWhatWasHeld) {
+  Findings f;
+  f.laps = 3;
+  f.rounds = 1.03;
+  Finding x;
+  x.mechanism = "sensor.delay", x.kind = "sensor";
+  x.parameters = {{"rise_s", "s", 0.13, 0.13, 0.13}};
+  f.findings = {x};
+  const std::string page = findings_page(f, {Signals{}}, "t");
+  EXPECT_THAT(page, HasSubstr("Driven 1.03 times round, in 3 laps. False alarms"));
+  EXPECT_THAT(page, HasSubstr("held, not fitted"));
+  EXPECT_THAT(page, HasSubstr("How sure: by what the columns say of each other"));
+}
+
 /// Something in every list, with signs that markup has too, and numbers that JSON does not have.
 Findings full() {
   Findings f;

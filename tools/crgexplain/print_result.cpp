@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 
 #include "commands.h"
 
@@ -24,13 +25,14 @@ void print_finding(const explain::Finding& f, Terminal& terminal) {
                                  one_line(r.separating_experiment)));
 }
 
-void print_unexplained(const explain::Unexplained& u, Terminal& terminal) {
+/// A channel's patterns as one: the first, and what else it goes with.
+void print_unexplained(const explain::Unexplained& u, const std::string& also, Terminal& terminal) {
   std::string where;
   if (!u.where.empty())
     where = fmt::format("{} from {:.0f} to {:.0f} m", u.locked_to == "u" ? "" : ", first at u",
                         u.where[0].u_begin_m, u.where[0].u_end_m);
-  terminal.print(fmt::format("  unexplained: {} over {}{}, {:.3g} {}\n", one_line(u.channel),
-                             u.locked_to, where, u.size, u.unit));
+  terminal.print(fmt::format("  unexplained: {} over {}{}, {:.3g} {}{}\n", one_line(u.channel),
+                             u.locked_to, where, u.size, u.unit, also));
 }
 
 /// A line per channel: its errors at the horizons that it was judged at.
@@ -88,7 +90,15 @@ void print_result(const RunCommand& command, const explain::ExplainedFiles& resu
   const explain::CorrectedFiles& now = result.corrected;
   terminal.print(fmt::format("verdict: {}\n", explain::name_of(findings.verdict)));
   for (const explain::Finding& f : findings.findings) print_finding(f, terminal);
-  for (const explain::Unexplained& u : findings.unexplained) print_unexplained(u, terminal);
+  std::set<std::string> said;
+  for (const explain::Unexplained& u : findings.unexplained) {
+    if (!said.insert(u.channel).second) continue;
+    std::string also;
+    for (const explain::Unexplained& other : findings.unexplained)
+      if (other.channel == u.channel && other.locked_to != u.locked_to)
+        also += (also.empty() ? "; also over " : ", ") + other.locked_to;
+    print_unexplained(u, also, terminal);
+  }
   for (const explain::Remark& remark : findings.remarks)
     terminal.print(fmt::format("  {}\n", one_line(remark.text)));
   if (now.track_path != command.track_path)

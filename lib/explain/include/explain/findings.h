@@ -160,8 +160,9 @@ struct Findings {
   double null_false_alarm =
       0.0;  ///< share of null replicates that the thresholds would have let through
   std::size_t null_replicates = 0;
-  double threshold = 0.0;  ///< of the first step, in standard deviations
-  std::size_t laps = 0;
+  double threshold = 0.0;              ///< of the first step, in standard deviations
+  std::size_t laps = 0;                ///< counted at the line, begun ones too
+  double rounds = 0.0;                 ///< driven in all; 0: the road is not closed
   bool doubtful_car = false;           ///< see doubt_the_car()
   bool broken_columns = false;         ///< Signals::broken, of any recording
   std::vector<double> recorded_lap_s;  ///< whole laps

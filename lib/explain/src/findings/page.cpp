@@ -8,7 +8,7 @@
 
 #include "not_known.h"
 #include "report/plot_page.h"
-#include "selection.h"
+#include "verdict_box.h"
 
 namespace explain {
 namespace {
@@ -46,53 +46,6 @@ std::string table(const std::string& title, const std::string& words, const std:
   return "<section class=long><h2>" + title + "</h2>" +
          (words.empty() ? "" : "<p><small>" + words + "</small></p>") + "<table><thead><tr>" +
          head + "</thead><tbody>" + rows + "</tbody></table></section>\n";
-}
-
-/// Colour of the box and what the word means.
-std::pair<const char*, const char*> meaning_of(const Findings& f) {
-  switch (f.verdict) {
-    case Verdict::kNone:
-      if (!seen_and_not_named(f).empty())
-        return {"good",
-                "Nothing is missing that counts. What was seen, and is too small or too unsure to "
-                "be named, stands below."};
-      return {"good", "Nothing is missing that these recordings can show."};
-    case Verdict::kExplained:
-      return {"good", "What was found explains everything significant."};
-    case Verdict::kTie:
-      return {"warn",
-              "Something is missing, but these recordings cannot tell two explanations apart."};
-    case Verdict::kNotJudged:
-      return {"warn",
-              "Columns are broken and were left out, so that what hangs on them was not looked at. "
-              "Mend them as said below, and run this again."};
-    case Verdict::kUnknown:
-      break;
-  }
-  return {"bad", "Something is missing that no mechanism tried here explains."};
-}
-
-std::string verdict_of(const Findings& f) {
-  const auto [colour, meaning] = meaning_of(f);
-  std::string out = fmt::format("<section class='verdict {}'><strong>{}</strong>{}", colour,
-                                name_of(f.verdict), meaning);
-  out += fmt::format(
-      "<p>{} laps. False alarms by noise: of {} null replicates of these recordings the limits "
-      "would have let {:.1f} % pass. By errors of the model: {} of {} recordings of another "
-      "simulator's cars in which nothing is missing raised an alarm.</p>",
-      f.laps, f.null_replicates, 100 * f.null_false_alarm, selection::kOtherCarsAlarmed,
-      selection::kOtherCars);
-  if (!f.recorded_lap_s.empty())
-    out += fmt::format("<p>Whole laps as recorded: {:.2f} to {:.2f} s.",
-                       *std::min_element(f.recorded_lap_s.begin(), f.recorded_lap_s.end()),
-                       *std::max_element(f.recorded_lap_s.begin(), f.recorded_lap_s.end()));
-  if (f.simulated_lap_before_s > 0 && f.simulated_lap_after_s > 0)
-    out += fmt::format(" The built-in driver's lap: {:.2f} s before, {:.2f} s after.",
-                       f.simulated_lap_before_s, f.simulated_lap_after_s);
-  for (const Remark& remark : f.remarks)
-    if (remark.about == Remark::About::kAnalysis)
-      out += "<p><small>" + html_text(remark.text) + "</small></p>";
-  return out + "</section>\n";
 }
 
 /// Where the car went, as a drawing; u every few hundred metres.
@@ -177,6 +130,7 @@ std::string how_sure(const Finding& x) {
         "{:.1f} standard deviations from what the vehicle file states, beyond its "
         "prior width",
         std::abs(x.statistic));
+  if (x.threshold == 0 && x.cv_gain == 0) return "by what the columns say of each other";
   const std::string gain = fmt::format("gain of {:.3g} on laps left out", x.cv_gain);
   // Discs have no score that must be reached.
   if (x.threshold == 0)
@@ -193,7 +147,9 @@ std::string found(const Finding& x) {
                     html_text(x.equation) + "</small></p><table>";
   for (const FoundParameter& p : x.parameters)
     out += "<tr>" + cell(p.name) + "<td><b>" + html_text(figure(p.value) + " " + unit_of(p.unit)) +
-           "</b>" + cell(fmt::format("90 %: {} to {}", figure(p.low), figure(p.high)));
+           "</b>" +
+           cell(p.low == p.high ? "held, not fitted"
+                                : fmt::format("90 %: {} to {}", figure(p.low), figure(p.high)));
   out += "</table>";
   if (!x.where.empty()) out += "<p>Where: " + html_text(places_text(x.where)) + "</p>";
   out += "<p>How sure: " + how_sure(x) + ".</p>";
@@ -385,7 +341,7 @@ std::string along_the_road(const Findings& f, double length_m) {
 
 std::string findings_page(const Findings& f, const std::vector<Signals>& logs,
                           const std::string& title) {
-  std::string out = report::page_head(title) + verdict_of(f);
+  std::string out = report::page_head(title) + verdict_box(f);
   if (!logs.empty())
     if (const Map map(logs.front()); !map.empty()) out += map.draw(f);
   for (const Finding& x : f.findings) out += found(x);

@@ -79,6 +79,7 @@ Findings Analysis::begin() const {
   out.laps = static_cast<std::size_t>(rows_.laps);
   for (const Signals& s : logs_) {
     out.remarks.insert(out.remarks.end(), s.remarks.begin(), s.remarks.end());
+    out.rounds += s.closed ? s.rounds : 0.0;
     out.broken_columns = out.broken_columns || s.broken;
   }
   out.remarks.insert(out.remarks.end(), remarks_.begin(), remarks_.end());

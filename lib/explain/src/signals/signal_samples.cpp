@@ -88,7 +88,7 @@ Samples samples_of(const recording::Table& table, const Mapping& mapping,
 std::vector<double> take_out_spikes(Samples& s) {
   constexpr std::size_t kHalf = 2;
   std::vector<double> times;
-  constexpr double kSlowest_hz = 20.0;  // below it a sample is as long as what a car does
+  constexpr double kSlowest_hz = 45.0;  // below it a sample is as long as what a car does
   if (s.x.size() < 100 ||
       static_cast<double>(s.t.size()) < kSlowest_hz * (s.t.back() - s.t.front()))
     return times;
@@ -105,7 +105,7 @@ std::vector<double> take_out_spikes(Samples& s) {
     std::nth_element(of.begin(), at, of.end());
     return *at;
   };
-  const double limit = std::max(20 * part(apart, 0.7), 0.3 * (part(s.x, 0.99) - part(s.x, 0.01)));
+  const double limit = std::max(20 * part(apart, 0.7), 0.5 * (part(s.x, 0.99) - part(s.x, 0.01)));
   Samples kept{{}, {}, s.column};
   for (std::size_t i = 0; i < s.x.size(); ++i)
     if (limit > 0 && apart[i] > limit)

@@ -20,9 +20,9 @@ struct Samples {
 Samples samples_of(const recording::Table& table, const Mapping& mapping,
                    const std::string& channel, const std::vector<double>& time_s);
 
-/// Single samples and pairs that leap from their neighbours by over 0.3 of the channel's range and
+/// Single samples and pairs that leap from their neighbours by over half of the channel's range and
 /// 20 times what samples usually differ from them by: taken out. Returns their times. Nothing below
-/// 20 samples a second.
+/// 45 samples a second, where a sample lasts as long as what a car does.
 std::vector<double> take_out_spikes(Samples& samples);
 
 /// Its rate of change at step i, from two steps to both sides; NaN without them.

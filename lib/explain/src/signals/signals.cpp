@@ -91,8 +91,8 @@ class SmoothedChannels {
     return samples_of(table_, mapping_, channel, clock_.time_s);
   }
 
-  /// Of what no car does within a sample: how it moves, steers and turns its wheels. Forces leap
-  /// where a gear is changed.
+  /// Of what no car does within a sample: how it moves, turns and steers. Forces leap where a gear
+  /// is changed, wheels where they lock.
   Samples read_smooth(const std::string& channel) const {
     Samples out = read(channel);
     const std::vector<double> spikes = take_out_spikes(out);
@@ -128,9 +128,7 @@ class SmoothedChannels {
   /// The mean of left and right, or as `sign_second` and `factor` say.
   bool put_mean(Channel c, const std::vector<std::string>& names, double sign_second = 1.0,
                 double factor = 0.5) {
-    const bool wheels = c == kWheelFront || c == kWheelRear;
-    Samples a = wheels ? read_smooth(names[0]) : read(names[0]),
-            b = wheels ? read_smooth(names[1]) : read(names[1]);
+    Samples a = read(names[0]), b = read(names[1]);
     if (a.t.size() < 20 || b.t.size() < 20) return false;
     put(c, a);
     std::vector<double> x, dx;
@@ -177,8 +175,8 @@ void put_motion(Signals& s, SmoothedChannels& channels) {
                                    {kAz, "az_mps2"},
                                    {kEngine, "engine_radps"},
                                    {kFuel, "fuel_kg"}})
-    channels.put(c, c == kVx || c == kVy || c == kYawRate ? channels.read_smooth(channel)
-                                                          : channels.read(channel));
+    channels.put(
+        c, c == kVx || c == kYawRate ? channels.read_smooth(channel) : channels.read(channel));
   for (const Channel c : {kX, kY, kVx})
     if (!s.present[c])
       throw Error(fmt::format("{}: no {}; position and speed are the least the analysis needs",
