@@ -1,5 +1,6 @@
 #include "changes_in_time.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -73,26 +74,32 @@ std::optional<Change> slope_changes(const std::vector<double>& x,
 }
 
 std::optional<Change> drifts(const std::vector<double>& x, const std::vector<double>& reference) {
-  std::vector<Window> means;
+  // What a road that leans adds is no drift: it goes with the reference.
+  constexpr Eigen::Index kTerms = 3;
+  Eigen::MatrixXd terms(static_cast<Eigen::Index>(x.size() / kWindow), kTerms);
+  Eigen::VectorXd apart(terms.rows());
+  Eigen::Index count = 0;
+  const double end_s = static_cast<double>(x.size() - 1) * Signals::kStep_s;
   for (std::size_t begin = 0; begin + kWindow <= x.size(); begin += kWindow) {
-    double n = 0, sum = 0;
+    double n = 0, sum = 0, level = 0;
     for (std::size_t i = begin; i < begin + kWindow; ++i)
-      if (std::isfinite(x[i] - reference[i])) n += 1, sum += x[i] - reference[i];
-    if (n > kWindow / 2) means.push_back({begin, sum / n});
+      if (std::isfinite(x[i] - reference[i]))
+        n += 1, sum += x[i] - reference[i], level += reference[i];
+    if (n <= kWindow / 2) continue;
+    const double part = (static_cast<double>(begin) + 0.5 * kWindow) * Signals::kStep_s / end_s;
+    terms.row(count) << 1, part, level / n;
+    apart[count++] = sum / n;
   }
-  const double n = static_cast<double>(means.size());
-  if (n < 6) return std::nullopt;
-  double st = 0, sd = 0, tt = 0, td = 0, dd = 0;
-  for (const Window& w : means) {
-    const double t = static_cast<double>(w.begin) * Signals::kStep_s, d = w.value;
-    st += t, sd += d, tt += t * t, td += t * d, dd += d * d;
-  }
-  const double vt = tt - st * st / n, slope = (td - st * sd / n) / vt,
-               left = std::max(0.0, dd - sd * sd / n - slope * slope * vt);
-  if (!(std::abs(slope) > 10 * std::sqrt(left / (n - 2) / vt))) return std::nullopt;
-  const double at_begin = (sd - slope * st) / n,
-               end_s = static_cast<double>(x.size() - 1) * Signals::kStep_s;
-  return Change{end_s, at_begin, at_begin + slope * end_s};
+  if (count < 2 * kTerms) return std::nullopt;
+  const auto used = terms.topRows(count);
+  Eigen::Matrix3d normal = used.transpose() * used;
+  normal.diagonal() *= 1 + 1e-9;
+  const Eigen::Matrix3d inverse = normal.inverse();
+  const Eigen::Vector3d fitted = inverse * (used.transpose() * apart.head(count));
+  const double left = (apart.head(count) - used * fitted).squaredNorm(),
+               deviation = std::sqrt(left / static_cast<double>(count - kTerms) * inverse(1, 1));
+  if (!(std::abs(fitted[1]) > 10 * deviation)) return std::nullopt;
+  return Change{end_s, fitted[0], fitted[0] + fitted[1]};
 }
 
 }  // namespace explain

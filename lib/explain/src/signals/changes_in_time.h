@@ -19,8 +19,9 @@ std::optional<Change> slope_changes(const std::vector<double>& x,
                                     const std::vector<double>& reference, double least_swing,
                                     double lag_s);
 
-/// From first to last step, what `x` less `reference` drifts by: the line through its means over
-/// 10 s, where that line is more than ten of its standard errors; else none. At least 60 s.
+/// From first to last step, what the zero of `x` drifts by against `reference`: of its means over
+/// 10 s less those of the reference, the part that grows with time, beside one that goes with the
+/// reference, where it is more than ten of its standard errors; else none. At least 60 s.
 std::optional<Change> drifts(const std::vector<double>& x, const std::vector<double>& reference);
 
 }  // namespace explain
