@@ -8,8 +8,15 @@
 namespace cloud {
 namespace {
 
-constexpr double kReach_m = 35.0;       // of a section along the road, both ways
-constexpr double kObstacleTop_m = 2.2;  // higher things (gantries, trees) hang over the road
+constexpr double kReach_m = 35.0;           // of a section along the road, both ways
+constexpr double kObstacleTop_m = 2.2;      // higher things (gantries, trees) hang over the road
+constexpr std::uint32_t kMostKept = 32;     // points of a cell beside the lane
+constexpr std::uint32_t kEnoughAlone = 12;  // of them have a plane of their own
+// Cells along the road whose points have one plane together, before and behind; columns that blades
+// hang over.
+constexpr std::size_t kWindow = 2, kOverhang = 3;
+// Beyond the lane's own: what a base with another shape scatters, and what no asphalt does.
+constexpr double kCalm_m = 0.001, kGrass_m = 0.004;
 
 std::size_t cells_across(const RoadFrame& frame) {
   return static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) + 1;
@@ -127,7 +134,16 @@ void Collector::add(const Fall& fall) {
     sum.obstacle |= fall.height_m < kObstacleTop_m;
     return;
   }
-  const Eigen::Vector3d p = fall.place_m - sections_.list[fall.section].position_m;
+  const Section& section = sections_.list[fall.section];
+  add(fall, section, sum);
+  if (fall.sine2 > 0.0 && sum.kept < kMostKept && !in_lane(fall.cell % across_, section)) {
+    open_here_->points.push_back({fall, sum.last});
+    sum.last = static_cast<std::int32_t>(open_here_->points.size()) - 1, ++sum.kept;
+  }
+}
+
+void Collector::add(const Fall& fall, const Section& section, Sum& sum) const {
+  const Eigen::Vector3d p = fall.place_m - section.position_m;
   sum.x += p.x(), sum.y += p.y(), sum.z += p.z();
   sum.driven += fall.on_m, sum.driven2 += fall.on_m * fall.on_m;
   sum.height += fall.height_m, sum.height2 += fall.height_m * fall.height_m;
@@ -172,6 +188,118 @@ double Collector::about_plane(const Sum& s) {
   return std::max(0.0, all - right.dot(m.ldlt().solve(right)));
 }
 
+/// With fewer than 4 points about the base as it is tilted: thin scans have nothing else.
+double Collector::square_of(const Sum& sum) {
+  if (sum.points >= 4) return about_plane(sum);
+  return std::max(0.0, sum.height2 - sum.height * sum.height / sum.points);
+}
+
+double Collector::freedom_of(const Sum& sum) { return sum.points - (sum.points >= 4 ? 3.0 : 1.0); }
+
+double Collector::v_of(std::size_t column) const {
+  return frame_.v_m().front() + (static_cast<double>(column) + 0.5) * kSectionCell_m;
+}
+
+bool Collector::in_lane(std::size_t column, const Section& section) const {
+  return std::abs(v_of(column) - section.v_m) < kLane_m;
+}
+
+LaneScatter Collector::lane_of(const Section& section, const OpenSection& open) const {
+  LaneScatter lane;
+  for (std::size_t k = 0; k < open.sums.size(); ++k) {
+    const Sum& sum = open.sums[k];
+    if (sum.points < 4 || !in_lane(k % across_, section) ||
+        near_obstacle(open, k / across_, k % across_))
+      continue;
+    SectionCell cell;
+    cell.square_m2 = static_cast<float>(square_of(sum)),
+    cell.freedom = static_cast<float>(freedom_of(sum));
+    cell.sine2 = static_cast<float>(sum.sine2 / sum.points);
+    lane.add(cell);
+  }
+  lane.close();
+  return lane;
+}
+
+std::vector<std::uint8_t> Collector::ground_in(const OpenSection& open, std::size_t cell,
+                                               std::size_t reach, double noise_m) const {
+  std::vector<EdgePoint> points;
+  const std::size_t i = cell / across_;
+  const auto gather = [&](std::size_t row) {
+    const double ahead_m = (static_cast<double>(row) - static_cast<double>(i)) * kSectionCell_m;
+    for (std::int32_t k = open.sums[row * across_ + cell % across_].last; k >= 0;
+         k = open.points[static_cast<std::size_t>(k)].before) {
+      const Fall& fall = open.points[static_cast<std::size_t>(k)].fall;
+      points.push_back({static_cast<float>(ahead_m + fall.a_m), static_cast<float>(fall.b_m),
+                        static_cast<float>(fall.height_m)});
+    }
+  };
+  gather(i);
+  for (std::size_t away = 1; away <= reach; ++away) {
+    if (i >= away) gather(i - away);
+    if (i + away < along_) gather(i + away);
+  }
+  return ground_among(points, noise_m);
+}
+
+void Collector::leave_out_overhang(const Section& section, OpenSection& open) const {
+  const LaneScatter lane = lane_of(section, open);
+  const auto noise_m = [&](std::size_t k) {
+    SectionCell cell;
+    cell.sine2 = static_cast<float>(open.sums[k].sine2 / open.sums[k].points);
+    const double ahead_m = (static_cast<double>(k / across_) + 0.5) * kSectionCell_m - kReach_m;
+    const GridPlace place{frame_.wrapped(section.row + ahead_m / frame_.u_step_m()),
+                          v_of(k % across_)};
+    return std::hypot(std::sqrt(lane.at_m2(cell)), scatter_of_bend_m(bend_of(frame_, place)));
+  };
+  enum : std::uint8_t { calm, scatters, unknown };
+  std::vector<std::uint8_t> is(open.sums.size(), unknown), grass(open.sums.size(), 0);
+  for (std::size_t k = 0; k < open.sums.size(); ++k) {
+    const Sum& sum = open.sums[k];
+    if (sum.points < 4) continue;
+    const double noise2_m2 = std::pow(noise_m(k), 2), square_m2 = square_of(sum),
+                 freedom = freedom_of(sum);
+    is[k] = square_m2 > freedom * (2.0 * noise2_m2 + kCalm_m * kCalm_m) ? scatters : calm;
+    grass[k] = square_m2 > freedom * (4.0 * noise2_m2 + kGrass_m * kGrass_m) ? 1 : 0;
+  }
+  const auto beside_grass = [&](std::size_t i, std::size_t j, bool to_left) {
+    for (std::size_t row = i - std::min(i, kWindow); row <= std::min(i + kWindow, along_ - 1);
+         ++row)
+      for (std::size_t out = 0; out <= kOverhang; ++out) {
+        if (to_left ? j + out >= across_ : out > j) break;
+        if (grass[row * across_ + (to_left ? j + out : j - out)] != 0) return true;
+      }
+    return false;
+  };
+  std::vector<std::pair<std::size_t, Sum>> changed;  // each is judged by what its neighbours were
+  for (std::size_t k = 0; k < open.sums.size(); ++k) {
+    const Sum& sum = open.sums[k];
+    if (sum.kept == 0 || is[k] == calm) continue;
+    if (!beside_grass(k / across_, k % across_, v_of(k % across_) > section.v_m)) continue;
+    const double noise = noise_m(k);
+    if (!(noise > 0.0)) continue;
+    std::vector<std::uint8_t> ground;
+    if (sum.kept >= kEnoughAlone) ground = ground_in(open, k, 0, noise);
+    if (ground.empty()) ground = ground_in(open, k, kWindow, noise);
+    Sum left = sum;
+    left.doubtful = ground.empty() && (is[k] == unknown || grass[k] != 0);
+    if (!ground.empty()) {
+      const Sum none;
+      left = none, left.last = sum.last, left.kept = sum.kept;
+      std::size_t at = 0;  // the cell's own points come first
+      for (std::int32_t p = sum.last; p >= 0; p = open.points[static_cast<std::size_t>(p)].before)
+        if (ground[at++] != 0) add(open.points[static_cast<std::size_t>(p)].fall, section, left);
+      if (left.points < sum.kept)
+        left.cut_above_m = static_cast<float>(most_above_ground_m(noise)),
+        left.cut_points = static_cast<float>(sum.kept - left.points);
+      else
+        left = sum;
+    }
+    changed.emplace_back(k, left);
+  }
+  for (const auto& [k, sum] : changed) open.sums[k] = sum;
+}
+
 bool Collector::near_obstacle(const OpenSection& open, std::size_t i, std::size_t j) const {
   constexpr std::size_t kAround = 2;
   for (std::size_t k = i - std::min(i, kAround); k <= std::min(i + kAround, along_ - 1); ++k)
@@ -180,8 +308,9 @@ bool Collector::near_obstacle(const OpenSection& open, std::size_t i, std::size_
   return false;
 }
 
-void Collector::close(std::size_t index, const OpenSection& open) {
+void Collector::close(std::size_t index, OpenSection& open) {
   Section& section = sections_.list[index];
+  if (!open.points.empty()) leave_out_overhang(section, open);
   for (std::size_t i = 0; i < along_; ++i)
     for (std::size_t j = 0; j < across_; ++j) {
       const Sum& sum = open.sums[i * across_ + j];
@@ -201,13 +330,10 @@ void Collector::close(std::size_t index, const OpenSection& open) {
                                static_cast<float>(sum.driven2 / n)});
       SectionCell& cell = section.cells.back();
       cell.sine2 = static_cast<float>(sum.sine2 / n);
-      if (sum.points >= 4)
-        cell.square_m2 = static_cast<float>(about_plane(sum)),
-        cell.freedom = static_cast<float>(n - 3.0);
-      else  // about the base as it is tilted: thin scans have nothing else
-        cell.square_m2 =
-            static_cast<float>(std::max(0.0, sum.height2 - sum.height * sum.height / n)),
-        cell.freedom = static_cast<float>(n - 1.0);
+      cell.square_m2 = static_cast<float>(square_of(sum)),
+      cell.freedom = static_cast<float>(freedom_of(sum));
+      cell.cut_above_m = sum.cut_above_m, cell.cut_points = sum.cut_points;
+      cell.doubtful = sum.doubtful;
     }
 }
 

@@ -8,6 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "lane_scatter.h"
+#include "overhang.h"
 #include "sections.h"
 #include "visits.h"
 
@@ -55,20 +57,40 @@ class Collector {
     double a = 0.0, b = 0.0, aa = 0.0, ab = 0.0, bb = 0.0, ah = 0.0,
            bh = 0.0;  ///< about the middle
     double sine2 = 0.0;
-    std::uint32_t points = 0;
-    bool obstacle = false;
+    std::uint32_t points = 0, kept = 0;  ///< `kept` of them are in OpenSection::points
+    std::int32_t last = -1;              ///< of these
+    float cut_above_m = 0.0f, cut_points = 0.0f;
+    bool obstacle = false, doubtful = false;
+  };
+  /// A point of a cell and the one before it in the same cell; -1: none.
+  struct KeptPoint {
+    Fall fall;
+    std::int32_t before = -1;
   };
   struct OpenSection {
     std::vector<Sum> sums;
+    std::vector<KeptPoint> points;
     std::uint8_t visit = 0;
   };
   static double about_plane(const Sum& sum);
+  static double freedom_of(const Sum& sum);
+  static double square_of(const Sum& sum);
+  void add(const Fall& fall, const Section& section, Sum& sum) const;
+  double v_of(std::size_t column) const;  ///< of its middle
+  bool in_lane(std::size_t column, const Section& section) const;
+  /// Of the points of a cell, and after them those of `reach` cells before and behind.
+  std::vector<std::uint8_t> ground_in(const OpenSection& open, std::size_t cell, std::size_t reach,
+                                      double noise_m) const;
+  /// What the road under the wheels scatters as this section sees it.
+  LaneScatter lane_of(const Section& section, const OpenSection& open) const;
+  /// Blades that hang over kerb and asphalt go.
+  void leave_out_overhang(const Section& section, OpenSection& open) const;
   /// A point of a section came, whether it falls on a cell or not.
   void come(const Fall& fall);
   OpenSection& open_section(std::size_t index);
   void close_one(std::size_t index);
   bool near_obstacle(const OpenSection& open, std::size_t i, std::size_t j) const;
-  void close(std::size_t index, const OpenSection& open);
+  void close(std::size_t index, OpenSection& open);
 
   const RoadFrame& frame_;
   const RoadTrajectory* trajectory_;

@@ -15,18 +15,22 @@ namespace cloud {
 
 inline constexpr double kSectionLength_m = 5.0;
 inline constexpr double kVergeStretch_m = 10.0;
+inline constexpr double kLane_m = 1.2;  ///< to both sides of the sensor: what the wheels roll on
 
 /// Mean of the points of one cell, relative to the section's sensor position.
 struct SectionCell {
   float x_m = 0.0f, y_m = 0.0f, z_m = 0.0f;
   float points = 0.0f;
-  float driven_m = 0.0f;    ///< from the section's middle to where they were seen from
-  float driven2_m2 = 0.0f;  ///< mean of its square
-  float square_m2 = 0.0f;   ///< sum of squares of heights about the cell's own plane,
-                            ///< with fewer than 4 points about the base's
-  float freedom = 0.0f;     ///< degrees of freedom of that
-  float sine2 = 0.0f;       ///< mean square of the sine of the angle of view; 0: no sensor
-  bool beyond = false;      ///< beyond the verge: no word about the trajectory
+  float driven_m = 0.0f;     ///< from the section's middle to where they were seen from
+  float driven2_m2 = 0.0f;   ///< mean of its square
+  float square_m2 = 0.0f;    ///< sum of squares of heights about the cell's own plane,
+                             ///< with fewer than 4 points about the base's
+  float freedom = 0.0f;      ///< degrees of freedom of that
+  float sine2 = 0.0f;        ///< mean square of the sine of the angle of view; 0: no sensor
+  float cut_above_m = 0.0f;  ///< points more than this over the ground were left out; 0: none were
+  float cut_points = 0.0f;   ///< that many
+  bool doubtful = false;     ///< near grass, and not all on a ground of their own
+  bool beyond = false;       ///< beyond the verge: no word about the trajectory
 };
 
 /// What the sensor saw from one piece of its path. Corrections turn about position_m.

@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "lane_scatter.h"
+#include "overhang.h"
 #include "verge_columns.h"
 
 namespace cloud {
 namespace {
 
-constexpr double kLane_m = 1.2;  // to both sides of the sensor: what the wheels roll on
 // Grass of 5 mm mean height scatters by 3 mm, a road 8 m beside the sensor by 1 to 1.5 mm.
 constexpr double kTimes = 2.0, kFloor_m = 0.001, kDriftingFloor_m = 0.002;
 // Beside grass less will do.
@@ -52,7 +52,8 @@ void grow(std::vector<VergeColumn>& columns, std::size_t along, std::size_t acro
       const bool beside = (j > 0 && grass(i, j - 1)) || (j + 1 < across && grass(i, j + 1));
       if (!back && !forth && !beside) continue;
       column.grass = column.square_m2 > kTimesBeside * column.expected_m2 +
-                                            kFloorBeside_m * kFloorBeside_m * column.freedom;
+                                            kFloorBeside_m * kFloorBeside_m * column.freedom &&
+                     column.scattering > kMostScattering * (column.freedom + column.overhung);
     }
 }
 
@@ -83,6 +84,7 @@ void judge(std::vector<VergeColumn>& columns, std::size_t along, std::size_t acr
         const auto add = [&](const VergeColumn& other) {
           sum.freedom += other.freedom, sum.square_m2 += other.square_m2;
           sum.expected_m2 += other.expected_m2, sum.scattering += other.scattering;
+          sum.overhung += other.overhung;
         };
         if (2 * away >= along) break;
         if (closed || i >= away) add(columns[(i + along - away) % along * across + j]);
@@ -90,7 +92,7 @@ void judge(std::vector<VergeColumn>& columns, std::size_t along, std::size_t acr
       }
       if (sum.freedom < kEnoughFreedom) continue;
       column.is = sum.square_m2 > kTimes * sum.expected_m2 + floor_m * floor_m * sum.freedom &&
-                          sum.scattering > kMostScattering * sum.freedom
+                          sum.scattering > kMostScattering * (sum.freedom + sum.overhung)
                       ? VergeColumn::scatters
                       : VergeColumn::calm;
     }
@@ -172,12 +174,14 @@ Where Columns::add(const SectionCell& cell, const Section& section, const RoadFr
   where.column = row * across + static_cast<std::size_t>(b);
   VergeColumn& column = all[where.column];
   column.points += static_cast<double>(cell.points);
-  const double bend = 0.5 * (frame.height({place->row, place->v_m - 0.25}) +
-                             frame.height({place->row, place->v_m + 0.25})) -
-                      frame.height(*place);
-  if (std::isfinite(bend)) column.relief_m = std::max(column.relief_m, std::abs(bend));
+  column.relief_m = std::max(column.relief_m, bend_of(frame, *place));
   column.freedom += static_cast<double>(cell.freedom);
   column.square_m2 += static_cast<double>(cell.square_m2);
+  column.overhung += static_cast<double>(cell.cut_points);
+  if (cell.doubtful) {
+    column.doubtful_freedom += static_cast<double>(cell.freedom);
+    column.doubtful_m2 += static_cast<double>(cell.square_m2);
+  }
   with_sensor |= cell.sine2 > 0.0f;
   if (cell.sine2 > 0.0f && std::abs(place->v_m - section.v_m) < kLane_m) {
     where.in_lane = true;
@@ -247,6 +251,16 @@ void Columns::count_scattering(const Sections& sections,
     }
 }
 
+/// Beside grass, on what is none: doubtful cells go, and no longer count.
+void forget_doubtful(std::vector<VergeColumn>& columns) {
+  for (VergeColumn& column : columns) {
+    if (column.grass || column.doubtful_freedom == 0.0) continue;
+    const double left = std::max(0.0, column.freedom - column.doubtful_freedom);
+    column.expected_m2 *= left / column.freedom;
+    column.square_m2 = std::max(0.0, column.square_m2 - column.doubtful_m2), column.freedom = left;
+  }
+}
+
 /// How much more than expected calm columns scatter, m^2. In thin scans chance alone makes some of
 /// them do so.
 std::vector<float> excess_of(const std::vector<VergeColumn>& columns, bool thin) {
@@ -277,6 +291,7 @@ std::size_t take_out(const std::vector<std::vector<Where>>& where,
         on_grass += static_cast<double>(cells[k].points);
         continue;
       }
+      if (cells[k].doubtful) continue;
       if (cells[k].points >= 4.0f &&  // fewer have no plane of their own: the base may be wrong
           cells[k].square_m2 > cells[k].freedom * kNoSurface_m * kNoSurface_m)
         continue;
@@ -298,6 +313,9 @@ std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool dri
     road.expect_by_lane(sections, where, drifting);
   else
     road.expect_by_calmest();
+  // A kerb that the base has wrong is no plane.
+  for (VergeColumn& column : road.all)
+    column.expected_m2 += column.freedom * std::pow(scatter_of_bend_m(column.relief_m), 2);
   road.count_scattering(sections, where);
   judge(road.all, road.along, road.across, frame.closed(), drifting ? kDriftingFloor_m : kFloor_m);
   road.each_row(mark);
@@ -305,6 +323,7 @@ std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool dri
     for (int round = 0; round < kGrow; ++round)
       grow(road.all, road.along, road.across, frame.closed());
     road.each_row(look_beyond);
+    forget_doubtful(road.all);
     look_for_low_grass(road.all, road.along, road.across, frame.closed());
   }
   road.each_row(follow_grass);

@@ -14,6 +14,8 @@ struct VergeColumn {
   double freedom = 0.0, square_m2 = 0.0, expected_m2 = 0.0, points = 0.0;
   double lane = 0.0;        ///< points of the lane
   double scattering = 0.0;  ///< freedom of cells that scatter by themselves
+  double doubtful_freedom = 0.0, doubtful_m2 = 0.0;  ///< of that: cells that blades hang over
+  double overhung = 0.0;                             ///< points that were cut off over ground
   double relief_m = 0.0;
   enum { unknown, calm, scatters } is = unknown;
   bool grass = false, beyond = false;

@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kGate_m =
     0.02;  // beyond the robust heights around: four times the noise of a good sensor
+constexpr double kBetweenCells_m = 0.002;  // of the line between two heights: kerbs bend
 constexpr std::size_t kStripeRows = NodeSums::kStripeRows;
 
 /// Lowest and highest robust height among a cell and its neighbours.
@@ -136,6 +137,10 @@ OnNode node_of(const RoadPoint& point, const RoadFrame& frame, const HeightCells
   const Band& band = bands[i * surface.across + j];
   if (!(point.above_base_m > static_cast<double>(band.low) - kGate_m &&
         point.above_base_m < static_cast<double>(band.high) + kGate_m))
+    return {};
+  if (const auto cut_m = static_cast<double>(surface.cut_above_m[i * surface.across + j]);
+      cut_m > 0.0 &&
+      point.above_base_m > surface.at_edge(i, j, point.place.v_m) + cut_m + kBetweenCells_m)
     return {};
   std::size_t column = 0;
   double share = 0.0;

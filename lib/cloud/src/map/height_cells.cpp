@@ -36,6 +36,19 @@ double HeightCells::at(const GridPlace& place) const {
          f * ((1.0 - g) * static_cast<double>(q[0]) + g * static_cast<double>(q[1]));
 }
 
+double HeightCells::at_edge(std::size_t i, std::size_t j, double v_m) const {
+  const auto height = [&](std::size_t column) {
+    return column < across ? static_cast<double>(height_m[i * across + column])
+                           : std::numeric_limits<double>::quiet_NaN();
+  };
+  const double b = (v_m - v_begin_m) / cell_m - 0.5 - static_cast<double>(j);
+  const double own = height(j), left = height(j + 1), right = height(j - 1);
+  const double on = b > 0.0 ? left : right, back = b > 0.0 ? right : left;
+  if (std::isfinite(on)) return own + std::abs(b) * (on - own);
+  if (std::isfinite(back)) return own + std::abs(b) * (own - back);
+  return own;
+}
+
 HeightCells cells_of(const Sections& sections, const std::vector<Correction>& corrections,
                      const RoadFrame& frame, int pass, unsigned threads) {
   HeightCells cells;
@@ -48,7 +61,7 @@ HeightCells cells_of(const Sections& sections, const std::vector<Correction>& co
   cells.closed = frame.closed();
   struct Entry {
     std::uint32_t cell;
-    float height, points;
+    float height, points, cut_above;
   };
   const std::size_t n = sections.list.size();
   std::vector<std::vector<Entry>> found(n);
@@ -65,7 +78,7 @@ HeightCells cells_of(const Sections& sections, const std::vector<Correction>& co
         const double height = p.z() - frame.z_origin_m() - frame.height(*place);
         if (std::isfinite(height))
           found[k].push_back({static_cast<std::uint32_t>(i * cells.across + j),
-                              static_cast<float>(height), cell.points});
+                              static_cast<float>(height), cell.points, cell.cut_above_m});
       }
     }
   });
@@ -80,6 +93,17 @@ HeightCells cells_of(const Sections& sections, const std::vector<Correction>& co
   for (const auto& list : found)
     for (const Entry& entry : list) sorted[at[entry.cell]++] = entry;
   cells.height_m.assign(count, std::numeric_limits<float>::quiet_NaN());
+  cells.cut_above_m.assign(count, 0.0f);
+  for (const Entry& entry : sorted) {
+    if (!(entry.cut_above > 0.0f)) continue;
+    const std::size_t i = entry.cell / cells.across, j = entry.cell % cells.across;
+    for (std::size_t k = i - std::min<std::size_t>(i, 1); k <= std::min(i + 1, cells.along - 1);
+         ++k)
+      for (std::size_t l = j - std::min<std::size_t>(j, 1); l <= std::min(j + 1, cells.across - 1);
+           ++l)
+        cells.cut_above_m[k * cells.across + l] =
+            std::max(cells.cut_above_m[k * cells.across + l], entry.cut_above);
+  }
   base::parallel_for(count, 4096, threads, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       Entry* const from = sorted.data() + begin[i];

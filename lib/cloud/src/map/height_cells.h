@@ -11,9 +11,14 @@ struct HeightCells {
   double cell_rows = 1.0, v_begin_m = 0.0, cell_m = kSectionCell_m;
   bool closed = false;
   std::vector<float> height_m;
+  /// Grass hangs over this cell or one beside it: points more than this over the ground do not
+  /// belong to it; 0: none does.
+  std::vector<float> cut_above_m;
 
   /// Bilinear between the middles of cells; NaN where one of the four is missing.
   double at(const GridPlace& place) const;
+  /// Beside the middles of cells as well: on along the line of the two before it, across the road.
+  double at_edge(std::size_t i, std::size_t j, double v_m) const;
   /// Cell of a place; false beside.
   bool cell_of(const GridPlace& place, std::size_t& i, std::size_t& j) const;
 };

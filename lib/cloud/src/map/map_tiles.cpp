@@ -43,7 +43,8 @@ void fields(Archive& archive, Value& p) { archive(p.pass, p.deviation); }
 template <typename Archive, typename Value>
 requires std::is_same_v<std::remove_const_t<Value>, HeightCells>
 void fields(Archive& archive, Value& c) {
-  archive(c.along, c.across, c.cell_rows, c.v_begin_m, c.cell_m, c.closed, c.height_m);
+  archive(c.along, c.across, c.cell_rows, c.v_begin_m, c.cell_m, c.closed, c.height_m,
+          c.cut_above_m);
 }
 
 /// All but sections and corrections, which no later step wants, and what the trajectory says.
@@ -58,7 +59,7 @@ template <typename Archive, typename Value>
 requires std::is_same_v<std::remove_const_t<Value>, SectionCell>
 void fields(Archive& archive, Value& c) {
   archive(c.x_m, c.y_m, c.z_m, c.points, c.driven_m, c.driven2_m2, c.square_m2, c.freedom, c.sine2,
-          c.beyond);
+          c.cut_above_m, c.cut_points, c.doubtful, c.beyond);
 }
 
 template <typename Archive, typename Value>
