@@ -1,0 +1,70 @@
+// How a road leans, from how a car turns on it. A gyro turns about the body's axis, which leans
+// with the road; heading and path turn on the map. The one is the cosine of the road's slope times
+// the other, whatever tyres and forces do. No driven height is needed.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "explain/signals.h"
+
+namespace explain {
+
+/// What tells how the car turns on the map.
+enum class TurningBy {
+  kNone,           ///< nothing, or there is no gyro
+  kHeading,        ///< the logged heading
+  kCourseAndSlip,  ///< the path's course less the logged side slip
+  kCourse          ///< the path's course; side slip that goes with the yaw rate looks like a delay
+};
+/// In words: "yaw rate and heading".
+const char* name_of(TurningBy by);
+
+/// One recording at steps of Signals::kStep_s, on the stated road. NaN: not known there.
+struct Turning {
+  TurningBy by = TurningBy::kNone;
+  std::vector<double> gyro_radps, dgyro_radps2;
+  std::vector<double> turned_rad;  ///< on the map, without jumps
+  std::vector<double> cosine;      ///< of the stated slopes under the car
+  std::vector<double> bank;        ///< stated rise to the left, m/m
+  std::vector<double> u_m, v_m, speed_mps;
+  std::vector<int> lap;
+};
+Turning turning_of(const Signals& s);
+
+/// One place of a road.
+struct BankingPlace {
+  double u_m = 0.0;
+  double added = 0.0;       ///< rise to the left beyond the file's, m/m
+  double ci90 = 0.0;        ///< half of its 90 % interval
+  double driven_v_m = 0.0;  ///< mean place of the cars beside the reference line
+};
+
+struct BankingByTurning {
+  TurningBy by = TurningBy::kNone;
+  std::vector<BankingPlace> places;  ///< equally far apart; of a closed road without its end
+  double delay_s = 0.0, gain = 0.0, bias_radps = 0.0;  ///< of the gyro
+  std::size_t windows = 0;
+  /// Loss on half laps left out that the lean saves, against the stated road and a gyro whose gain
+  /// is free; what it must be: selection::kProfileGain, and three standard errors between half
+  /// laps.
+  double saved = 0.0, threshold = 0.0;
+  bool counts = false;
+  std::vector<std::pair<double, double>> where_m;  ///< leans for sure, and half of the most or more
+  /// There, the median by how much the road turns: lean into the turns beyond the file's, m/m, and
+  /// half of its 90 % interval.
+  double lean = 0.0, lean_ci90 = 0.0;
+  double limit =
+      0.0;  ///< of 95 % for the whole lean of all turns, m/m, if the gyro's gain is usual
+};
+
+/// Windows of 3 s of all recordings. The profile is periodic on a closed road, as rough as makes
+/// the recordings most likely, and leans into the turns. A gyro's gain is within 0.35 % (one
+/// standard deviation), as such sensors are; how late it is, up to 1 s, is found. That its nose
+/// pitches where banking changes is left out: ends of turns come out up to a fifth too high or low.
+/// Intervals count noise as what is left of half laps left out, as correlated as that is; where the
+/// road does not turn they reach to nothing. No places: less than 30 windows, or a road that does
+/// not turn.
+BankingByTurning banking_by_turning(const std::vector<Turning>& logs, double length_m, bool closed);
+
+}  // namespace explain
