@@ -66,7 +66,7 @@ double range_m(const Eigen::Vector3d& from, const Eigen::Vector3d& along) {
 Drive drive(int passes, double grass_m, std::uint64_t seed) {
   Drive out;
   base::Random random(seed);
-  constexpr int kBeams = 32, kAzimuths = 160;
+  constexpr int kBeams = 32, kAzimuths = 200;
   double time_s = 0.0;
   for (int pass = 0; pass < passes; ++pass, time_s += 5.0) {
     const double v_m = pass == 0 ? -1.0 : 1.2;

@@ -242,60 +242,73 @@ std::vector<std::uint8_t> Collector::ground_in(const OpenSection& open, std::siz
   return ground_among(points, noise_m);
 }
 
-void Collector::leave_out_overhang(const Section& section, OpenSection& open) const {
-  const LaneScatter lane = lane_of(section, open);
-  const auto noise_m = [&](std::size_t k) {
-    SectionCell cell;
-    cell.sine2 = static_cast<float>(open.sums[k].sine2 / open.sums[k].points);
-    const double ahead_m = (static_cast<double>(k / across_) + 0.5) * kSectionCell_m - kReach_m;
-    const GridPlace place{frame_.wrapped(section.row + ahead_m / frame_.u_step_m()),
-                          v_of(k % across_)};
-    return std::hypot(std::sqrt(lane.at_m2(cell)), scatter_of_bend_m(bend_of(frame_, place)));
-  };
-  enum : std::uint8_t { calm, scatters, unknown };
-  std::vector<std::uint8_t> is(open.sums.size(), unknown), grass(open.sums.size(), 0);
+double Collector::noise_m(const Section& section, const LaneScatter& lane, const OpenSection& open,
+                          std::size_t cell) const {
+  SectionCell seen;
+  seen.sine2 = static_cast<float>(open.sums[cell].sine2 / open.sums[cell].points);
+  const double ahead_m = (static_cast<double>(cell / across_) + 0.5) * kSectionCell_m - kReach_m;
+  const GridPlace place{frame_.wrapped(section.row + ahead_m / frame_.u_step_m()),
+                        v_of(cell % across_)};
+  return std::hypot(std::sqrt(lane.at_m2(seen)), scatter_of_bend_m(bend_of(frame_, place)));
+}
+
+std::vector<Collector::Scatter> Collector::scatter_of(const Section& section,
+                                                      const LaneScatter& lane,
+                                                      const OpenSection& open) const {
+  std::vector<Scatter> out(open.sums.size(), Scatter::unknown);
   for (std::size_t k = 0; k < open.sums.size(); ++k) {
     const Sum& sum = open.sums[k];
     if (sum.points < 4) continue;
-    const double noise2_m2 = std::pow(noise_m(k), 2), square_m2 = square_of(sum),
-                 freedom = freedom_of(sum);
-    is[k] = square_m2 > freedom * (2.0 * noise2_m2 + kCalm_m * kCalm_m) ? scatters : calm;
-    grass[k] = square_m2 > freedom * (4.0 * noise2_m2 + kGrass_m * kGrass_m) ? 1 : 0;
+    const double noise2_m2 = std::pow(noise_m(section, lane, open, k), 2),
+                 mean2_m2 = square_of(sum) / freedom_of(sum);
+    out[k] = mean2_m2 > 4.0 * noise2_m2 + kGrass_m * kGrass_m ? Scatter::as_grass
+             : mean2_m2 > 2.0 * noise2_m2 + kCalm_m * kCalm_m ? Scatter::some
+                                                              : Scatter::calm;
   }
-  const auto beside_grass = [&](std::size_t i, std::size_t j, bool to_left) {
-    for (std::size_t row = i - std::min(i, kWindow); row <= std::min(i + kWindow, along_ - 1);
-         ++row)
-      for (std::size_t out = 0; out <= kOverhang; ++out) {
-        if (to_left ? j + out >= across_ : out > j) break;
-        if (grass[row * across_ + (to_left ? j + out : j - out)] != 0) return true;
-      }
-    return false;
-  };
+  return out;
+}
+
+bool Collector::before_grass(const std::vector<Scatter>& scatter, std::size_t cell,
+                             bool to_left) const {
+  const std::size_t i = cell / across_, j = cell % across_;
+  for (std::size_t row = i - std::min(i, kWindow); row <= std::min(i + kWindow, along_ - 1); ++row)
+    for (std::size_t out = 0; out <= kOverhang; ++out) {
+      if (to_left ? j + out >= across_ : out > j) break;
+      if (scatter[row * across_ + (to_left ? j + out : j - out)] == Scatter::as_grass) return true;
+    }
+  return false;
+}
+
+Collector::Sum Collector::ground_of(const Section& section, const OpenSection& open,
+                                    std::size_t cell, double noise_m, Scatter scatter) const {
+  Sum all = open.sums[cell];
+  std::vector<std::uint8_t> ground;
+  if (all.kept >= kEnoughAlone) ground = ground_in(open, cell, 0, noise_m);
+  if (ground.empty()) ground = ground_in(open, cell, kWindow, noise_m);
+  if (ground.empty()) {
+    all.doubtful = scatter != Scatter::some;
+    return all;
+  }
+  Sum left;
+  std::size_t at = 0;  // the cell's own points come first
+  for (std::int32_t k = all.last; k >= 0; k = open.points[static_cast<std::size_t>(k)].before)
+    if (ground[at++] != 0) add(open.points[static_cast<std::size_t>(k)].fall, section, left);
+  if (left.points == all.kept) return all;
+  left.cut_above_m = static_cast<float>(most_above_ground_m(noise_m)),
+  left.cut_points = static_cast<float>(all.kept - left.points);
+  left.obstacle = all.obstacle;
+  return left;
+}
+
+void Collector::leave_out_overhang(const Section& section, OpenSection& open) const {
+  const LaneScatter lane = lane_of(section, open);
+  const std::vector<Scatter> scatter = scatter_of(section, lane, open);
   std::vector<std::pair<std::size_t, Sum>> changed;  // each is judged by what its neighbours were
   for (std::size_t k = 0; k < open.sums.size(); ++k) {
-    const Sum& sum = open.sums[k];
-    if (sum.kept == 0 || is[k] == calm) continue;
-    if (!beside_grass(k / across_, k % across_, v_of(k % across_) > section.v_m)) continue;
-    const double noise = noise_m(k);
-    if (!(noise > 0.0)) continue;
-    std::vector<std::uint8_t> ground;
-    if (sum.kept >= kEnoughAlone) ground = ground_in(open, k, 0, noise);
-    if (ground.empty()) ground = ground_in(open, k, kWindow, noise);
-    Sum left = sum;
-    left.doubtful = ground.empty() && (is[k] == unknown || grass[k] != 0);
-    if (!ground.empty()) {
-      const Sum none;
-      left = none, left.last = sum.last, left.kept = sum.kept;
-      std::size_t at = 0;  // the cell's own points come first
-      for (std::int32_t p = sum.last; p >= 0; p = open.points[static_cast<std::size_t>(p)].before)
-        if (ground[at++] != 0) add(open.points[static_cast<std::size_t>(p)].fall, section, left);
-      if (left.points < sum.kept)
-        left.cut_above_m = static_cast<float>(most_above_ground_m(noise)),
-        left.cut_points = static_cast<float>(sum.kept - left.points);
-      else
-        left = sum;
-    }
-    changed.emplace_back(k, left);
+    if (open.sums[k].kept == 0 || scatter[k] == Scatter::calm) continue;
+    if (!before_grass(scatter, k, v_of(k % across_) > section.v_m)) continue;
+    const double noise = noise_m(section, lane, open, k);
+    if (noise > 0.0) changed.emplace_back(k, ground_of(section, open, k, noise, scatter[k]));
   }
   for (const auto& [k, sum] : changed) open.sums[k] = sum;
 }

@@ -83,6 +83,17 @@ class Collector {
                                       double noise_m) const;
   /// What the road under the wheels scatters as this section sees it.
   LaneScatter lane_of(const Section& section, const OpenSection& open) const;
+  /// What a cell of asphalt or kerb may scatter.
+  double noise_m(const Section& section, const LaneScatter& lane, const OpenSection& open,
+                 std::size_t cell) const;
+  enum class Scatter : std::uint8_t { unknown, calm, some, as_grass };
+  std::vector<Scatter> scatter_of(const Section& section, const LaneScatter& lane,
+                                  const OpenSection& open) const;
+  /// A cell, or one near beyond it as seen from the sensor, scatters as grass.
+  bool before_grass(const std::vector<Scatter>& scatter, std::size_t cell, bool to_left) const;
+  /// A cell without the points that hang over its ground; as it is, and doubtful, without one.
+  Sum ground_of(const Section& section, const OpenSection& open, std::size_t cell, double noise_m,
+                Scatter scatter) const;
   /// Blades that hang over kerb and asphalt go.
   void leave_out_overhang(const Section& section, OpenSection& open) const;
   /// A point of a section came, whether it falls on a cell or not.
