@@ -5,6 +5,22 @@
 #include <limits>
 
 namespace cloud {
+namespace {
+
+// As far beside what was measured as a ramp of 1 % needs, the base is taken to be as wrong.
+constexpr float kSteepest = 0.01f;
+
+/// 1 beside what was measured, 0 from the width on; smooth.
+float fading(float distance_m, float width_m) {
+  const float far = std::min(distance_m / width_m, 1.0f);
+  return 1.0f - far * far * (3.0f - 2.0f * far);
+}
+
+float doubted_width_m(float moved_m, float blend_m) {
+  return std::max(blend_m, 1.5f * std::abs(moved_m) / kSteepest);
+}
+
+}  // namespace
 
 void blend(const RoadFrame& frame, const crg::Grid& base, const MapOptions& options,
            MapResult& result) {
@@ -46,9 +62,13 @@ void blend(const RoadFrame& frame, const crg::Grid& base, const MapOptions& opti
     if (distance[from] + step < distance[k])
       distance[k] = distance[from] + step, moved[k] = moved[from];
   };
+  const auto width = static_cast<float>(options.blend_m);
+  float widest = width;
+  for (const float m : moved) widest = std::max(widest, doubted_width_m(m, width));
   // Forth and back; on a closed road on over the seam.
-  const auto beyond =
-      frame.closed() ? static_cast<std::ptrdiff_t>(options.blend_m / frame.u_step_m()) + 2 : 0;
+  const auto beyond = frame.closed()
+                          ? std::min(rows, static_cast<std::ptrdiff_t>(widest / u_step) + 2)
+                          : std::ptrdiff_t{0};
   for (std::ptrdiff_t step = 0; step < rows + beyond; ++step) {
     const std::ptrdiff_t i = step % std::max<std::ptrdiff_t>(rows, 1);
     for (std::ptrdiff_t j = 0; j < columns; ++j)
@@ -63,13 +83,12 @@ void blend(const RoadFrame& frame, const crg::Grid& base, const MapOptions& opti
         take(i, j, i + a, j + b);
     for (std::ptrdiff_t j = 0; j < columns; ++j) take(i, j, i, j - 1);
   }
-  const auto width = static_cast<float>(options.blend_m);
   for (std::size_t k = 0; k < distance.size(); ++k) {
-    if (!rests_on(k, NodeSource::base) || !(distance[k] < width)) continue;
-    const float far = distance[k] / width, share = 1.0f - far * far * (3.0f - 2.0f * far);
-    const float by = share * moved[k];
-    result.grid.z_m[k] = base.z_m[k] + by;
-    result.stddev.z_m[k] = std::hypot(result.stddev.z_m[k], by);  // the base is wrong beside it
+    if (!rests_on(k, NodeSource::base) || distance[k] == kFar) continue;
+    const float doubted = fading(distance[k], doubted_width_m(moved[k], width));
+    result.stddev.z_m[k] = std::hypot(result.stddev.z_m[k], std::sqrt(doubted) * moved[k]);
+    if (!(distance[k] < width)) continue;
+    result.grid.z_m[k] = base.z_m[k] + fading(distance[k], width) * moved[k];
     result.source.z_m[k] = static_cast<float>(NodeSource::blended);
   }
 }
