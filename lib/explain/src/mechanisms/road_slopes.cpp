@@ -70,6 +70,11 @@ void write_banking(crg::Crg& road, bool closed, const Finding& f) {
   for (std::size_t i = 0; i < road.grid.rows(); ++i)
     for (std::size_t j = 0; j < road.grid.columns(); ++j)
       road.grid.at(i, j) += static_cast<float>(along[i] * road.grid.v_m[j]);
+  // What keeps the height where the cars drove, one bin across.
+  if (f.patch.dz_m.size() != f.profile.size()) return;
+  std::vector<ProfilePoint> kept = f.profile;
+  for (std::size_t k = 0; k < kept.size(); ++k) kept[k].value = f.patch.dz_m[k];
+  add_rise(road.grid, profile_along(kept, road.grid.rows(), road.grid.u_step_m, closed));
 }
 
 /// Grade is the derivative of the height.

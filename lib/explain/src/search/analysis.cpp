@@ -88,6 +88,7 @@ Findings Analysis::begin() const {
 
 Setting Analysis::setting_with(const VectorXd& amounts) const {
   Setting s = stated_;
+  s.along = turning_road_;
   for (std::size_t k = 0; k < refit_.size(); ++k)
     inventory_.unknowns[refit_[k]].set(s, amounts[static_cast<Index>(k)]);
   auto at = static_cast<Index>(refit_.size());
@@ -287,10 +288,11 @@ void Analysis::differentiate_candidates() {
 }
 
 bool Analysis::used(const Unknown& u) const {
-  return std::any_of(accepted_.begin(), accepted_.end(), [&](const Accepted& a) {
-    const Unknown& other = inventory_.unknowns[a.unknown];
-    return std::tie(other.id, other.channel, other.name) == std::tie(u.id, u.channel, u.name);
-  });
+  return settled(u) || std::any_of(accepted_.begin(), accepted_.end(), [&](const Accepted& a) {
+           const Unknown& other = inventory_.unknowns[a.unknown];
+           return std::tie(other.id, other.channel, other.name) ==
+                  std::tie(u.id, u.channel, u.name);
+         });
 }
 
 Finding Analysis::finding_of(std::size_t unknown) const {

@@ -58,6 +58,11 @@ class Analysis {
            const ExplainOptions& options);
   /// Laps, and remarks about logs and car.
   Findings begin() const;
+  /// What the turning of the cars alone says about banking along the lap, where nothing measures
+  /// it.
+  void find_banking_by_turning(Findings& out);
+  /// Adds it to the findings that were described.
+  void tell_banking_by_turning(Findings& out) const;
   /// What sensors alone say about the road along the whole lap.
   void find_road_profiles(Findings& out);
   /// Gauss-Newton of parameters, curves and what was accepted.
@@ -154,7 +159,8 @@ class Analysis {
   std::vector<const Unknown*> free_unknowns() const;
   static double limit(const Unknown& u);  ///< of a parameter's change in the refit
   double width(std::size_t place) const;  ///< of the prior in the refit
-  bool used(const Unknown& u) const;      ///< already accepted
+  bool used(const Unknown& u) const;      ///< already accepted, or settled
+  bool settled(const Unknown& u) const;   ///< with the banking that turning told
   Finding finding_of(std::size_t unknown) const;
   void accept(Findings& out, Finding found, Accepted a);
 
@@ -232,8 +238,10 @@ class Analysis {
   std::vector<Freed> freed_;
   Eigen::VectorXd amounts_;  ///< of refit_, then of accepted_ that act everywhere
   std::vector<Accepted> accepted_;
-  Eigen::VectorXd r_;               ///< rows at the current setting, not whitened
-  std::vector<KnownDrive> drives_;  ///< of the recordings there
+  std::optional<Finding> by_turning_;  ///< banking: stays as it was found
+  RoadProfiles turning_road_;          ///< that banking, with grade that leaves the driven height
+  Eigen::VectorXd r_;                  ///< rows at the current setting, not whitened
+  std::vector<KnownDrive> drives_;     ///< of the recordings there
   Eigen::VectorXd stated_rows_;
   Eigen::MatrixXd moves_;            ///< columns of refit_ and accepted_ there
   Eigen::MatrixXd candidate_moves_;  ///< columns of the candidates, at the first fit

@@ -55,7 +55,7 @@ void Analysis::list_untouched(Findings& out) const {
   for (std::size_t k = 0; k < candidate_.size(); ++k) {
     const Unknown& u = inventory_.unknowns[candidate_[k]];
     const auto same = [&](const Evidence& e) { return is_of(e, u) && e.detail == u.name; };
-    if (std::any_of(out.evidence.begin(), out.evidence.end(), same)) continue;
+    if (settled(u) || std::any_of(out.evidence.begin(), out.evidence.end(), same)) continue;
     // Tested where these recordings could have shown it, else named.
     const VectorXd column = weight_.cwiseProduct(candidate_moves_.col(static_cast<Index>(k)));
     if (!(column.squaredNorm() > 0))
@@ -73,7 +73,7 @@ void Analysis::list_untestable(Findings& out) const {
   // What was held for want of evidence and found nevertheless was tested after all.
   const auto found = [&](const Untestable& u) {
     return std::any_of(out.findings.begin(), out.findings.end(), [&](const Finding& f) {
-      return f.kind == "parameter" && is_about(f, u.mechanism);
+      return (f.kind == "parameter" || f.kind == "road") && is_about(f, u.mechanism);
     });
   };
   std::vector<Untestable> first;

@@ -37,6 +37,7 @@ Findings explain_relations(const std::vector<Signals>& logs, const vehicle::Vehi
     a.prove(out);
     return out;
   }
+  a.find_banking_by_turning(out);
   a.find_road_profiles(out);
   a.refit(4);
   a.differentiate_candidates();
@@ -49,6 +50,7 @@ Findings explain_relations(const std::vector<Signals>& logs, const vehicle::Vehi
   a.free_what_is_beyond();
   a.list_untouched(out);
   a.describe(out);
+  a.tell_banking_by_turning(out);
   a.find_leftovers(out);
   a.prove(out);
   join_components(out);

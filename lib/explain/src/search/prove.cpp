@@ -137,7 +137,7 @@ Analysis::Predicted Analysis::predicted() const {
   const VectorXd inverse = w.unaryExpr([](double x) { return x > 0 ? 1 / x : 0.0; });
   // The rows without the findings: what the accepted amounts explain is put back.
   VectorXd r0 = r_;
-  if (!accepted_.empty()) {
+  if (!accepted_.empty() || by_turning_) {
     Setting without = stated_;
     for (std::size_t k = 0; k < refit_.size(); ++k)
       inventory_.unknowns[refit_[k]].set(without, amounts_[static_cast<Index>(k)]);

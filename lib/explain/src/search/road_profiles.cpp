@@ -66,6 +66,8 @@ void describe_profile(Finding& f, const Unknown& u, const Accepted& a, const Vec
 }
 
 void Analysis::find_road_profiles(Findings& out) {
+  // The height that was driven is not known beside a banking that only turning shows.
+  if (by_turning_) return;
   RoadFit road(logs_, car_, stated_, drives_, inventory_, rows_, training_, options_.threads);
   if (road.profiles.empty()) return;
   int rounds = 0;
