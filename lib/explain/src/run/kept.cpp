@@ -39,8 +39,9 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DrivenTrace, channel, unit, lap, before, afte
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Remark, text, about)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Findings, verdict, mismatches, parameters, findings, untestable,
                                    unexplained, evidence, traces, driven, held_out, remarks,
-                                   null_false_alarm, null_replicates, threshold, laps, rounds, doubtful_car,
-                                   broken_columns, recorded_lap_s, simulated_lap_before_s, simulated_lap_after_s)
+                                   null_false_alarm, null_replicates, threshold, laps, rounds,
+                                   doubtful_car, broken_columns, recorded_lap_s,
+                                   simulated_lap_before_s, simulated_lap_after_s)
 
 namespace {
 

@@ -77,8 +77,8 @@ std::optional<LateColumns> late_together(const Signals& s) {
     if (!agree(imu, vx)) late.push_back(kVx);
     if (heading_with_path) late.push_back(kYaw);
     delay_s = -imu;
-  } else if (imu > kLeast_s && std::abs(vx) < kAgree_s && std::isfinite(ax) &&
-             std::isfinite(ay) && heading_with_path) {
+  } else if (imu > kLeast_s && std::abs(vx) < kAgree_s && std::isfinite(ax) && std::isfinite(ay) &&
+             heading_with_path) {
     // Two of the three may be filtered alike; all of them have one clock.
     late = {kAx, kAy, kAz, kYawRate};
     delay_s = imu;
