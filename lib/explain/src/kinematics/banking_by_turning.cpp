@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "explain/unknowns.h"
+#include "road_profiles.h"
 #include "selection.h"
 #include "turning_windows.h"
 
@@ -187,7 +188,9 @@ class Fitting {
     turned = turned_places(logs, length_m, closed, places);
     side = side_of(turned.turned_rad, place_m, closed, turns);
     const auto columns = static_cast<Index>(2 * length_m / kShortestWave_m) | 1;
-    waves = waves_along(places, std::min({columns, kMostColumns, (places - 1) | Index{1}}), closed);
+    const auto most =
+        static_cast<std::size_t>(std::min({columns, kMostColumns, (places - 1) | Index{1}}));
+    waves = explain::waves(static_cast<std::size_t>(places), most, closed);
     n = waves.cols();
   }
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 
 namespace explain {
 namespace {
@@ -110,18 +109,6 @@ void number_folds(TurningWindows& w) {
 }
 
 }  // namespace
-
-MatrixXd waves_along(Index places, Index columns, bool closed) {
-  MatrixXd out(places, columns);
-  for (Index i = 0; i < places; ++i)
-    for (Index k = 0; k < columns; ++k) {
-      const double turns = closed ? static_cast<double>((k + 1) / 2) : 0.5 * static_cast<double>(k);
-      const double angle = 2 * std::numbers::pi * turns * static_cast<double>(i) /
-                           static_cast<double>(closed ? places : places - 1);
-      out(i, k) = closed && k % 2 == 0 && k > 0 ? std::sin(angle) : std::cos(angle);
-    }
-  return out;
-}
 
 TurningWindows turning_windows(const std::vector<Turning>& logs, double length_m, bool closed,
                                Index places, double delay_s) {

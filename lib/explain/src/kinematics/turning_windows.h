@@ -8,10 +8,6 @@
 
 namespace explain {
 
-/// Waves along a road at `places` places: closed, cos and sin of whole turns; open, cosines of half
-/// turns. The first is constant.
-Eigen::MatrixXd waves_along(Eigen::Index places, Eigen::Index columns, bool closed);
-
 /// Of each window: what the gyro turned (read `delay_s` later) less what map and stated road say,
 /// rad; how far the car turned at each place on the map, rad; what errors of the gyro would make.
 struct TurningWindows {

@@ -11,10 +11,10 @@ struct Change {
   double time_s = 0.0, before = 0.0, after = 0.0;
 };
 
-/// Where the slope of `x` on `reference` (both per step; NaN is left out) becomes at least a third
-/// larger or a quarter smaller and stays so: by windows of 10 s in which the reference swings by
-/// `least_swing` and x follows it, at least two on either side. None where the slopes of one side
-/// differ among themselves by over half of the change. `lag_s`: how late x is.
+/// Where the slope of `x` on `reference` (both per step; NaN is left out) becomes 1.6 times as
+/// large or small and stays so: by windows of 10 s in which the reference swings by `least_swing`
+/// and x follows it, at least two on either side. None where the slopes of one side differ among
+/// themselves by over half of the change. `lag_s`: how late x is.
 std::optional<Change> slope_changes(const std::vector<double>& x,
                                     const std::vector<double>& reference, double least_swing,
                                     double lag_s);

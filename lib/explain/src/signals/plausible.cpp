@@ -231,8 +231,7 @@ void refuse_another_clock(const Signals& s, const PathSays& path) {
       std::abs(turn.slope / speed - 1) < 0.004)
     throw vehicle::Error(fmt::format(
         "{}: the path is {:.3f} times as fast as '{}', and the heading turns {:.3f} times as fast "
-        "as "
-        "'{}': the clock runs {} by {:.1f} %; give time_s the scale {:.4f} in the mapping",
+        "as '{}': the clock runs {} by {:.1f} %; give time_s the scale {:.4f} in the mapping",
         s.name, speed, s.column[kVx], turn.slope, s.column[kYawRate], speed < 1 ? "fast" : "slow",
         100 * std::abs(1 / speed - 1), speed));
 }
