@@ -102,7 +102,7 @@ VectorXd prior_of(Index waves, double size, double alike_m, double length_m, boo
                   double gain) {
   VectorXd out(waves + kErrors), variance(waves);
   for (Index k = 0; k < waves; ++k) {
-    const double turns = closed ? static_cast<double>((k + 1) / 2) : 0.5 * static_cast<double>(k);
+    const double turns = wave_turns(static_cast<std::size_t>(k), closed);
     const double ratio = turns * alike_m / length_m;
     variance[k] = 1 / (1 + ratio * ratio * ratio * ratio);
   }

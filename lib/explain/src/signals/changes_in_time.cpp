@@ -41,7 +41,7 @@ std::vector<Window> slopes(const std::vector<double>& x, const std::vector<doubl
       if (!std::isfinite(v) || !std::isfinite(r)) continue;
       n += 1, sx += v, sr += r, xx += v * v, rr += r * r, xr += v * r;
     }
-    if (n < kWindow / 2) continue;
+    if (2 * n < kWindow) continue;
     const double vx = xx / n - sx * sx / n / n, vr = rr / n - sr * sr / n / n,
                  c = xr / n - sx * sr / n / n;
     if (vr > least_swing * least_swing && c > 0.9 * std::sqrt(vx * vr))
@@ -87,7 +87,7 @@ std::optional<Change> drifts(const std::vector<double>& x, const std::vector<dou
     for (std::size_t i = begin; i < begin + kWindow; ++i)
       if (std::isfinite(x[i] - reference[i]))
         n += 1, sum += x[i] - reference[i], level += reference[i];
-    if (n <= kWindow / 2) continue;
+    if (2 * n <= kWindow) continue;
     const double part = (static_cast<double>(begin) + 0.5 * kWindow) * Signals::kStep_s / end_s;
     terms.row(count) << 1, part, level / n;
     apart[count++] = sum / n;
