@@ -16,6 +16,7 @@
 
 #include "base/random.h"
 #include "explain/explain.h"
+#include "lap_waves.h"
 #include "simulated_drive.h"
 #include "support/oval_road.h"
 #include "vehicle/lap.h"

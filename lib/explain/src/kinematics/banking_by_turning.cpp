@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "explain/unknowns.h"
-#include "road_profiles.h"
+#include "lap_waves.h"
 #include "selection.h"
 #include "turning_windows.h"
 

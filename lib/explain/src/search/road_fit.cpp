@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/parallel.h"
-#include "road_profiles.h"
+#include "lap_waves.h"
 #include "search.h"
 #include "selection.h"
 
