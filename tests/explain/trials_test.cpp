@@ -309,14 +309,15 @@ TEST(Trials, TheSecondRealLapIsPredictedFromTheFirst) {
   // Yaw rate and forward acceleration are both logged behind a filter; other channels show it.
   for (const auto& [column, channel, left] :
        {std::tuple{"omega(rad/s)", "yaw_rate", 0.75}, {"ax(m/s^2)", "ax", 0.4}}) {
-    const auto filtered =
-        std::find_if(found.at("findings").begin(), found.at("findings").end(), [&](const json& f) {
+    const auto filtered = std::find_if(
+        found.at("findings").begin(), found.at("findings").end(), [column = column](const json& f) {
           return f.at("mechanism") == "sensor.low_pass" && f.at("channel") == column;
         });
     ASSERT_NE(filtered, found.at("findings").end()) << column;
     const auto& held_out = filtered->at("held_out");
-    const auto shown = std::find_if(held_out.begin(), held_out.end(),
-                                    [&](const json& h) { return h.at("channel") == channel; });
+    const auto shown =
+        std::find_if(held_out.begin(), held_out.end(),
+                     [channel = channel](const json& h) { return h.at("channel") == channel; });
     ASSERT_NE(shown, held_out.end()) << channel;
     EXPECT_LT(shown->at("rmse_after").get<double>(), left * shown->at("rmse_before").get<double>())
         << channel;

@@ -9,9 +9,7 @@ void fuzz::run(std::string_view bytes) {
   const std::string name = "log";
   try {
     recording::Log log = recording::parse_log(bytes, name);
-    std::size_t cells = 0;
     for (const recording::Channel& channel : log.channels) {
-      cells += channel.values.size();
       for (const double value : channel.values) require(!std::isinf(value), "finite or empty");
       require(channel.rate_hz >= 0 && std::isfinite(channel.rate_hz), "a rate");
     }

@@ -45,13 +45,14 @@ void read_car(const Section& said, ServeCommand& car) {
   }
   for (const auto& [key, values] : {std::pair{"set", &car.starts}, {"safe", &car.safe}})
     if (said.has(key))
-      said.section(key).for_each(
-          [&](const std::string& name, const Setting& value, const std::string& where) {
-            if (value.kind != Setting::Kind::kWord)
-              throw base::Error(fmt::format("{}: no value of {}", where, name.substr(0, 60)));
-            if (values == &car.safe) base::to_number(value.word, where, name);
-            values->push_back(name + "=" + value.word);
-          });
+      said.section(key).for_each([&car, values = values](const std::string& name,
+                                                         const Setting& value,
+                                                         const std::string& where) {
+        if (value.kind != Setting::Kind::kWord)
+          throw base::Error(fmt::format("{}: no value of {}", where, name.substr(0, 60)));
+        if (values == &car.safe) base::to_number(value.word, where, name);
+        values->push_back(name + "=" + value.word);
+      });
   car.every = static_cast<unsigned>(said.number("every", car.every, 1.0, 1e6));
   car.safe_after_s = said.number("safe_after_s", car.safe_after_s, 1e-3, 1e6);
   car.patience_s = said.number("patience_s", car.patience_s, 1e-3, 1e6);

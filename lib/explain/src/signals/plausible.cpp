@@ -17,10 +17,10 @@ namespace {
 /// How much of `slip` a lateral speed holds beside whatever a lever arm adds to it by turning.
 double share_of_slip(const std::vector<double>& vy, const std::vector<double>& slip,
                      const std::vector<double>& turn) {
-  double ss = 0, st = 0, tt = 0, vs = 0, vt = 0;
+  double st = 0, tt = 0, vs = 0, vt = 0;
   for (std::size_t i = 0; i < vy.size(); ++i) {
     if (!std::isfinite(vy[i]) || !std::isfinite(slip[i]) || !std::isfinite(turn[i])) continue;
-    ss += slip[i] * slip[i], st += slip[i] * turn[i], tt += turn[i] * turn[i];
+    st += slip[i] * turn[i], tt += turn[i] * turn[i];
     vs += vy[i] * slip[i], vt += vy[i] * turn[i];
   }
   return vs * tt - vt * st;  // over a determinant that is positive

@@ -15,8 +15,13 @@ using Ints16 [[gnu::vector_size(64), gnu::may_alias]] = std::int32_t;
 
 #if defined(__x86_64__)
 template <typename Loops>
-[[gnu::target("avx512f,avx512vl,prefer-vector-width=512")]] inline void run_avx512(
-    const Loops& loops) {
+#if defined(__clang__)  // knows no preference, and takes the width of the vectors above
+[[gnu::target("avx512f,avx512vl")]]
+#else
+[[gnu::target("avx512f,avx512vl,prefer-vector-width=512")]]
+#endif
+inline void
+run_avx512(const Loops& loops) {
   loops();
 }
 #endif
