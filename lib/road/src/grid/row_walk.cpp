@@ -249,43 +249,44 @@ namespace {
 using Floats4 [[gnu::vector_size(16)]] = float;
 using Bytes16 [[gnu::vector_size(16)]] = char;
 
-/// A square of n x n values, read `from_step` apart, mirrored at its diagonal and written `to_step`
-/// apart; n of them are 16 bytes.
+/// A square of kN x kN values, read `from_step` apart, mirrored at its diagonal and written
+/// `to_step` apart; kN of them are 16 bytes.
 template <typename Vector, typename T, std::size_t... i>
 [[gnu::always_inline]] inline void mirror(const T* from, std::size_t from_step, T* to,
                                           std::size_t to_step, std::index_sequence<i...>) {
-  constexpr std::size_t n = sizeof...(i);
-  Vector square[n], next[n];
+  constexpr std::size_t kN = sizeof...(i);
+  Vector square[kN], next[kN];
 #pragma GCC unroll 16
-  for (std::size_t k = 0; k < n; ++k) std::memcpy(&square[k], from + k * from_step, sizeof(Vector));
+  for (std::size_t k = 0; k < kN; ++k)
+    std::memcpy(&square[k], from + k * from_step, sizeof(Vector));
     // Each time the two halves are interleaved, value by value, until every value has come round to
     // its place.
 #pragma GCC unroll 16
-  for (std::size_t done = 1; done < n; done *= 2) {
+  for (std::size_t done = 1; done < kN; done *= 2) {
 #pragma GCC unroll 16
-    for (std::size_t k = 0; k < n / 2; ++k) {
-      next[2 * k] = __builtin_shufflevector(square[k], square[k + n / 2], (i / 2 + i % 2 * n)...);
+    for (std::size_t k = 0; k < kN / 2; ++k) {
+      next[2 * k] = __builtin_shufflevector(square[k], square[k + kN / 2], (i / 2 + i % 2 * kN)...);
       next[2 * k + 1] =
-          __builtin_shufflevector(square[k], square[k + n / 2], (n / 2 + i / 2 + i % 2 * n)...);
+          __builtin_shufflevector(square[k], square[k + kN / 2], (kN / 2 + i / 2 + i % 2 * kN)...);
     }
 #pragma GCC unroll 16
-    for (std::size_t k = 0; k < n; ++k) square[k] = next[k];
+    for (std::size_t k = 0; k < kN; ++k) square[k] = next[k];
   }
 #pragma GCC unroll 16
-  for (std::size_t k = 0; k < n; ++k) std::memcpy(to + k * to_step, &square[k], sizeof(Vector));
+  for (std::size_t k = 0; k < kN; ++k) std::memcpy(to + k * to_step, &square[k], sizeof(Vector));
 }
 
 /// `rows` rows of `columns` nodes from nodes that lie column by column.
 template <typename Vector, typename T>
 [[gnu::always_inline]] inline void turn(const T* from, std::size_t rows, std::size_t columns,
                                         T* to) {
-  constexpr std::size_t n = sizeof(Vector) / sizeof(T);
-  if (rows == kLanes && columns >= n) {
-    for (std::size_t j = 0; j < columns; j += n) {
-      j = std::min(j, columns - n);  // the last squares overlap those before them
-      for (std::size_t k = 0; k < kLanes; k += n) {
+  constexpr std::size_t kN = sizeof(Vector) / sizeof(T);
+  if (rows == kLanes && columns >= kN) {
+    for (std::size_t j = 0; j < columns; j += kN) {
+      j = std::min(j, columns - kN);  // the last squares overlap those before them
+      for (std::size_t k = 0; k < kLanes; k += kN) {
         mirror<Vector>(from + j * kLanes + k, kLanes, to + k * columns + j, columns,
-                       std::make_index_sequence<n>{});
+                       std::make_index_sequence<kN>{});
       }
     }
   } else {

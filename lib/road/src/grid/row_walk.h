@@ -77,6 +77,8 @@ class RowWalk {
   void find_nearest_limit(Side& side) const;
   void leave_out_empty_columns(RowsReached& reached) const;
 
+  Floats16 start_z_m_{};
+  alignas(64) std::array<double, kWalkRows> x0_m_{}, y0_m_{}, normal_x_{}, normal_y_{};
   const RoadMesh& road_;
   const RaySurface& surface_;
   const crg::ReferenceLine& line_;
@@ -89,8 +91,6 @@ class RowWalk {
   double origin_z_m_;
 
   std::size_t first_row_ = 0, rows_ = 0;
-  alignas(64) std::array<double, kWalkRows> x0_m_{}, y0_m_{}, normal_x_{}, normal_y_{};
-  Floats16 start_z_m_{};
   float* z_m_ = nullptr;           // of these rows, column by column
   SurfaceClass* class_ = nullptr;  // likewise
 };
