@@ -1,6 +1,7 @@
 #include "support/oval_road.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -26,6 +27,36 @@ double kerb_height(double u, double v, const OvalOptions& options, double begin_
   // Rises over 0.6 m, falls over 0.4 m.
   const double profile = across < 0.6 ? across / 0.6 : (1.0 - across) / 0.4;
   return options.kerb_height_m * profile * std::min(1.0, along / 2.0);
+}
+
+struct Wave {
+  double amplitude_m, k_u, k_v, phase;
+  std::complex<double> turn;  ///< of its phase from one column to the next
+};
+
+/// Adds the heights of the waves along a row, one after the other. Eight turn at a time: one alone
+/// waits for its own last product.
+void add_waves(const std::vector<Wave>& waves, double u_m, double v_begin_m,
+               std::vector<double>& row) {
+  constexpr std::size_t kAtOnce = 8;
+  for (std::size_t begin = 0; begin < waves.size(); begin += kAtOnce) {
+    std::array<double, kAtOnce> re{}, im{}, cosine{}, sine{};
+    for (std::size_t k = 0; k < std::min(kAtOnce, waves.size() - begin); ++k) {
+      const Wave& wave = waves[begin + k];
+      const auto phasor =
+          std::polar(wave.amplitude_m, wave.k_u * u_m + wave.k_v * v_begin_m + wave.phase);
+      re[k] = phasor.real(), im[k] = phasor.imag();
+      cosine[k] = wave.turn.real(), sine[k] = wave.turn.imag();
+    }
+    for (double& z : row) {
+      for (const double part : re) z += part;
+      for (std::size_t k = 0; k < kAtOnce; ++k) {
+        const double turned = re[k] * cosine[k] - im[k] * sine[k];
+        im[k] = re[k] * sine[k] + im[k] * cosine[k];
+        re[k] = turned;
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -66,9 +97,6 @@ Oval oval_road(const OvalOptions& options) {
   const std::size_t columns = oval.grid.v_m.size();
 
   // Waves with a whole number of periods round the oval; each carries the variance of its band.
-  struct Wave {
-    double amplitude_m, k_u, k_v, phase;
-  };
   std::vector<Wave> waves;
   std::mt19937_64 random(options.seed);
   if (options.iso_class != 0) {
@@ -80,7 +108,8 @@ Oval oval_road(const OvalOptions& options) {
       const double n =
           std::max(1.0, std::round((low + (high - low) * uniform(random)) * length_m)) / length_m;
       waves.push_back({std::sqrt(2.0 * psd_n0 * std::pow(n / 0.1, -2.0) * (high - low)), kTurn * n,
-                       kTurn * n * (2.0 * uniform(random) - 1.0), kTurn * uniform(random)});
+                       kTurn * n * (2.0 * uniform(random) - 1.0), kTurn * uniform(random), 1.0});
+      waves.back().turn = std::polar(1.0, waves.back().k_v * options.v_step_m);
     }
   }
   std::vector<double> row(columns);
@@ -95,15 +124,7 @@ Oval oval_road(const OvalOptions& options) {
     const double banking =
         -0.04 * smooth_step((s - options.straight_m) / 40.0) * smooth_step((half - s) / 40.0);
     std::fill(row.begin(), row.end(), hill);
-    for (const Wave& wave : waves) {
-      std::complex<double> phasor =
-          std::polar(wave.amplitude_m, wave.k_u * u + wave.k_v * oval.grid.v_m[0] + wave.phase);
-      const std::complex<double> turn = std::polar(1.0, wave.k_v * options.v_step_m);
-      for (double& z : row) {
-        z += phasor.real();
-        phasor *= turn;
-      }
-    }
+    add_waves(waves, u, oval.grid.v_m[0], row);
     for (std::size_t j = 0; j < columns; ++j) {
       const double v = oval.grid.v_m[j];
       row[j] += banking * v - 0.03 * std::max(0.0, std::abs(v) - 7.0) +
