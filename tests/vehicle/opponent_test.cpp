@@ -165,19 +165,17 @@ TEST(Opponent, TwoCarsInOneRun) {
 
   const std::vector<Entrant> both{{&car, behind}, {&car, ahead}};
   const std::vector<LapResult> towed = drive_together(both, road);
-  const std::vector<LapResult> again = drive_together(both, road);
   ASSERT_TRUE(towed[0].complete && towed[1].complete) << towed[0].problem << towed[1].problem;
   EXPECT_GT(towed[0].top_mps, single.top_mps + 0.5);
   EXPECT_LT(towed[0].lap_s[1], single.lap_s[1] - 0.05);
   EXPECT_LT(towed[0].nearest_m, apart[0].nearest_m);
   EXPECT_EQ(towed[0].nearest_m, towed[1].nearest_m);
+  // Another run gives the same, and in which order they are named changes nothing.
+  const std::vector<Entrant> other_order{{&car, ahead}, {&car, behind}};
+  const std::vector<LapResult> turned = drive_together(other_order, road);
   for (const std::size_t i : {0u, 1u})
     EXPECT_EQ(recording::format_table(towed[i].telemetry, 17),
-              recording::format_table(again[i].telemetry, 17));
-  // In which order they are named changes nothing.
-  const std::vector<Entrant> turned{{&car, ahead}, {&car, behind}};
-  EXPECT_EQ(recording::format_table(drive_together(turned, road)[1].telemetry, 17),
-            recording::format_table(towed[0].telemetry, 17));
+              recording::format_table(turned[1 - i].telemetry, 17));
   RecordProperty("gain_s", std::to_string(single.lap_s[1] - towed[0].lap_s[1]));
   RecordProperty("gain_mps", std::to_string(towed[0].top_mps - single.top_mps));
 }

@@ -136,7 +136,7 @@ TEST(Standstill, ABrakedCarIsPushedBackByNoMoreThanItsCarcasses) {
 // A braked car on a grade or a bank stands, whatever the stick speed of its brakes; also where they
 // can only just hold it.
 TEST(Standstill, ABrakedCarStaysWhereItIs) {
-  const double seconds = heavy() ? 60.0 : 20.0;
+  const double seconds = heavy() ? 60.0 : 5.0, most_m = heavy() ? 1e-3 : 2.5e-4;
   double furthest_m = 0.0;
   for (const char* name : {"open_wheel", "av21"}) {
     Vehicle v = read_vehicle(fmt::format("{}/vehicles/{}/vehicle.yaml", places::source(), name));
@@ -165,8 +165,8 @@ TEST(Standstill, ABrakedCarStaysWhereItIs) {
             const double x_m = sim.state[kX], y_m = sim.state[kY];
             drive(4.0 + seconds);
             const double moved_m = std::hypot(sim.state[kX] - x_m, sim.state[kY] - y_m);
-            EXPECT_LE(moved_m, 1e-3) << name << " " << pressure_pa << " Pa, grade " << grade
-                                     << ", bank " << bank << ", stop " << stop_radps;
+            EXPECT_LE(moved_m, most_m) << name << " " << pressure_pa << " Pa, grade " << grade
+                                       << ", bank " << bank << ", stop " << stop_radps;
             furthest_m = std::max(furthest_m, moved_m);
           }
     }
