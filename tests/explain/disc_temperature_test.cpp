@@ -25,10 +25,9 @@ std::array<explain::Stop, 2> stops(const Drive& d, const vehicle::Vehicle& car) 
   return out;
 }
 
-/// Error of the worse axle's surface over the drive of this car, rms, K; `taken` is the car that is
-/// taken for it.
-double error_k(const vehicle::Vehicle& car, const vehicle::Vehicle& taken) {
-  const Drive d = explain_test::stop_and_go(car, 90);
+/// Error of the worse axle's surface over this drive of 90 s, rms, K; `taken` is the car that is
+/// taken for the one that drove.
+double error_k(const Drive& d, const vehicle::Vehicle& taken) {
   EXPECT_EQ(d.time_s.size(), 1800u);
   EXPECT_GT(*std::max_element(d.front_disc_k.begin(), d.front_disc_k.end()), 530);
   double most = 0;
@@ -43,7 +42,7 @@ constexpr double kLeft_k = 4.0;
 
 TEST(DiscTemperature, FollowsTheSimulatedDiscs) {
   const vehicle::Vehicle car = explain_test::racer();
-  EXPECT_LT(error_k(car, car), kLeft_k);
+  EXPECT_LT(error_k(explain_test::stop_and_go(car, 90), car), kLeft_k);
 }
 
 // Every term by its amplitude, one after the other; taken as whole: 9 to 150 K off.
@@ -54,9 +53,10 @@ TEST(DiscTemperature, KnowsTheAmplitudesOfTheTerms) {
     car.terms[term] = 0.4;
     whole.terms[term] = 1.0;
     const auto name = vehicle::term_list()[static_cast<std::size_t>(term)].name;
-    const double error = error_k(car, car);
+    const Drive d = explain_test::stop_and_go(car, 90);
+    const double error = error_k(d, car);
     EXPECT_LT(error, kLeft_k) << name;
-    EXPECT_GT(error_k(car, whole), 3 * error) << name;
+    EXPECT_GT(error_k(d, whole), 3 * error) << name;
   }
 }
 
@@ -74,9 +74,9 @@ TEST(DiscTemperature, KnowsTheFadeOfThePads) {
     EXPECT_LT(explain_test::apart(axles[0].pad_heat_j, d.pad_heat_j), 0.05 * most) << amount;
     vehicle::Vehicle blind = car;
     blind.terms[Term::brake_fade] = 0;
-    const double error = error_k(car, car);
+    const double error = error_k(d, car);
     EXPECT_LT(error, kLeft_k) << amount;
-    EXPECT_GT(error_k(car, blind), 3 * error) << amount;
+    EXPECT_GT(error_k(d, blind), 3 * error) << amount;
   }
 }
 

@@ -87,7 +87,8 @@ TEST(Fleet, WhatEachCarGetsWrongByItselfIsNoRoad) {
 
 TEST(Fleet, NothingIsFoundWhereNothingIs) {
   int alarms = 0;
-  for (int round = 0; round < 20; ++round) {
+  const int rounds = std::getenv("KERBSTONE_HEAVY") != nullptr ? 20 : 8;
+  for (int round = 0; round < rounds; ++round) {
     std::vector<DriveSummary> drives;
     for (int k = 0; k < 5; ++k)
       drives.push_back(synthetic_drive({},
@@ -97,7 +98,7 @@ TEST(Fleet, NothingIsFoundWhereNothingIs) {
                                        static_cast<std::uint64_t>(7000 + 100 * round + k)));
     alarms += explained(drives).verdict == FleetVerdict::kNone ? 0 : 1;
   }
-  EXPECT_LE(alarms, 1);
+  EXPECT_LE(alarms, rounds / 20);
 }
 
 TEST(Fleet, DrivesOfOneCarShareItAndThreadsChangeNothing) {

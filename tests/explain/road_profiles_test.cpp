@@ -68,13 +68,13 @@ void filter(std::vector<double>& x, double time_s) {
   for (double& value : x) state = value = value + (state - value) * std::exp(-0.02 / time_s);
 }
 
-/// Three laps of the simulated car as a logger of 50 Hz has them; four with KERBSTONE_HEAVY=1.
+/// Two laps of the simulated car as a logger of 50 Hz has them; four with KERBSTONE_HEAVY=1.
 recording::Table recorded(const Truth& truth, const Logger& logger) {
   const vehicle::Vehicle v = explain_test::racer();
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
   const crg::Surface surface(oval(truth));
   vehicle::LapOptions options;
-  options.laps = std::getenv("KERBSTONE_HEAVY") != nullptr ? 4 : 3;
+  options.laps = std::getenv("KERBSTONE_HEAVY") != nullptr ? 4 : 2;
   options.record_every = 20;
   const recording::Table t = drive_laps(car, vehicle::Road(surface), options).telemetry;
   const std::vector<std::pair<const char*, double>> noise{
