@@ -314,7 +314,7 @@ TEST(SlowProofs, ATieIsResolvedByTheExperimentItAskedFor) {
 }
 
 TEST(Proofs, WhatNoMechanismExplainsIsUnknown) {
-  Proof proof("outside", unless_heavy(3));
+  Proof proof("outside", unless_heavy(2));
   const json found = proof.explain();
   EXPECT_EQ(found.at("verdict"), "unknown");
   ASSERT_FALSE(found.at("unexplained").empty());
