@@ -3,13 +3,13 @@
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { check, end, failed, finish, launch, opened, packagesOf, run as runIn, serve } from './browser.mjs';
+import { check, circuitOf, end, failed, finish, launch, opened, packagesOf, run as runIn, serve } from './browser.mjs';
 
 const [kerbstone, crgbuild, crgdrive, source, shots] = process.argv.slice(2);
 const require = packagesOf(source);
 const dir = mkdtempSync(join(tmpdir(), 'kerbstone-laps-'));
 const run = (program, words) => runIn(program, words, dir);
-run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', 'ring', '--facet-m', '4', '-q']);
+run(crgbuild, ['synth', circuitOf(source), '-o', 'ring', '--facet-m', '4', '-q']);
 run(crgbuild, ['convert', 'ring/kerbstone-ring_truth.crg', '-o', 'other.crg', '-q']);
 run(crgbuild, ['report', 'ring/kerbstone-ring_truth.crg', '-o', 'ring', '-q']);
 // Two laps of a quick driver; one of a slow one; most of one, twice, which is none: it was put back before the line.
@@ -17,8 +17,8 @@ const lapTimes = {};
 for (const [name, laps, grip] of [['quick', 2, '0.75'], ['slow', 1, '0.5']])
   lapTimes[name] = JSON.parse(run(crgdrive, ['lap', '--vehicle', join(source, 'vehicles/open_wheel/vehicle.yaml'), '--track', 'ring/kerbstone-ring_truth.crg', '-o', `${name}.csv`, '--laps', String(laps), '--grip-usage', grip, '--json']).stdout).lap_s;
 const slowRows = readFileSync(join(dir, 'slow.csv'), 'utf8').trim().split('\n'), head = slowRows.findIndex((row) => row.startsWith('time_s')) + 1;
-const again = slowRows.slice(head + 10, head + 4000);
-writeFileSync(join(dir, 'put-back.csv'), `${[...slowRows.slice(0, head), ...again, ...again.map((row) => row.replace(/^[^,]*/, (time) => (Number(time) + 40).toFixed(2)))].join('\n')}\n`);
+const most = Math.round(0.8 * (slowRows.length - head)), again = slowRows.slice(head + 10, head + most);
+writeFileSync(join(dir, 'put-back.csv'), `${[...slowRows.slice(0, head), ...again, ...again.map((row) => row.replace(/^[^,]*/, (time) => (Number(time) + 0.01 * most).toFixed(2)))].join('\n')}\n`);
 // Twice the time in one recording, its square in the other: what the curves have to show.
 const ramp = (of, name) => writeFileSync(join(dir, name), `time_s,speed_mps\n${Array.from({ length: 1001 }, (_, k) => `${0.01 * k},${of(0.01 * k)}`).join('\n')}\n`);
 ramp((t) => 2 * t, 'ramp <b>.csv');
