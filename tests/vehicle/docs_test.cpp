@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "support/demo_circuit.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 
@@ -28,8 +29,8 @@ std::string commands_of(const std::string& document) {
 class CarDocs : public ::testing::Test {
  protected:
   void SetUp() override {
-    for (const char* name : {"tracks", "vehicles"})
-      std::filesystem::create_symlink(fmt::format("{}/{}", places::source(), name), folder / name);
+    support::put_demo_circuit(folder.path());
+    std::filesystem::create_symlink(places::source() + "/vehicles", folder / "vehicles");
   }
   void run(const std::string& document) {
     namespace fs = std::filesystem;

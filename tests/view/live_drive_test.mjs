@@ -3,13 +3,13 @@
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { check, end, failed, finish, launch, opened, packagesOf, run as runIn, serve } from './browser.mjs';
+import { check, circuitOf, end, failed, finish, launch, opened, packagesOf, run as runIn, serve } from './browser.mjs';
 
 const [kerbstone, crgbuild, crgdrive, source, shots] = process.argv.slice(2);
 const require = packagesOf(source);
 const dir = mkdtempSync(join(tmpdir(), 'kerbstone-live-'));
 const run = (program, words) => runIn(program, words, dir);
-run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', 'ring', '--facet-m', '4', '-q']);
+run(crgbuild, ['synth', circuitOf(source), '-o', 'ring', '--facet-m', '4', '-q']);
 run(crgdrive, ['fmu', join(source, 'vehicles/open_wheel/vehicle.yaml'), '--track', 'ring/kerbstone-ring_truth.crg', '-o', 'car.fmu', '-q']);
 
 const served = await serve(kerbstone, dir), browser = await launch(require);
