@@ -27,6 +27,10 @@ std::string commands_of(const std::string& document) {
     script += text.substr(at + 6, end - at - 5);
     at = end;
   }
+  // Two starts in place of eight find the same tyre.
+  const std::string of_all = "-o fitted.tir";
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr)
+    script.replace(script.find(of_all), of_all.size(), "--starts 2 " + of_all);
   return script;
 }
 
@@ -82,10 +86,10 @@ TEST(IdentifyDocs, EveryCommandRuns) {
   }
   EXPECT_LT(sd_found, 0.7 * sd);
 
-  // Columns in another unit (a third of the rows): they fit, and the tyre is another.
+  // Columns in another unit (a ninth of the rows): they fit, and the tyre is another.
   const auto refused = [&](const std::string& change) {
     const std::string mend = fmt::format(
-        "cd '{0}' && awk -F, -v OFS=, 'NR > 1 && NR % 3 != 0 {{ next }} NR > 1 {{ {2} }} 1' "
+        "cd '{0}' && awk -F, -v OFS=, 'NR > 1 && NR % 9 != 0 {{ next }} NR > 1 {{ {2} }} 1' "
         "bench.csv > off.csv && '{1}' tyre "
         "off.csv --reference vehicles/open_wheel/front.tir --starts 1 -o off.tir > off.log 2>&1",
         folder.path(), places::crgidentify(), change);
@@ -93,9 +97,9 @@ TEST(IdentifyDocs, EveryCommandRuns) {
     return cli::read(folder / "off.log");
   };
   EXPECT_THAT(refused("$3 *= 7"), ::testing::HasSubstr("slip angles in another unit"));
-  const std::string moments = refused("if (NR < 8) $1 = \"\"; $8 *= 10");
+  const std::string moments = refused("if (NR < 20) $1 = \"\"; $8 *= 10");
   EXPECT_THAT(moments, ::testing::HasSubstr("moments in another unit"));
-  EXPECT_THAT(moments, ::testing::HasSubstr("267 rows, 265 looked at, 2 left out"));
+  EXPECT_THAT(moments, ::testing::HasSubstr("89 rows, 87 looked at, 2 left out"));
 }
 
 }  // namespace docs_test
