@@ -21,6 +21,7 @@
 
 #include "sim/serve_unit.h"
 #include "some_unit.h"
+#include "support/demo_circuit.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
 #include "unit_driver.h"
@@ -81,10 +82,11 @@ class BareTimer {
 class RealTime : public testing::Test {
  protected:
   void make() const {
-    sh(fmt::format(R"({1} synth {0}/tracks/kerbstone-ring/circuit.yaml -o demo --quiet
+    sh(fmt::format(R"({1} synth {3} -o demo --quiet
 {1} export demo/kerbstone-ring_truth.crg --tum -o line.csv --quiet
 {2} fmu {0}/vehicles/open_wheel/vehicle.yaml --track demo/kerbstone-ring_truth.crg -o car.fmu --quiet)",
-                   places::source(), places::crgbuild(), places::crgdrive()));
+                   places::source(), places::crgbuild(), places::crgdrive(),
+                   support::demo_circuit()));
   }
 
   void sh(const std::string& script) const {

@@ -18,6 +18,7 @@
 #include "base/error.h"
 #include "sim/dds.h"
 #include "some_unit.h"
+#include "support/demo_circuit.h"
 #include "support/places.h"
 #include "support/run_tool.h"
 #include "unit_driver.h"
@@ -426,8 +427,7 @@ constexpr double kOnTheRoad_m = 3.0;
 TEST(ServeUnit, AStackDrivesALap) {
   const support::TemporaryFolder folder;
   const std::string make =
-      fmt::format("{} synth {}/tracks/kerbstone-ring/circuit.yaml -o demo --quiet",
-                  places::crgbuild(), places::source());
+      fmt::format("{} synth {} -o demo --quiet", places::crgbuild(), support::demo_circuit());
   const bool has_dds = !sim::dds_version().empty(),
              again = has_dds && std::getenv("KERBSTONE_HEAVY") != nullptr;
   EXPECT_LE(largest_distance_of_a_lap_m(folder, make, "demo/kerbstone-ring_truth.crg",
@@ -460,8 +460,7 @@ TEST(SlowServeUnit, AStackDrivesInChangingWeatherWithSensorsOfTheRoad) {
               "time_s,parameter.environment.wind_mps,parameter.environment.wind_heading_rad,"
               "parameter.environment.road_grip\n0,0,0,1\n10,15,1.57,1\n40,15,1.57,0.9\n");
   const std::string make =
-      fmt::format("{} synth {}/tracks/kerbstone-ring/circuit.yaml -o demo --quiet",
-                  places::crgbuild(), places::source());
+      fmt::format("{} synth {} -o demo --quiet", places::crgbuild(), support::demo_circuit());
   EXPECT_LE(largest_distance_of_a_lap_m(
                 folder, make, "demo/kerbstone-ring_truth.crg", "binary json",
                 "--road demo/kerbstone-ring_truth.crg --inputs weather.csv --sights $form.jsonl",
