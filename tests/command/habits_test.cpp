@@ -21,7 +21,7 @@
 namespace habits_test {
 
 using cli::Folder;
-using support::all_tools, support::commands_of, support::run_on_terminal, support::run_tool;
+using support::all_tools, support::run_on_terminal, support::run_tool;
 using support::Tool, support::ToolRun;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -36,6 +36,14 @@ std::string joined(const Words& words) {
 Words operator+(Words a, const Words& b) {
   a.insert(a.end(), b.begin(), b.end());
   return a;
+}
+
+/// Asked once: the help of each of them is read to find them.
+const std::vector<Words>& known_commands(const Tool& tool) {
+  static std::map<std::string, std::vector<Words>> known;
+  const auto [at, is_new] = known.try_emplace(tool.name);
+  if (is_new) at->second = support::commands_of(tool);
+  return at->second;
 }
 
 /// One line, the tool's name in front, no control characters.
@@ -66,7 +74,7 @@ TEST(Habits, EveryCommandHasTheSameFlagsAndIsDescribedEverywhere) {
                    " [0-9]+\\.[0-9]+\\.[0-9]+ "
                    "\\(([0-9a-f]{10}(-dirty)?|unknown)\\)\n(with(out)? (PCL|Cyclone DDS).*\n)?")))
         << version;
-    for (const Words& words : commands_of(tool)) {
+    for (const Words& words : known_commands(tool)) {
       SCOPED_TRACE(tool.name + " " + joined(words));
       ++commands;
       const ToolRun help = run_tool(tool.path, words + Words{"--help"});
@@ -113,7 +121,7 @@ TEST(Habits, TheShellCompletesCommandsFlagsWordsAndFiles) {
     const std::string script = folder / tool.name;
     cli::write(script, run_tool(tool.path, {"--completion"}).out);
     std::set<std::string> first;
-    const std::vector<Words> commands = commands_of(tool);
+    const std::vector<Words>& commands = known_commands(tool);
     for (const Words& words : commands) first.insert(words.front());
     EXPECT_THAT(completed(script, {tool.name, ""}), ::testing::UnorderedElementsAreArray(first));
     for (const Words& words : commands) {
@@ -140,7 +148,7 @@ TEST(Habits, TheShellCompletesCommandsFlagsWordsAndFiles) {
 
 TEST(Habits, AWrongCommandLineIsOneLineThatHelps) {
   for (const Tool& tool : all_tools()) {
-    for (const Words& words : commands_of(tool)) {
+    for (const Words& words : known_commands(tool)) {
       SCOPED_TRACE(tool.name + " " + joined(words));
       const ToolRun flag = run_tool(tool.path, words + Words{"--ouptut", "x"});
       EXPECT_EQ(flag.code, 2);
@@ -396,7 +404,7 @@ using SlowCalled = Called;
 
 TEST_F(Called, EveryCommandIs) {
   for (const Tool& tool : all_tools())
-    for (const Words& words : commands_of(tool))
+    for (const Words& words : known_commands(tool))
       EXPECT_TRUE(std::any_of(
           calls_[tool.name].begin(), calls_[tool.name].end(),
           [&](const Words& call) { return std::equal(words.begin(), words.end(), call.begin()); }))
@@ -669,7 +677,7 @@ TEST_F(Called, ATerminalIsToldTheTimeThatIsLeft) {
   const std::string said =
       run_on_terminal(places::lidar2mesh(),
                       {"synth", places::source() + "/tracks/kerbstone-ring/circuit.yaml", "-o",
-                       *folder_ / "long_scans"},
+                       *folder_ / "long_scans", "--threads", "1"},
                       "\r\033\\[K *[0-9]+ % scans, [0-9]+ s, [0-9]+ (s|min) left")
           .err;
   EXPECT_THAT(said, HasSubstr(" left")) << said;
