@@ -32,7 +32,8 @@ void expect_refused(const Ran& ran, const std::string& out_dir,
 }
 
 Ran build(const Folder& folder, const std::string& mesh, std::vector<std::string> flags = {}) {
-  std::vector<std::string> arguments = {"build", mesh, "-o", folder / "out"};
+  std::vector<std::string> arguments = {"build",      mesh,  "-o",         folder / "out",
+                                        "--u-step-m", "0.5", "--v-step-m", "0.5"};
   arguments.insert(arguments.end(), flags.begin(), flags.end());
   return crgbuild(arguments);
 }

@@ -174,10 +174,13 @@ TEST_F(Built, SummaryHasTheFixedKeysAndTheRightNumbers) {
 }
 
 TEST_F(Built, JsonPrintsTheSummaryAndQuietNothing) {
-  const Ran json = crgbuild({"build", *folder / "stadium.obj", "-o", *folder / "json", "--json"});
+  const auto build = [](const std::string& flag) {
+    return crgbuild({"build", *folder / "stadium.obj", "-o", *folder / "json", "--u-step-m", "0.5",
+                     "--v-step-m", "0.5", "--force", flag});
+  };
+  const Ran json = build("--json");
   EXPECT_EQ(json.out, read(*folder / "json/summary.json"));
-  const Ran quiet =
-      crgbuild({"--quiet", "build", *folder / "stadium.obj", "-o", *folder / "quiet"});
+  const Ran quiet = build("--quiet");
   EXPECT_EQ(quiet.out + quiet.err, "");
 }
 
