@@ -170,7 +170,7 @@ TEST(Changes, WhatIsSaidToBeToldIsTold) {
 }
 
 TEST(Changes, SlowDifferencesAreTakenOutAndSaid) {
-  Campaign before{.seed = 1}, after{.seed = 2, .drift_m = 0.05};
+  Campaign before{.seed = 1, .per_m2 = 200.0}, after{.seed = 2, .per_m2 = 200.0, .drift_m = 0.05};
   const ChangeResult result = find_changes(seen(before), seen(after));
   EXPECT_TRUE(result.places.empty());
   EXPECT_THAT(result.remarks, ::testing::Contains(::testing::HasSubstr("differ slowly")));
@@ -180,7 +180,7 @@ TEST(Changes, SlowDifferencesAreTakenOutAndSaid) {
 }
 
 TEST(Changes, SomethingThatStandsThereIsNoChangeOfTheSurface) {
-  Campaign before{.seed = 1}, after{.seed = 2};
+  Campaign before{.seed = 1, .per_m2 = 200.0}, after{.seed = 2, .per_m2 = 200.0};
   after.bumps = {{60.0, 0.0, 2.0, 1.4, true}};
   const ChangeResult result = find_changes(seen(before), seen(after));
   ASSERT_EQ(result.places.size(), 1u);

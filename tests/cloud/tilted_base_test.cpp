@@ -93,7 +93,7 @@ TEST(TiltedBase, InABendIsFoundByThinScansOfOneDrive) {
     std::uint64_t seed;
   };
   // The last one held 72.6 % while cells were not gathered again after the poses had turned back.
-  std::vector<Case> cases = {{0.006, 1}, {0.006, 2}, {0.0175, 14}};
+  std::vector<Case> cases = {{0.006, 1}, {0.0175, 14}};
   if (heavy) {
     cases.clear();
     for (const double slope : {0.0, 0.003, -0.006, 0.006, 0.012, 0.0175, 0.025})
