@@ -28,6 +28,7 @@ TEST(CleanCache, AMeshThatHasNotChangedIsNotCleanedAgain) {
   road::Recipe recipe = road::recipe_for_mesh(fine_mesh(folder));
   recipe.read.up = road::UpAxis::z;
   recipe.read.unit = road::Unit::m;
+  recipe.reference_line.u_step_m = recipe.sample.v_step_m = 0.5;
   const auto build = [&](const road::Recipe& r, const std::string& out, Reuse reuse) {
     return road::make_track(r, folder.path(out), {}, nullptr, reuse);
   };

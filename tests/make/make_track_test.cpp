@@ -144,7 +144,7 @@ TEST(SlowBuild, TheDemoCircuitWithoutNames) {
              // less surely
 }
 
-TEST(Build, TheDemoCircuitInFeetFromGlb) {
+TEST(SlowBuild, TheDemoCircuitInFeetFromGlb) {
   expect_true_road(
       build_demo(
           {.format = road::MeshFormat::glb, .unit = road::Unit::ft, .names = road::NameStyle::ac}),
