@@ -182,7 +182,7 @@ def wavy_road(path):
 def scanned(tmp_path_factory):
     folder = tmp_path_factory.mktemp("scanned")
     wavy_road(folder / "road.crg")
-    command("lidar2mesh", "synth", folder / "road.crg", "-o", folder / "scans", "--from-m", 20, "--to-m", 180, "--azimuths", 128, "--v-m", -1, 1)
+    command("lidar2mesh", "synth", folder / "road.crg", "-o", folder / "scans", "--from-m", 60, "--to-m", 120, "--azimuths", 128, "--v-m", -1, 1)
     command("lidar2mesh", "synth", folder / "road.crg", "-o", folder / "noise", "--from-m", 40, "--to-m", 80, "--azimuths", 16, "--beams", 8,
             "--noise-m", 0.2, "--cars", 0)  # fmt: skip
     return folder
