@@ -468,6 +468,15 @@ try {
   await page.focus('[aria-label="Take away 0/drives/a.csv"]');
   await page.keyboard.press('Enter');
   await until(() => document.querySelectorAll('[aria-label^="Lap of"]').length === 1);
+  // A click is not lost when what was clicked before is drawn after it.
+  await page.evaluate(() => {
+    document.querySelector('[data-tab="live"]').click();
+    document.querySelector('[aria-label^="Take away"]').click();
+  });
+  await until(() => document.querySelector('[data-tab="live"]').getAttribute('aria-pressed') === 'true');
+  await page.click('[data-tab="laps"]');
+  await page.click('[data-id="0/drives/b.csv"]');
+  await until(() => document.querySelectorAll('[aria-label^="Lap of"]').length === 1);
 
   // Live: at full throttle by keyboard, into a file that the laps show.
   const [pausedAt_s, drivenFor_s] = isHeavy ? [4, 10] : [1, 2];

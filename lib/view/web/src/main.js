@@ -15,7 +15,7 @@ const parts = { track: ['Track', ['recipe', 'mesh']], road: ['Road', ['road']], 
 const headings = { recipe: 'Recipes', mesh: 'Meshes', road: 'Roads', log: 'Recordings', table: 'Tables and drives', unit: 'Units', findings: 'Findings of crgexplain', tiles: 'Scans as tiles', scan: 'Clouds' };
 
 function main() {
-  let listing = { folders: [], entries: [], opened: '' }, part = 'track', opened = '', compared = '';
+  let listing = { folders: [], entries: [], opened: '' }, part = 'track', opened = '', compared = '', followed = '';
   const made = {};
   async function changed() {
     listing = await getJson('list');
@@ -25,10 +25,12 @@ function main() {
   const show = (next, ...ids) => { location.hash = `#${[next, ...ids.filter(Boolean).map(encodeURIComponent)].join('/')}`; };
   // What is seen goes into the address; Back leads to what was opened before, not to every turn of the view.
   const keepOf = (name) => (id, state) => {
-    if (part !== name || (name !== 'laps' && opened !== id)) return;
+    // An address that is not followed yet is a click of a moment ago: what was drawn meanwhile does not take it back.
+    if (location.hash !== followed || part !== name || (name !== 'laps' && opened !== id)) return;
     opened = id;
     compared = state;
     history.replaceState(null, '', `#${[name, id, state].map(encodeURIComponent).join('/')}`);
+    followed = location.hash;
   };
   const openRoad = (id, against) => show('road', id, roadStateOf([against ?? '']));
   const track = makeTrack({ changed, entriesOf: () => listing.entries, keep: keepOf('track'), openRoad });
@@ -67,6 +69,7 @@ function main() {
   }
 
   async function follow() {
+    followed = location.hash;
     const [next, id, against] = location.hash.slice(1).split('/', 3);
     const wanted = next in parts ? next : 'track';
     if (wanted !== part || place.childElementCount === 0) {
