@@ -15,7 +15,7 @@ using Ints16 [[gnu::vector_size(64), gnu::may_alias]] = std::int32_t;
 
 #if defined(__x86_64__)
 template <typename Loops>
-#if defined(__clang__)  // knows no preference, and takes the width of the vectors above
+#if defined(__clang__)  // knows no such preference
 [[gnu::target("avx512f,avx512vl")]]
 #else
 [[gnu::target("avx512f,avx512vl,prefer-vector-width=512")]]
