@@ -29,6 +29,7 @@ struct RunCommand {
   std::size_t every = 1;
   double start_s = kFromTheUnit, stop_s = kFromTheUnit, step_s = kFromTheUnit;
   static constexpr double kFromTheUnit = -1e300;
+  sim::UnitLimits limits;
 };
 int run(const RunCommand& command, Terminal& terminal);
 
@@ -41,6 +42,7 @@ struct ServeCommand {
   bool lockstep = false, dds = false;
   std::string topic_prefix;           ///< of a car in a race, as the next one
   std::optional<std::uint64_t> seed;  ///< instead of that of the devices' file
+  sim::UnitLimits limits;
 };
 int serve(const ServeCommand& command, Terminal& terminal);
 
@@ -50,6 +52,7 @@ struct RaceCommand {
   double stop_s = 60.0, step_s = 0.001, speed_up = 1.0;
   unsigned domain = 0;
   bool lockstep = false, dds = false, sights = false;
+  sim::UnitLimits limits;
 };
 int race(const RaceCommand& command, Terminal& terminal);
 
@@ -70,6 +73,9 @@ void want_one_connection(const Command& command) {
       1)
     throw command::UsageError("one of --socket PATH, --udp PORT and --dds is wanted");
 }
+
+/// What was refused a unit by its sandbox, as a remark; empty: nothing.
+std::string refused_remark(const std::string& refused);
 
 /// NAME=VALUE taken apart. Throws UsageError where it is none.
 std::pair<std::string, std::string> assignment(const std::string& option, const std::string& text);

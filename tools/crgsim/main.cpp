@@ -24,6 +24,18 @@ void add_opponents(CLI::App& app, std::vector<std::string>& opponents) {
       ->allow_extra_args(false);
 }
 
+void add_limits(CLI::App& app, sim::UnitLimits& limits) {
+  app.add_option("--unit-step-s", limits.step_s,
+                 "So long may a call of the unit take by the clock; its start 12 times that")
+      ->check(CLI::Range(0.05, 1e6));
+  app.add_option("--unit-memory-gb", limits.memory_gb,
+                 "So much memory may the unit take, as much for files, a twentieth for what it "
+                 "prints")
+      ->check(CLI::Range(0.01, 1e4));
+  app.add_flag("--trust", limits.trusted,
+               "The unit runs with all your rights, in no sandbox and without limits");
+}
+
 /// The command line that is made: its commands, and what the one that was chosen does.
 struct CommandLine {
   CLI::App& app;
@@ -76,6 +88,7 @@ void add_run(const CommandLine& line, crgsim::RunCommand& run) {
   add_time("--start-s", run.start_s, "Where the time begins");
   add_time("--stop-s", run.stop_s, "Where it ends; 10 s later where the unit does not say");
   add_time("--step-s", run.step_s, "Communication step; 0.001 where the unit does not say");
+  add_limits(*run_app, run.limits);
   run_app->footer(
       "Example:\n  crgsim run car.fmu --inputs controls.csv --set start.speed=20 -o lap.csv");
   run_app->callback(
@@ -146,6 +159,7 @@ void add_serve(const CommandLine& line, crgsim::ServeCommand& serve) {
       ->add_option("--patience-s", serve.patience_s,
                    "So long without a command, and the run ends; in lockstep")
       ->check(above_0);
+  add_limits(*serve_app, serve.limits);
   serve_app->footer(
       "Example:\n  crgsim serve car.fmu --socket car.sock --lockstep --command input.throttle "
       "--measure car.vx");
@@ -180,6 +194,7 @@ void add_race(const CommandLine& line, crgsim::RaceCommand& race) {
   race_app->add_option("--speed-up", race.speed_up, "Of real time")->check(above_0);
   race_app->add_option("--step-s", race.step_s, "Communication step")->check(above_0);
   race_app->add_option("--stop-s", race.stop_s, "Where the run ends")->check(above_0);
+  add_limits(*race_app, race.limits);
   race_app->footer("Example:\n  crgsim race race.yaml --socket s --lockstep -o race");
   race_app->callback(
       [&, line] { line.run = [&, line] { return crgsim::race(race, line.terminal); }; });

@@ -72,6 +72,7 @@ std::vector<RaceCar> read_race(const RaceCommand& command) {
   each.speed_up = command.speed_up;
   each.dds = command.dds;
   each.domain = command.domain;
+  each.limits = command.limits;
   if (top.has("each")) read_car(top.section("each"), each);
   std::vector<RaceCar> cars;
   top.section("cars").for_each(

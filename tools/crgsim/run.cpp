@@ -17,6 +17,10 @@ std::optional<double> said(double value) {
 
 }  // namespace
 
+std::string refused_remark(const std::string& refused) {
+  return "the unit's sandbox refused it " + refused + "; --trust runs it without";
+}
+
 int run(const RunCommand& command, Terminal& terminal) {
   sim::UnitRunOptions options;
   if (!command.road_path.empty() && !sim::is_vehicle_file(command.unit_path))
@@ -34,6 +38,7 @@ int run(const RunCommand& command, Terminal& terminal) {
   options.stop_s = said(command.stop_s);
   options.step_s = said(command.step_s);
   options.every = command.every;
+  options.limits = command.limits;
   base::GrowingFile table(command.out_path);
   say_killed(table, terminal);
   options.keep_row = rows_into(table);
@@ -41,6 +46,7 @@ int run(const RunCommand& command, Terminal& terminal) {
   const sim::UnitRun run = sim::run_unit(command.unit_path, options, terminal.progress());
   terminal.progress_done();
   for (const std::string& line : run.log) terminal.remark("the unit says: " + line);
+  if (!run.refused.empty()) terminal.remark(refused_remark(run.refused));
   table.finish();
   const double reached_s = run.reached_s;
   if (run.ended_early)

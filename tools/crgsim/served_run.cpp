@@ -95,6 +95,7 @@ sim::ServeOptions options_of(const ServeCommand& command) {
   options.lockstep = command.lockstep;
   options.speed_up = command.speed_up;
   options.patience_s = command.patience_s;
+  options.limits = command.limits;
   return options;
 }
 
@@ -168,6 +169,7 @@ std::vector<std::string> remarks_of(const sim::ServeRun& run) {
         fmt::format("the unit failed {} times and stood still until a reset, the first "
                     "time because of {}",
                     c.parked, run.first_parked));
+  if (run.failed.empty() && !run.refused.empty()) out.push_back(refused_remark(run.refused));
   if (!run.not_finite.empty())
     out.push_back(run.not_finite + ", the first value that is no finite number");
   if (c.late_sights + c.left_out_sights > 0)

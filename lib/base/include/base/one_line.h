@@ -23,4 +23,30 @@ inline std::string one_line(std::string_view words) {
   return line;
 }
 
+/// Words that may come from a file or from foreign code, fit for a terminal: control characters,
+/// those of Unicode too (U+0080 to U+009F), become "\\x1b"; with `keeps` those in it stay.
+inline std::string visible(std::string_view words, std::string_view keeps = {}) {
+  constexpr const char* kDigits = "0123456789abcdef";
+  std::string out;
+  const auto show = [&](unsigned char c) {
+    out += "\\x";
+    out += kDigits[c >> 4];
+    out += kDigits[c & 15];
+  };
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    const auto c = static_cast<unsigned char>(words[k]);
+    const auto next = k + 1 < words.size() ? static_cast<unsigned char>(words[k + 1]) : 0u;
+    if (c == 0xC2 && next >= 0x80 && next < 0xA0) {
+      show(c);
+      show(static_cast<unsigned char>(next));
+      ++k;
+    } else if ((c < 32 || c == 127) && keeps.find(words[k]) == std::string_view::npos) {
+      show(c);
+    } else {
+      out += words[k];
+    }
+  }
+  return out;
+}
+
 }  // namespace base

@@ -11,6 +11,7 @@
 #include "base/progress.h"
 #include "sim/opponents.h"
 #include "sim/unit_description.h"
+#include "sim/unit_limits.h"
 
 namespace sim {
 
@@ -36,6 +37,7 @@ struct UnitRunOptions {
   std::optional<double> start_s, stop_s, step_s;  ///< else of the unit's default experiment
   std::size_t every = 1;  ///< steps from one row to the next; the last step has a row too
   KeepRow keep_row;       ///< gets the rows as they come, which are not kept then
+  UnitLimits limits;      ///< not of a vehicle file, whose car is trusted
 };
 
 struct UnitRun {
@@ -46,6 +48,7 @@ struct UnitRun {
   std::vector<std::string> log;  ///< of the unit, at most 1000 lines
   double step_s = 0.0, stop_s = 0.0, reached_s = 0.0;
   bool ended_early = false;  ///< by the unit's wish
+  std::string refused;       ///< calls that its sandbox refused the unit; empty: none
   std::string not_finite;    ///< the first recorded value that is no finite number; empty: none
 
   std::size_t rows() const { return row_count; }
@@ -54,8 +57,8 @@ struct UnitRun {
 /// Loads, initialises and steps the unit. Without anything said it runs as its default experiment
 /// says, else 10 s in steps of 1 ms. What the unit prints goes to standard error. Throws Error on
 /// what UnpackedUnit, read_unit_description and Unit refuse, on names that it does not have, more
-/// than 100 M values that are kept, and when the unit crashes, with the time that it had reached.
-/// Nothing of it is left behind, also when this process is killed.
+/// than 100 M values that are kept, and when the unit crashes or crosses a limit, with the time
+/// that it had reached. Nothing of it is left behind, also when this process is killed.
 UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
                  const base::Progress& progress = {});
 

@@ -54,6 +54,7 @@ struct ServeOptions {
   bool lockstep = false;
   double speed_up = 1.0;     ///< of real time
   double patience_s = 30.0;  ///< in lockstep: so long without a command, and the run ends
+  UnitLimits limits;         ///< as in UnitRunOptions
 };
 
 constexpr std::uint64_t kMostRemarks = 100'000;
@@ -89,6 +90,7 @@ struct ServeRun {
   std::string first_broken;  ///< why the first broken command was refused
   std::string first_parked;  ///< the first error of the unit after which it stood still
   ServeCounts counts;
+  std::string refused;     ///< calls that its sandbox refused the unit; empty: none
   std::string not_finite;  ///< the first recorded value that is no finite number; empty: none
   std::string failed;      ///< of several units: the error or crash that ended this one
 

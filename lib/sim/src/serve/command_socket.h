@@ -35,6 +35,7 @@ class CommandSocket {
   void watch_here();
   bool is_watched();
   void copy(std::string_view bytes) const;
+  int descriptor() const { return socket_.value; }
   void answer_here() { answer_to_ = from_, answer_size_ = from_size_; }
 
  private:

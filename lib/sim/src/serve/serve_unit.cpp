@@ -8,9 +8,11 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "apart.h"
 #include "base/error.h"
+#include "base/one_line.h"
 #include "command_socket.h"
 #include "dds_connection.h"
 #include "sim/dds.h"
@@ -103,15 +105,24 @@ class Served {
       socket.emplace(options_.socket_path, options_.udp_port);
       socket_path_.path = options_.socket_path;
     }
+    ApartPlace place{files_->folder(), options_.limits};
+    place.limits.trusted = place.limits.trusted || is_vehicle_file(path_);
+    if (socket) place.keep.push_back(socket->descriptor());
+    place.real_time = !options_.lockstep;
+    std::optional<Connection> connection;  // of its process alone
+    place.before = [&] {
+      connection.emplace(options_.dds_domain
+                             ? connect_dds(*options_.dds_domain, topics_, options_.lockstep)
+                             : connection_by(*socket, options_));
+    };
     process_.emplace(
-        [&, k](const std::function<void(Words)>& say) {
-          Unit unit(*files_, description_);
+        place,
+        [&, k](const std::function<void(Words)>& say, Watch* watch) {
+          const Connection by = *std::exchange(connection, {});
+          Unit unit(*files_, description_, {}, watch);
           for (const auto& [name, text] : options_.starts) set_start(unit, path_, name, text);
           unit.initialise(0.0, options_.stop_s);
-          const Connection connection =
-              options_.dds_domain ? connect_dds(*options_.dds_domain, topics_, options_.lockstep)
-                                  : connection_by(*socket, options_);
-          serve_by(connection, unit, path_, options_, together, k, say);
+          serve_by(by, unit, path_, options_, together, k, say);
         },
         [&] {
           std::error_code ignored;
@@ -127,17 +138,19 @@ class Served {
   bool hear() {
     const std::optional<Words> words = process_->hear();
     if (!words) {
-      const std::string how = process_->how_it_ended();
-      if (run_.failed.empty() && !how.empty())
-        run_.failed =
-            crash_of(path_, how, run_.rows() == 0 ? std::nullopt : std::optional(run_.reached_s));
+      const Ending ending = process_->ending();
+      if (run_.failed.empty())
+        run_.failed = crash_of(path_, ending,
+                               run_.rows() == 0 ? std::nullopt : std::optional(run_.reached_s));
+      if (!run_.failed.empty()) run_.failed += refused_to(ending);
+      run_.refused = ending.refused;
       return false;
     }
     const auto& [kind, bytes] = *words;
-    if (kind == 'E') run_.failed = bytes;
+    if (kind == 'E') run_.failed = base::visible(bytes);
     if (kind == 'G') is_ready_ = true;
-    if (kind == 'B') run_.first_broken = bytes;
-    if (kind == 'K') run_.first_parked = bytes;
+    if (kind == 'B') run_.first_broken = base::visible(bytes);
+    if (kind == 'K') run_.first_parked = base::visible(bytes);
     if (kind == 'P') options_.keep_sight(bytes);
     if (kind == 'M') options_.keep_remark(bytes);
     if (kind == 'S' && bytes.size() == sizeof run_.counts)

@@ -2,18 +2,25 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdint>
 #include <cstring>
 #include <exception>
+#include <new>
 
 #include "base/error.h"
+#include "base/one_line.h"
+#include "guardian.h"
+#include "sandbox.h"
 
 namespace sim {
 namespace {
@@ -60,13 +67,36 @@ void plain_signals() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) std::signal(signal, SIG_DFL);
 }
 
-[[noreturn]] void be_the_worker(
-    int to, const std::function<void(const std::function<void(Words)>&)>& work) {
+/// The ends of the pipes and the socket between worker and guardian.
+struct Ends {
+  int said, printed_out, printed_in, calls_out, calls_in;
+};
+
+void confine(const ApartPlace& place, const Ends& ends) {
+  if (place.limits.trusted) {
+    if (place.before) place.before();
+    return;
+  }
+  std::vector<int> keep = place.keep;
+  keep.insert(keep.end(), {ends.said, ends.calls_in});
+  confine_files(place.folder, place.limits.memory_gb * 1e9, keep, place.real_time);
+  if (place.before) place.before();
+  hand_on(ends.calls_in, confine_calls());
+  ::close(ends.calls_in);
+}
+
+[[noreturn]] void be_the_worker(const Ends& ends, const ApartPlace& place, const ApartWork& work,
+                                Watch& watch) {
   plain_signals();
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  ::dup2(STDERR_FILENO, STDOUT_FILENO);
+  ::dup2(ends.printed_in, STDOUT_FILENO);
+  ::dup2(ends.printed_in, STDERR_FILENO);
+  for (const int of_guardian : {ends.printed_in, ends.printed_out, ends.calls_out})
+    ::close(of_guardian);
+  const int to = ends.said;
   try {
-    work([to](Words words) { say(to, words); });
+    confine(place, ends);
+    work([to](Words words) { say(to, words); }, place.limits.trusted ? nullptr : &watch);
     say(to, {kFinished, {}});
   } catch (const std::exception& error) {
     say(to, {'E', error.what()});
@@ -77,34 +107,34 @@ void plain_signals() {
 }
 
 /// Waits for the worker and for the end of the process that wants it.
-[[noreturn]] void be_the_guardian(
-    int to, pid_t parent, const std::function<void(const std::function<void(Words)>&)>& work,
-    const std::function<void()>& afterwards) {
-  sigset_t watched;
-  sigemptyset(&watched);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGCHLD, SIGUSR1}) sigaddset(&watched, signal);
-  sigprocmask(SIG_BLOCK, &watched, nullptr);
-  std::signal(SIGCHLD, SIG_DFL);
+[[noreturn]] void be_the_guardian(int to, pid_t parent, const ApartPlace& place,
+                                  const ApartWork& work, const std::function<void()>& afterwards,
+                                  Watch& watch) {
+  block_guarded_signals();
   ::prctl(PR_SET_PDEATHSIG, SIGUSR1);
-  const pid_t worker = ::getppid() == parent ? ::fork() : -1;
-  if (worker == 0) be_the_worker(to, work);
-  int status = 0;
-  while (worker > 0) {
-    int signal = 0;
-    sigwait(&watched, &signal);
-    if (signal == SIGUSR1) ::kill(worker, SIGKILL);
-    if (signal == SIGUSR1 || signal == SIGCHLD)
-      if (::waitpid(worker, &status, signal == SIGUSR1 ? 0 : WNOHANG) == worker) break;
-  }
-  afterwards();
+  ::prctl(PR_SET_CHILD_SUBREAPER, 1);
   std::signal(SIGPIPE, SIG_IGN);
-  say(to, {kEnded, {reinterpret_cast<const char*>(&status), sizeof status}});
+  std::array<int, 2> printed{-1, -1}, calls{-1, -1};
+  const bool has_pipes = ::pipe2(printed.data(), O_CLOEXEC) == 0 &&
+                         ::socketpair(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0, calls.data()) == 0;
+  const Ends ends{to, printed[0], printed[1], calls[0], calls[1]};
+  const pid_t worker = has_pipes && ::getppid() == parent ? ::fork() : -1;
+  if (worker == 0) be_the_worker(ends, place, work, watch);
+  ::close(ends.printed_in);
+  ::close(ends.calls_in);
+  Guarded guarded;
+  if (worker > 0)
+    guarded = guard({worker, ends.printed_out, ends.calls_out, watch, place.folder, place.limits});
+  afterwards();
+  std::string ending(reinterpret_cast<const char*>(&guarded.status), sizeof guarded.status);
+  ending += guarded.limit + '\n' + guarded.refused;
+  say(to, {kEnded, ending});
   ::_exit(worker > 0 ? 0 : 1);
 }
 
 }  // namespace
 
-Apart::Apart(const std::function<void(const std::function<void(Words)>&)>& work,
+Apart::Apart(const ApartPlace& place, const ApartWork& work,
              const std::function<void()>& afterwards)
     : from_(-1), status_(SIGKILL) {  // as long as nobody says otherwise
   std::array<int, 2> ends{-1, -1};
@@ -112,18 +142,26 @@ Apart::Apart(const std::function<void(const std::function<void(Words)>&)>& work,
     throw base::Error(std::string("no process can be started: ") + std::strerror(errno));
   from_.value = ends[0];
   const base::Descriptor to(ends[1]);
+  void* const memory =
+      ::mmap(nullptr, sizeof(Watch), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) throw base::Error("no process can be started: no memory for it");
+  watch_ = new (memory) Watch;
   const pid_t self = ::getpid();
   guardian_ = ::fork();
-  if (guardian_ == 0) be_the_guardian(to.value, self, work, afterwards);
+  if (guardian_ == 0) be_the_guardian(to.value, self, place, work, afterwards, *watch_);
   if (guardian_ < 0) throw base::Error("no process can be started");
 }
 
 Apart::~Apart() {
-  if (!has_ended_) ::kill(guardian_, SIGUSR1);
+  // Foreign code may have said that all had ended.
+  ::kill(guardian_, SIGUSR1);
   // What is still said would keep it from ending.
   while (hear()) {
   }
+  for (std::array<char, 4096> unheard{}; ::read(from_.value, unheard.data(), unheard.size()) > 0;) {
+  }
   ::waitpid(guardian_, nullptr, 0);
+  ::munmap(watch_, sizeof(Watch));
 }
 
 std::optional<Words> Apart::hear() {
@@ -135,7 +173,7 @@ std::optional<Words> Apart::hear() {
     if (size > kMostMessageBytes) break;
     bytes_.resize(size);
     if (!read_all(from_.value, bytes_.data(), size)) break;
-    if (kind == kEnded && size == sizeof status_) std::memcpy(&status_, bytes_.data(), size);
+    if (kind == kEnded) take_ending();
     if (kind == kEnded) break;
     has_ended_ = false;
     has_finished_ = has_finished_ || kind == kFinished || kind == 'E';
@@ -144,30 +182,48 @@ std::optional<Words> Apart::hear() {
   return std::nullopt;
 }
 
-std::string Apart::how_it_ended() const {
+void Apart::take_ending() {
+  if (bytes_.size() < sizeof status_) return;
+  std::memcpy(&status_, bytes_.data(), sizeof status_);
+  const std::string said = bytes_.substr(sizeof status_);
+  const std::size_t line = std::min(said.find('\n'), said.size());
+  ending_.how = base::one_line(said.substr(0, line));
+  ending_.by_limit = !ending_.how.empty();
+  if (line < said.size()) ending_.refused = base::one_line(said.substr(line + 1));
+}
+
+Ending Apart::ending() const {
+  Ending out = ending_;
+  if (out.by_limit) return out;
   if (WIFSIGNALED(status_)) {
     const char* const name = ::strsignal(WTERMSIG(status_));
-    return fmt::format("signal {}: {}", WTERMSIG(status_), name == nullptr ? "" : name);
+    out.how = fmt::format("signal {}: {}", WTERMSIG(status_), name == nullptr ? "" : name);
+  } else if (!has_finished_) {  // foreign code may call exit()
+    out.how = fmt::format("it ended its process with exit code {}", WEXITSTATUS(status_));
   }
-  // Foreign code may call exit().
-  return has_finished_
-             ? ""
-             : fmt::format("it ended its process with exit code {}", WEXITSTATUS(status_));
+  return out;
 }
 
-std::string run_apart(const std::function<void(const std::function<void(Words)>&)>& work,
-                      const std::function<void()>& afterwards,
-                      const std::function<void(Words)>& take) {
-  Apart apart(work, afterwards);
+Ending run_apart(const ApartPlace& place, const ApartWork& work,
+                 const std::function<void()>& afterwards, const std::function<void(Words)>& take) {
+  Apart apart(place, work, afterwards);
   while (const auto words = apart.hear()) take(*words);
-  return apart.how_it_ended();
+  return apart.ending();
 }
 
-std::string crash_of(const std::string& path, const std::string& how,
+std::string crash_of(const std::string& path, const Ending& ending,
                      std::optional<double> reached_s) {
-  return fmt::format(
-      "{}: the unit crashed {} ({})", path,
-      reached_s ? fmt::format("after {:.6g} s", *reached_s) : "before it was initialised", how);
+  if (ending.how.empty()) return {};
+  const std::string when =
+      reached_s ? fmt::format("after {:.6g} s", *reached_s) : "before it was initialised";
+  return ending.by_limit ? fmt::format("{}: the unit was ended {}: {}", path, when, ending.how)
+                         : fmt::format("{}: the unit crashed {} ({})", path, when, ending.how);
+}
+
+std::string refused_to(const Ending& ending) {
+  return ending.refused.empty()
+             ? ""
+             : fmt::format("; its sandbox refused it {} (--trust runs it without)", ending.refused);
 }
 
 }  // namespace sim

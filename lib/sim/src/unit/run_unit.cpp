@@ -10,6 +10,7 @@
 
 #include "apart.h"
 #include "base/error.h"
+#include "base/one_line.h"
 #include "base/read_file.h"
 #include "input_writer.h"
 #include "opponent_inputs.h"
@@ -27,8 +28,14 @@ constexpr std::size_t kMostRunValues = 100'000'000, kMostLines = 1000;
 /// that the unit wants to end.
 void work(const UnpackedUnit& files, const UnitDescription& description,
           const UnitRunOptions& options, double start_s, double stop_s, double step_s,
-          const std::vector<const UnitVariable*>& recorded, const std::function<void(Words)>& say) {
-  Unit unit(files, description, [&](const std::string& line) { say({'L', line}); });
+          const std::vector<const UnitVariable*>& recorded, const std::function<void(Words)>& say,
+          Watch* watch) {
+  Unit unit(
+      files, description,
+      [&](const std::string& line) {
+        say({'L', line});
+      },
+      watch);
   for (const auto& [name, text] : options.starts) set_start(unit, files.path(), name, text);
   InputWriter inputs(options.inputs, unit.description(), files.path());
   OpponentInputs opponents(options.opponents, 0, unit.description(), files.path());
@@ -101,18 +108,22 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
   const UnpackedUnit files(path, road_path);
   std::string refused;
   std::vector<double> row(run.columns.size());
-  const std::string how = run_apart(
-      [&](const std::function<void(Words)>& say) {
-        work(files, description, options, start_s, run.stop_s, run.step_s, recorded, say);
+  ApartPlace place{files.folder(), options.limits};
+  place.limits.trusted = place.limits.trusted || is_vehicle_file(path);
+  const Ending ending = run_apart(
+      place,
+      [&](const std::function<void(Words)>& say, Watch* watch) {
+        work(files, description, options, start_s, run.stop_s, run.step_s, recorded, say, watch);
       },
       [&] {
         std::error_code ignored;
         std::filesystem::remove_all(files.folder(), ignored);
       },
       [&](Words words) {
-        if (words.kind == 'E') refused = words.bytes;
+        if (words.kind == 'E') refused = base::visible(words.bytes);
         if (words.kind == 'X') run.ended_early = true;
-        if (words.kind == 'L' && run.log.size() < kMostLines) run.log.emplace_back(words.bytes);
+        if (words.kind == 'L' && run.log.size() < kMostLines)
+          run.log.push_back(base::visible(words.bytes));
         if (words.kind != 'R' || words.bytes.size() != run.columns.size() * sizeof(double)) return;
         std::memcpy(row.data(), words.bytes.data(), words.bytes.size());
         ++run.row_count;
@@ -124,10 +135,10 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
           run.values.insert(run.values.end(), row.begin(), row.end());
         if (progress) progress("steps", static_cast<double>(run.rows()) / rows);
       });
-  if (!refused.empty()) throw base::Error(refused);
-  if (!how.empty())
-    throw base::Error(
-        crash_of(path, how, run.rows() == 0 ? std::nullopt : std::optional(run.reached_s)));
+  if (refused.empty())
+    refused = crash_of(path, ending, run.rows() == 0 ? std::nullopt : std::optional(run.reached_s));
+  if (!refused.empty()) throw base::Error(refused + refused_to(ending));
+  run.refused = ending.refused;
   return run;
 }
 

@@ -14,6 +14,7 @@
 #include "fmi3.h"
 #include "own_car.h"
 #include "unit_library.h"
+#include "watch.h"
 
 namespace sim {
 namespace {
@@ -58,6 +59,7 @@ struct Unit::Loaded {
   std::string resources;
   std::map<std::string, void*> states;
   bool is_ready = false, is_broken = false;
+  Watch* watch = nullptr;
 
   [[noreturn]] void refuse(const std::string& what) const { throw base::Error(path + ": " + what); }
 
@@ -138,9 +140,11 @@ struct Unit::Loaded {
 };
 
 Unit::Unit(const UnpackedUnit& files, UnitDescription description,
-           std::function<void(const std::string&)> log)
+           std::function<void(const std::string&)> log, Watch* watch)
     : loaded_(std::make_unique<Loaded>()) {
   Loaded& unit = *loaded_;
+  unit.watch = watch;
+  const InUnit inside(watch, Watch::kStart);
   unit.path = files.path();
   unit.description = std::move(description);
   unit.log.take = std::move(log);
@@ -173,12 +177,16 @@ Unit::Unit(const UnpackedUnit& files, UnitDescription description,
   unit.make();
 }
 
-Unit::~Unit() { loaded_->free(); }
+Unit::~Unit() {
+  const InUnit inside(loaded_->watch, Watch::kStart);
+  loaded_->free();
+}
 
 bool Unit::is_there() const { return loaded_->instance != nullptr && loaded_->is_ready; }
 
 void Unit::begin_anew(const std::function<void()>& begin) {
   Loaded& unit = *loaded_;
+  const InUnit inside(unit.watch, Watch::kStart);
   if (unit.states.empty())
     unit.begin_in_another(begin);
   else
@@ -187,6 +195,7 @@ void Unit::begin_anew(const std::function<void()>& begin) {
 
 void Unit::save(const std::string& name) {
   Loaded& unit = *loaded_;
+  const InUnit inside(unit.watch, Watch::kStep);
   if (!unit.description.keeps_states) unit.refuse("it cannot save its state");
   // What is there already is used again.
   void* state = has_saved(name) ? unit.states.at(name) : nullptr;
@@ -203,6 +212,7 @@ std::size_t Unit::saved_states() const { return loaded_->states.size(); }
 
 void Unit::restore(const std::string& name) {
   Loaded& unit = *loaded_;
+  const InUnit inside(unit.watch, Watch::kStep);
   if (!has_saved(name)) unit.refuse("no state was saved as '" + name + "'");
   const Status status = std::visit(
       [&](auto& functions) { return functions.set_state(unit.instance, unit.states.at(name)); },
@@ -216,6 +226,7 @@ const UnitDescription& Unit::description() const { return loaded_->description; 
 
 void Unit::set(const UnitVariable& variable, std::span<const double> values) {
   Loaded& unit = *loaded_;
+  const InUnit inside(unit.watch, Watch::kStep);
   if (variable.type == ValueType::string || variable.type == ValueType::other)
     unit.refuse(variable.name + " holds no numbers");
   if (values.size() != variable.size)
@@ -234,6 +245,7 @@ void Unit::set(const UnitVariable& variable, std::span<const double> values) {
 
 void Unit::get(const UnitVariable& variable, std::span<double> values) {
   Loaded& unit = *loaded_;
+  const InUnit inside(unit.watch, Watch::kStep);
   if (variable.type == ValueType::string || variable.type == ValueType::other)
     unit.refuse(variable.name + " holds no numbers");
   if (values.size() != variable.size)
@@ -247,6 +259,7 @@ void Unit::get(const UnitVariable& variable, std::span<double> values) {
 
 void Unit::set_text(const UnitVariable& variable, const std::string& text) {
   Loaded& unit = *loaded_;
+  const InUnit inside(unit.watch, Watch::kStep);
   if (variable.type != ValueType::string || variable.size != 1)
     unit.refuse(variable.name + " is no text");
   const Status status = std::visit(
@@ -257,6 +270,7 @@ void Unit::set_text(const UnitVariable& variable, const std::string& text) {
 
 std::string Unit::get_text(const UnitVariable& variable) {
   Loaded& unit = *loaded_;
+  const InUnit inside(unit.watch, Watch::kStep);
   if (variable.type != ValueType::string || variable.size != 1)
     unit.refuse(variable.name + " is no text");
   const char* text = nullptr;
@@ -269,6 +283,7 @@ std::string Unit::get_text(const UnitVariable& variable) {
 
 void Unit::initialise(double start_s, std::optional<double> stop_s) {
   Loaded& unit = *loaded_;
+  const InUnit inside(unit.watch, Watch::kStart);
   const Status status = std::visit(
       [&](auto& functions) {
         return functions.initialise(unit.instance, start_s, stop_s, unit.description.tolerance);
@@ -280,6 +295,7 @@ void Unit::initialise(double start_s, std::optional<double> stop_s) {
 
 bool Unit::step(double time_s, double step_s) {
   Loaded& unit = *loaded_;
+  const InUnit inside(unit.watch, Watch::kStep);
   bool ends = false;
   const Status status = std::visit(
       [&](auto& functions) { return functions.step(unit.instance, time_s, step_s, ends); },
