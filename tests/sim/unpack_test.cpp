@@ -1,9 +1,14 @@
 #include "sim/unpack.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
+#include <set>
 
 #include "base/error.h"
 #include "base/read_file.h"
@@ -78,6 +83,49 @@ TEST(Unpack, RefusesHostileArchivesInOneLine) {
   changed[whole.find("resources/a") + 15] ^= 0x10;
   folder.file("u.fmu", changed);
   EXPECT_THAT(refusal(folder.path("u.fmu")), HasSubstr("resources/a is damaged"));
+}
+
+TEST(Unpack, FoldersOfKilledRunsAreRemovedAndNoOthers) {
+  const support::TemporaryFolder folder;
+  folder.file("u.fmu", fmu::make_archive({{"modelDescription.xml", "<x/>"}}));
+  const std::string tmp = folder.path("tmp");
+  for (const char* const made : {"/kerbstone-unit-abcdef/deep", "/kerbstone-unit-locked",
+                                 "/kerbstone-unit-longer1", "/of_another_program", "/linked"})
+    std::filesystem::create_directories(tmp + made);
+  std::filesystem::create_directory_symlink(tmp + "/linked", tmp + "/kerbstone-unit-alink1");
+  std::filesystem::create_directories(folder.path("elsewhere"));
+  std::filesystem::create_directory_symlink(folder.path("elsewhere"),
+                                            tmp + "/kerbstone-unit-abcdef/deep/link");
+  folder.file("elsewhere/kept.txt", "kept");
+  std::filesystem::create_directories(tmp + "/kerbstone-unit-others");
+  const bool is_root = ::geteuid() == 0;
+  if (is_root) ASSERT_EQ(::chown((tmp + "/kerbstone-unit-others").c_str(), 65534, 65534), 0);
+  const int lock = ::open((tmp + "/kerbstone-unit-locked").c_str(), O_RDONLY | O_DIRECTORY);
+  ASSERT_EQ(::flock(lock, LOCK_EX), 0);
+  ::setenv("TMPDIR", tmp.c_str(), 1);
+  {
+    const sim::UnpackedUnit one(folder.path("u.fmu")), two(folder.path("u.fmu"));
+    EXPECT_TRUE(std::filesystem::exists(one.folder())) << "it is locked while it is in use";
+  }
+  ::unsetenv("TMPDIR");
+  ::close(lock);
+  std::set<std::string> left;
+  for (const auto& entry : std::filesystem::directory_iterator(tmp))
+    left.insert(entry.path().filename().string());
+  std::set<std::string> wanted{"kerbstone-unit-locked", "kerbstone-unit-longer1",
+                               "of_another_program", "linked", "kerbstone-unit-alink1"};
+  if (is_root) wanted.insert("kerbstone-unit-others");
+  EXPECT_EQ(left, wanted);
+  EXPECT_EQ(folder.read("elsewhere/kept.txt"), "kept");
+}
+
+TEST(Unpack, ATemporaryFolderThatIsNotThereIsOneLine) {
+  const support::TemporaryFolder folder;
+  folder.file("u.fmu", fmu::make_archive({{"modelDescription.xml", "<x/>"}}));
+  ::setenv("TMPDIR", folder.path("none").c_str(), 1);
+  EXPECT_EQ(refusal(folder.path("u.fmu")),
+            "TMPDIR is '" + folder.path("none") + "', which is no folder; name one that is there");
+  ::unsetenv("TMPDIR");
 }
 
 }  // namespace unpack_test

@@ -4,10 +4,13 @@
 
 #include <string>
 
+#include "base/descriptor.h"
+
 namespace sim {
 
 /// A folder of its own below TMPDIR with the model description, the binaries of this platform and
-/// the resources of a unit; it goes with this object.
+/// the resources of a unit; it goes with this object. It is locked (flock): those of this user that
+/// nobody locks, whose run was killed, are removed when another one is made.
 class UnpackedUnit {
  public:
   /// Throws Error on what is no zip, holds names that lead out of the folder (absolute, "..", a
@@ -24,6 +27,7 @@ class UnpackedUnit {
 
  private:
   std::string path_, folder_;
+  base::Descriptor lock_{-1};
 };
 
 /// By its name: .yaml or .yml.

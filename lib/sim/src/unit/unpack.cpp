@@ -1,17 +1,24 @@
 #include "sim/unpack.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <minizip/unzip.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <set>
+#include <string_view>
 #include <vector>
 
 #include "base/error.h"
+#include "base/one_line.h"
 #include "base/read_file.h"
 #include "base/write_file.h"
 #include "fmu/export_unit.h"
@@ -65,9 +72,9 @@ class Zip {
       const std::string name(text.data(), info.size_filename);
       if (leads_out(name))
         throw base::Error(fmt::format("{}: the file '{}' would lie outside of the unit's folder",
-                                      path_, name.substr(0, 80)));
+                                      path_, base::visible(name.substr(0, 80))));
       if (!names.insert(name).second)
-        throw base::Error(path_ + ": two files are called '" + name + "'");
+        throw base::Error(path_ + ": two files are called '" + base::visible(name) + "'");
       if (names.size() > kMostFiles)
         throw base::Error(fmt::format("{}: more than {} files", path_, kMostFiles));
       take(name);
@@ -97,7 +104,8 @@ class Zip {
  private:
   void want(int code, const std::string& what) const {
     if (code != UNZ_OK)
-      throw base::Error(fmt::format("{}: {} is damaged (minizip: {})", path_, what, code));
+      throw base::Error(
+          fmt::format("{}: {} is damaged (minizip: {})", path_, base::visible(what), code));
   }
 
   std::string path_;
@@ -112,11 +120,57 @@ fmu::UnitInPlace car_of(const std::string& path, const std::string& road_path) {
   return fmu::unit_in_place(options);
 }
 
-std::string make_folder() {
-  std::string made = (fs::temp_directory_path() / "kerbstone-unit-XXXXXX").string();
-  if (::mkdtemp(made.data()) == nullptr)
-    throw base::Error(made + ": the folder cannot be made; TMPDIR names where");
-  return made;
+constexpr std::string_view kFolderName = "kerbstone-unit-", kAnyEnding = "XXXXXX";
+
+std::string temporary_folder() {
+  std::error_code problem;
+  const fs::path folder = fs::temp_directory_path(problem);
+  if (!problem) return folder.string();
+  const char* const said = std::getenv("TMPDIR");
+  throw base::Error(fmt::format("TMPDIR is '{}', which is no folder; name one that is there",
+                                base::visible(said == nullptr ? "" : said)));
+}
+
+/// Locked; -1 where it is no folder of this user, or somebody else has it.
+int lock_folder(const std::string& path) {
+  const int folder = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  struct stat status {};
+  if (folder >= 0 && ::fstat(folder, &status) == 0 && status.st_uid == ::geteuid() &&
+      ::flock(folder, LOCK_EX | LOCK_NB) == 0 && ::fstat(folder, &status) == 0 &&
+      status.st_nlink > 0)
+    return folder;
+  if (folder >= 0) ::close(folder);
+  return -1;
+}
+
+/// Of runs that were killed together with their guardians.
+void remove_left_folders(const std::string& below) {
+  std::error_code problem;
+  for (fs::directory_iterator entry(below, problem), end; !problem && entry != end;
+       entry.increment(problem)) {
+    const std::string name = entry->path().filename().string();
+    if (name.size() != kFolderName.size() + kAnyEnding.size() || !name.starts_with(kFolderName))
+      continue;
+    const base::Descriptor lock(lock_folder(entry->path().string()));
+    std::error_code ignored;
+    if (lock.value >= 0) fs::remove_all(entry->path(), ignored);
+  }
+}
+
+/// Made anew and locked.
+std::string make_folder(int& lock) {
+  const std::string below = temporary_folder();
+  remove_left_folders(below);
+  for (;;) {
+    std::string made = (fs::path(below) / fmt::format("{}{}", kFolderName, kAnyEnding)).string();
+    if (::mkdtemp(made.data()) == nullptr)
+      throw base::Error(made + ": the folder cannot be made; TMPDIR names where");
+    lock = lock_folder(made);
+    if (lock >= 0) return made;
+    // Another process took it for a left one before it was locked: it removes it.
+    if (errno != EWOULDBLOCK && fs::exists(made))
+      throw base::Error(made + ": the folder cannot be locked; TMPDIR names another place");
+  }
 }
 
 }  // namespace
@@ -128,7 +182,7 @@ bool is_vehicle_file(const std::string& path) {
 UnpackedUnit::UnpackedUnit(const std::string& path, const std::string& road_path) : path_(path) {
   if (is_vehicle_file(path)) {
     const std::string unit_file = car_of(path, road_path).unit_file;
-    folder_ = make_folder();
+    folder_ = make_folder(lock_.value);
     try {
       fs::create_directories(folder_ + "/resources");
       base::write_file(folder_ + "/resources/unit.txt", unit_file);
@@ -140,7 +194,7 @@ UnpackedUnit::UnpackedUnit(const std::string& path, const std::string& road_path
     return;
   }
   Zip zip(path);
-  folder_ = make_folder();
+  folder_ = make_folder(lock_.value);
   try {
     std::uint64_t left = kMostUnpackedBytes;
     bool described = false;
