@@ -154,6 +154,19 @@ TEST(RunUnit, AnOutputThatIsNoNumberIsSaid) {
   EXPECT_THAT(told.err, HasSubstr("far is inf at 0.5 s"));
 }
 
+TEST(RunUnit, ColumnsWithOneNameTwiceAreRefused) {
+  const support::TemporaryFolder folder;
+  const std::string unit = write_unit(
+      folder,
+      description_2("through", scalar_2("time_s", 0, "output") + scalar_2("b", 20, "output")), 2);
+  sim::UnitRunOptions options;
+  EXPECT_THAT(refusal(unit), HasSubstr("two columns time_s; time_s is its own"));
+  options.record = {"b"};
+  EXPECT_EQ(refusal(unit, options), "");
+  options.record = {"b", "b"};
+  EXPECT_THAT(refusal(unit, options), HasSubstr("two columns b"));
+}
+
 TEST(RunUnit, MisbehaviourIsOneLine) {
   const support::TemporaryFolder folder;
   const auto said = [&](const std::string& kind) {

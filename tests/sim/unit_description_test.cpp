@@ -78,4 +78,32 @@ TEST(UnitDescription, RefusesInOneLine) {
               HasSubstr("type 'Complex'"));
 }
 
+TEST(UnitDescription, NamesAndStartsThatLieAreRefusedAndShown) {
+  EXPECT_EQ(refusal(description_2("g", scalar_2("a&#10;b", 1, "output"))),
+            R"(u.fmu: a variable is called 'a\x0ab'; a name without control characters wanted)");
+  EXPECT_THAT(refusal(description_2("g", scalar_2("\x1b[31mred\x07", 1, "output"))),
+              HasSubstr(R"('\x1b[31mred\x07')"));
+  EXPECT_THAT(refusal(description_3("g", value_3("Float64",
+                                                 "\xC2\x9b"
+                                                 "1m",
+                                                 1, "output"))),
+              HasSubstr(R"('\xc2\x9b1m')"));
+  const auto start = [](const std::string& type, const std::string& text) {
+    return refusal(description_2("g", "<ScalarVariable name=\"v\" valueReference=\"1\"><" + type +
+                                          " start=\"" + text + "\"/></ScalarVariable>"));
+  };
+  EXPECT_EQ(start("Real", "abc"), "u.fmu: the start of v is 'abc'; a number wanted");
+  EXPECT_THAT(start("Real", "1.5x"), HasSubstr("a number wanted"));
+  EXPECT_THAT(start("Boolean", "yes"), HasSubstr("a number wanted"));
+  for (const char* const number : {"1.5", "-2e-3", "+4", " 5 ", "INF", "-INF", "NaN", "1e-400", ""})
+    EXPECT_EQ(start("Real", number), "") << number;
+  EXPECT_EQ(start("Boolean", "true"), "");
+  EXPECT_EQ(start("String", "abc"), "");
+  EXPECT_EQ(
+      refusal(description_3(
+          "t",
+          R"(<Float64 name="a" valueReference="1" start="1 2"><Dimension start="2"/></Float64>)")),
+      "");
+}
+
 }  // namespace unit_description_test

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
+#include "base/one_line.h"
 #include "commands.h"
 #include "sim/unit_description.h"
 #include "sim/unpack.h"
@@ -49,11 +50,11 @@ int info(const InfoCommand& command, Terminal& terminal) {
     terminal.print(base::json_text(json));
     return kOk;
   }
-  terminal.print(
-      fmt::format("{}: FMI {}, by {}\nfrom {} to {}, step {}{}\n", unit.model_name, unit.version,
-                  unit.generation_tool.empty() ? "an unnamed tool" : unit.generation_tool,
-                  shown(unit.start_s), shown(unit.stop_s), shown(unit.step_s),
-                  unit.needs_its_tool ? "; needs the tool that made it" : ""));
+  terminal.print(fmt::format(
+      "{}: FMI {}, by {}\nfrom {} to {}, step {}{}\n", base::visible(unit.model_name), unit.version,
+      unit.generation_tool.empty() ? "an unnamed tool" : base::visible(unit.generation_tool),
+      shown(unit.start_s), shown(unit.stop_s), shown(unit.step_s),
+      unit.needs_its_tool ? "; needs the tool that made it" : ""));
   for (const char* const causality : {"input", "output", "parameter", "structuralParameter",
                                       "calculatedParameter", "independent", "local"})
     for (const sim::UnitVariable& v : unit.variables) {
@@ -63,7 +64,7 @@ int info(const InfoCommand& command, Terminal& terminal) {
           v.size == 1 ? v.name : fmt::format("{}[1..{}]", v.name, v.size), name_of(v.type));
       if (!v.unit.empty()) line += " " + v.unit;
       if (!v.start.empty()) line += " = " + v.start.substr(0, 40);
-      terminal.print(command::one_line(line) + "\n");
+      terminal.print(base::visible(line) + "\n");
     }
   return kOk;
 }

@@ -160,7 +160,7 @@ class Served {
     std::memcpy(row_.data(), bytes.data(), bytes.size());
     ++run_.row_count;
     run_.reached_s = row_[0];
-    if (run_.not_finite.empty()) run_.not_finite = not_finite_of(run_.columns, row_);
+    if (run_.not_finite.empty()) run_.not_finite = not_finite_of(run_.columns, row_, row_[0]);
     if (options_.keep_row)
       options_.keep_row(run_.columns, row_);
     else

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <set>
 #include <sstream>
 
 #include "apart.h"
@@ -97,6 +98,13 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
     for (std::size_t i = 0; i < variable->size; ++i)
       run.columns.push_back(variable->size == 1 ? variable->name
                                                 : fmt::format("{}[{}]", variable->name, i + 1));
+  std::set<std::string_view> names;
+  for (const std::string& column : run.columns)
+    if (!names.insert(column).second)
+      throw base::Error(fmt::format(
+          "{}: the record would have two columns {}; time_s is its own, and each variable wanted "
+          "once (--record)",
+          path, column));
   const double rows =
       (run.stop_s - start_s) / run.step_s / static_cast<double>(options.every) + 1.0;
   if (!options.keep_row && !(rows * static_cast<double>(run.columns.size()) <= kMostRunValues))
@@ -128,7 +136,7 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
         std::memcpy(row.data(), words.bytes.data(), words.bytes.size());
         ++run.row_count;
         run.reached_s = row[0];
-        if (run.not_finite.empty()) run.not_finite = not_finite_of(run.columns, row);
+        if (run.not_finite.empty()) run.not_finite = not_finite_of(run.columns, row, row[0]);
         if (options.keep_row)
           options.keep_row(run.columns, row);
         else

@@ -8,8 +8,10 @@
 #include <map>
 #include <pugixml.hpp>
 #include <set>
+#include <sstream>
 
 #include "base/error.h"
+#include "base/one_line.h"
 
 namespace sim {
 namespace {
@@ -20,7 +22,7 @@ struct Reader {
   const std::string& where;
 
   [[noreturn]] void refuse(const std::string& what) const {
-    throw base::Error(where + ": " + what);
+    throw base::Error(where + ": " + base::visible(what));
   }
 
   template <class Number>
@@ -81,10 +83,29 @@ void read_bounds(const pugi::xml_node& node, const Declared& types, UnitVariable
   variable.high = high;
 }
 
+/// An array's starts have blanks between.
+void want_numbers(const Reader& reader, const UnitVariable& variable) {
+  if (variable.type == ValueType::string || variable.type == ValueType::other) return;
+  std::istringstream words(variable.start);
+  for (std::string word; words >> word;) {
+    if (word == "true" || word == "false") continue;
+    const std::size_t begin = word.starts_with('+') ? 1 : 0;
+    double value = 0.0;
+    const char* const end = word.data() + word.size();
+    const auto [stop, error] = std::from_chars(word.data() + begin, end, value);
+    if (error == std::errc::invalid_argument || stop != end)
+      reader.refuse(fmt::format("the start of {} is '{}'; a number wanted", variable.name,
+                                variable.start.substr(0, 40)));
+  }
+}
+
 UnitVariable named(const Reader& reader, const pugi::xml_node& node) {
   UnitVariable variable;
   variable.name = node.attribute("name").as_string();
   if (variable.name.empty()) reader.refuse("a variable without a name");
+  if (base::visible(variable.name) != variable.name)
+    reader.refuse(fmt::format("a variable is called '{}'; a name without control characters wanted",
+                              variable.name.substr(0, 60)));
   variable.description = node.attribute("description").as_string();
   variable.causality = node.attribute("causality").as_string("local");
   variable.reference = reader.number<std::uint32_t>(node.attribute("valueReference").as_string(),
@@ -106,6 +127,7 @@ void read_variables_2(const Reader& reader, const pugi::xml_node& list, const De
             .as_string(variable.type == ValueType::float64 ? "continuous" : "discrete");
     variable.unit = type.attribute("unit").as_string();
     variable.start = type.attribute("start").as_string();
+    want_numbers(reader, variable);
     read_bounds(type, types, variable);
     out.variables.push_back(std::move(variable));
     if (out.variables.size() > kMostVariables) reader.refuse("more than a million variables");
@@ -132,6 +154,7 @@ void read_variables_3(const Reader& reader, const pugi::xml_node& list, const De
     variable.start = node.attribute("start").as_string();
     if (variable.type == ValueType::string)
       variable.start = node.child("Start").attribute("value").as_string();
+    want_numbers(reader, variable);
     read_bounds(node, types, variable);
     for (const pugi::xml_node& dimension : node.children("Dimension")) {
       std::string text = dimension.attribute("start").as_string();

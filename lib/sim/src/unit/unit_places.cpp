@@ -46,10 +46,11 @@ std::string wrong_with(const UnitVariable& variable, double value) {
   return {};
 }
 
-std::string not_finite_of(const std::vector<std::string>& columns, const std::vector<double>& row) {
-  for (std::size_t k = 0; k < row.size(); ++k)
-    if (!std::isfinite(row[k]))
-      return fmt::format("{} is {} at {:g} s", columns[k], row[k], row[0]);
+std::string not_finite_of(const std::vector<std::string>& names, const std::vector<double>& values,
+                          double time_s) {
+  for (std::size_t k = 0; k < values.size(); ++k)
+    if (!std::isfinite(values[k]))
+      return fmt::format("{} is {} at {:g} s", names[k], values[k], time_s);
   return {};
 }
 

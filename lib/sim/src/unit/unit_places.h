@@ -25,8 +25,9 @@ bool is_settable(const UnitVariable& variable);
 /// whole number, neither 0 nor 1 where it is true or false.
 std::string wrong_with(const UnitVariable& variable, double value);
 
-/// "car.x is inf at 0.5 s" of a row whose first value is the time; empty where all are finite.
-std::string not_finite_of(const std::vector<std::string>& columns, const std::vector<double>& row);
+/// "car.x is inf at 0.5 s" of the first such value; empty where all are finite.
+std::string not_finite_of(const std::vector<std::string>& names, const std::vector<double>& values,
+                          double time_s);
 
 /// The variable of this name. Throws Error, with the unit's path, where there is none.
 const UnitVariable& known(const UnitDescription& unit, const std::string& path,
