@@ -286,4 +286,38 @@ TEST(OddCommands, EachIsAnsweredAndTheRunGoesOn) { answer_each(400); }
 
 TEST(SlowOddCommands, TenThousandAreAnsweredAndTheRunGoesOn) { answer_each(10'000); }
 
+// 1 / (0.25 - t^2), which is infinite at 0.5 s.
+TEST(OddCommands, AUnitThatMeasuresNoNumberIsParkedUntilAReset) {
+  const support::TemporaryFolder folder;
+  const std::string unit = write_unit(
+      folder, description_2("through", scalar_2("far", 31, "output") + scalar_2("a", 10, "input")),
+      2);
+  sim::ServeOptions options;
+  options.socket_path = folder.path("s");
+  options.commands = {"a"};
+  options.measurements = {"far"};
+  options.step_s = 0.125;
+  options.every = 1;
+  options.lockstep = true;
+  std::thread drives([&] {
+    const Driver driver(options.socket_path);
+    nlohmann::json last;
+    for (int k = 1; k <= 4; ++k) {
+      EXPECT_FALSE(last.contains("parked"));
+      last = answer(driver, fmt::format(R"({{"sequence": {}}})", k));
+    }
+    EXPECT_THAT(last.value("parked", ""), HasSubstr("far is inf at 0.5 s"));
+    EXPECT_DOUBLE_EQ(last.at("values").at("far"), 1.0 / (0.25 - 0.375 * 0.375));
+    const nlohmann::json anew = answer(driver, R"({"sequence": 5, "reset": {}})");
+    EXPECT_FALSE(anew.contains("parked"));
+    EXPECT_EQ(anew.at("values").at("far"), 4.0);
+    driver.say(R"({"sequence": 6, "end": true})");
+  });
+  const sim::ServeRun run = sim::serve_unit(unit, options);
+  drives.join();
+  EXPECT_EQ(run.counts.parked, 1u);
+  EXPECT_FALSE(run.counts.is_parked);
+  EXPECT_EQ(run.not_finite, "") << "no such value is in the record";
+}
+
 }  // namespace odd_commands_test

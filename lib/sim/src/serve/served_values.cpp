@@ -228,4 +228,10 @@ std::vector<std::string> Commands::signals_of(const ServeOptions& options) {
   return signals;
 }
 
+std::vector<std::string> pose_names(const ServeOptions& options) {
+  const auto& names = options.devices.road.pose;
+  if (options.devices.road.empty()) return {};
+  return {names.begin(), names.end()};
+}
+
 }  // namespace sim

@@ -101,4 +101,7 @@ class Commands {
   bool is_written_ = false;
 };
 
+/// Of the car's pose, where sensors look at the road from it.
+std::vector<std::string> pose_names(const ServeOptions& options);
+
 }  // namespace sim

@@ -163,12 +163,6 @@ class Server {
     for (const ToldSight& seen : road_devices_.arrived()) show(seen);
   }
 
-  static std::vector<std::string> pose_names(const ServeOptions& options) {
-    const auto& names = options.devices.road.pose;
-    if (options.devices.road.empty()) return {};
-    return {names.begin(), names.end()};
-  }
-
   /// What changes beside the unit.
   struct Kept {
     vehicle::SignalSensors sensors;
@@ -279,12 +273,18 @@ class Server {
     return goes_on;
   }
 
+  /// What is infinite or no number is told to nobody: the unit stands, as after an error.
   void measure() {
+    std::vector<double> values = parked_.empty() ? measurements_.get() : last_.values;
+    const std::string wrong = not_finite_of(options_.measurements, values, time_s());
+    if (!wrong.empty() && last_.values.empty()) throw base::Error(path_ + ": " + wrong);
+    if (!wrong.empty()) park(parked_ = path_ + ": " + wrong);
+    if (!wrong.empty()) values = last_.values;
     last_ = {sequence_,
              time_s(),
              is_safe_,
              std::exchange(was_reset_, false),
-             parked_.empty() ? measurements_.get() : last_.values,
+             std::move(values),
              std::exchange(clipped_, {}),
              parked_};
     if (parked_.empty() && recorded_at_ != last_.time_s) record();
