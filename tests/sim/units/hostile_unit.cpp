@@ -46,8 +46,8 @@ void bomb() {
 
 void take_memory(std::size_t bytes) {
   for (std::size_t taken = 0; taken < bytes; taken += 1 << 20)
-    ::mmap(nullptr, 1 << 20, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1,
-           0);
+    (void)::mmap(nullptr, 1 << 20, PROT_READ | PROT_WRITE,
+                 MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
 }
 
 /// How many of these things of the machine outside it may do.
@@ -135,11 +135,12 @@ void misbehave(Instance& unit) {
     for (int k = 0; k < 500; ++k) file << std::string(1 << 20, 'x') << std::flush;
   }
   if (kind == "inside") {
-    const char* const own = std::getenv("TMPDIR");
-    std::ofstream(std::string(own) + "/own") << "x";
+    const char* const said = std::getenv("TMPDIR");
+    const std::string own = said == nullptr ? "" : said;
+    std::ofstream(own + "/own") << "x";
     std::ofstream(unit.folder + "more") << "x";
-    unit.stopped += ::access((unit.folder + "more").c_str(), F_OK) +
-                    ::access((std::string(own) + "/own").c_str(), F_OK);
+    unit.stopped +=
+        ::access((unit.folder + "more").c_str(), F_OK) + ::access((own + "/own").c_str(), F_OK);
   }
   if (kind.starts_with("outside ")) unit.stopped += stopped_outside(rest_of(kind));
   if (kind.starts_with("detach ")) detach(rest_of(kind));
@@ -147,6 +148,7 @@ void misbehave(Instance& unit) {
 
 }  // namespace
 
+// NOLINTBEGIN(readability-identifier-naming): names of the standard
 extern "C" {
 void* fmi2Instantiate(const char*, int, const char* guid, const char* resources, const void*, int,
                       int) {
@@ -182,3 +184,4 @@ int fmi2SetBoolean(void*, const unsigned*, std::size_t, const int*) { return 3; 
 int fmi2GetString(void*, const unsigned*, std::size_t, const char**) { return 3; }
 int fmi2SetString(void*, const unsigned*, std::size_t, const char* const*) { return 3; }
 }
+// NOLINTEND(readability-identifier-naming)

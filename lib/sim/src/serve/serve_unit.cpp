@@ -204,6 +204,7 @@ void hear_all(const std::vector<std::unique_ptr<Served>>& served, Together& toge
   for (std::size_t k = 0; k < served.size(); ++k) running.push_back(k);
   while (!running.empty()) {
     std::vector<pollfd> waiting;
+    waiting.reserve(running.size());
     for (const std::size_t k : running) waiting.push_back({served[k]->descriptor(), POLLIN, 0});
     if (::poll(waiting.data(), waiting.size(), -1) <= 0) continue;
     std::vector<std::size_t> go_on;
@@ -230,11 +231,13 @@ std::vector<ServeRun> serve_units(const std::vector<ServedUnit>& units,
   want_one_clock(units);
   Together together(units.size());
   std::vector<std::unique_ptr<Served>> served;
+  served.reserve(units.size());
   for (const auto& [name, path, options] : units)
     served.push_back(std::make_unique<Served>(path, options));
   for (std::size_t k = 0; k < served.size(); ++k) served[k]->start(together, k);
   hear_all(served, together, units[0].options.stop_s, progress);
   std::vector<ServeRun> runs;
+  runs.reserve(served.size());
   for (const auto& one : served) runs.push_back(std::move(one->run()));
   return runs;
 }

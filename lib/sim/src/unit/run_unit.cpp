@@ -65,6 +65,16 @@ void work(const UnpackedUnit& files, const UnitDescription& description,
   }
 }
 
+void want_each_once(const std::vector<std::string>& columns, const std::string& path) {
+  std::set<std::string_view> names;
+  for (const std::string& column : columns)
+    if (!names.insert(column).second)
+      throw base::Error(fmt::format(
+          "{}: the record would have two columns {}; time_s is its own, and each variable wanted "
+          "once (--record)",
+          path, column));
+}
+
 }  // namespace
 
 UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
@@ -98,13 +108,7 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
     for (std::size_t i = 0; i < variable->size; ++i)
       run.columns.push_back(variable->size == 1 ? variable->name
                                                 : fmt::format("{}[{}]", variable->name, i + 1));
-  std::set<std::string_view> names;
-  for (const std::string& column : run.columns)
-    if (!names.insert(column).second)
-      throw base::Error(fmt::format(
-          "{}: the record would have two columns {}; time_s is its own, and each variable wanted "
-          "once (--record)",
-          path, column));
+  want_each_once(run.columns, path);
   const double rows =
       (run.stop_s - start_s) / run.step_s / static_cast<double>(options.every) + 1.0;
   if (!options.keep_row && !(rows * static_cast<double>(run.columns.size()) <= kMostRunValues))

@@ -215,6 +215,9 @@ std::vector<Rule> rules() {
       {CALL(fcntl), 1, ~0u, 10 /* F_SETSIG */},
       {CALL(ioctl), 1, ~0u, 0x8901 /* FIOSETOWN */},
       {CALL(ioctl), 1, ~0u, 0x8902 /* SIOCSPGRP */},
+      {CALL(ioctl), 1, ~0u, TCSETS},
+      {CALL(ioctl), 1, ~0u, TCSETSW},
+      {CALL(ioctl), 1, ~0u, TCSETSF},
       {CALL(ioctl), 1, ~0u, TIOCSTI},
       {CALL(ioctl), 1, ~0u, TIOCLINUX},
 
