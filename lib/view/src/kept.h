@@ -2,10 +2,10 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <deque>
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -13,8 +13,18 @@
 
 namespace view {
 
+/// Differs once a file was replaced or written, whatever became of its size and time: nobody sets
+/// back the time of the last change of a file (ctime).
+inline std::string mark_of(const std::string& path) {
+  struct stat seen {};
+  if (::stat(path.c_str(), &seen) != 0) return {};
+  return fmt::format("{} {} {} {}.{} {}.{}", seen.st_dev, seen.st_ino, seen.st_size,
+                     seen.st_mtim.tv_sec, seen.st_mtim.tv_nsec, seen.st_ctim.tv_sec,
+                     seen.st_ctim.tv_nsec);
+}
+
 /// The values of the `most` files that were asked for last; from any thread. A file is read again
-/// when its size or its time has changed.
+/// when mark_of() differs.
 template <class Value, std::size_t most = 4>
 class Kept {
  public:
@@ -22,10 +32,7 @@ class Kept {
 
   std::shared_ptr<const Value> of(const std::string& path) {
     const std::lock_guard lock(mutex_);
-    std::error_code unknown;
-    const std::string mark =
-        fmt::format("{} {}", std::filesystem::file_size(path, unknown),
-                    std::filesystem::last_write_time(path, unknown).time_since_epoch().count());
+    const std::string mark = mark_of(path);
     const auto there = std::find_if(files_.begin(), files_.end(),
                                     [&](const File& file) { return file.path == path; });
     if (there != files_.end() && there->mark == mark) {
