@@ -151,4 +151,34 @@ TEST_F(Wish, DrivesHaveATableAndAPortOfTheirOwn) {
       << "sensors without a road";
 }
 
+TEST_F(Wish, NothingIsWrittenThroughALinkOutOfTheFolders) {
+  namespace fs = std::filesystem;
+  fs::create_directories(folder_.path("home"));
+  folder_.file("a/car.fmu", "");
+  const char* const build = R"({"do": "build", "input": "0/tracks/oval/track.yaml"})";
+  const char* const keep = R"({"do": "keep", "road": "0/ring.crg"})";
+  const char* const drive = R"({"do": "drive", "unit": "0/car.fmu"})";
+  const char* const stretch =
+      R"({"do": "stretch", "input": "0/tracks/oval/track.yaml", "u_begin_m": 0, "u_end_m": 9})";
+  fs::create_directory_symlink("../home", folder_.path("a/out"));
+  for (const char* const json : {build, keep, drive, stretch}) EXPECT_EQ(status(json), 403) << json;
+  EXPECT_TRUE(fs::is_empty(folder_.path("home")));
+  // Also through what lies in a folder of results, whether it is there or not.
+  fs::remove(folder_.path("a/out"));
+  fs::create_directories(folder_.path("a/out/oval"));
+  EXPECT_EQ(status(build), 200);
+  fs::create_symlink("../../../home/none", folder_.path("a/out/oval/oval.crg"));
+  EXPECT_EQ(status(build), 403);
+  fs::create_directories(folder_.path("a/out/drives"));
+  fs::create_symlink(folder_.path("home/none"), folder_.path("a/out/drives/car-1.csv"));
+  EXPECT_EQ(status(drive), 403);
+  // A link that stays in the folders is as good as a folder.
+  fs::remove_all(folder_.path("a/out"));
+  fs::create_directory_symlink("../b", folder_.path("a/out"));
+  EXPECT_EQ(status(build), 200);
+  fs::remove(folder_.path("a/out"));
+  fs::create_directory_symlink("tracks", folder_.path("a/out"));
+  EXPECT_EQ(status(build), 200);
+}
+
 }  // namespace wish_test

@@ -27,12 +27,18 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// Whether a .ply is of points alone: its header, as far as this reads, names no faces.
-bool is_cloud(const fs::path& path) {
-  std::string head(4096, '\0');
+/// The first bytes of a file: a stranger's may be of any size, in one line.
+std::string head_of(const fs::path& path, std::size_t bytes) {
+  std::string head(bytes, '\0');
   std::ifstream file(path, std::ios::binary);
   file.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(file.gcount()));
+  return head;
+}
+
+/// Whether a .ply is of points alone: its header, as far as this reads, names no faces.
+bool is_cloud(const fs::path& path) {
+  const std::string head = head_of(path, 4096);
   const std::size_t end = head.find("end_header");
   return end != std::string::npos && head.find("element vertex") < end &&
          head.find("element face") == std::string::npos;
@@ -40,11 +46,8 @@ bool is_cloud(const fs::path& path) {
 
 /// Whether a .yaml has sensors that look at the road: a file of devices, as far as this reads.
 bool is_devices(const fs::path& path) {
-  std::ifstream file(path);
-  std::string line;
-  for (int lines = 0; lines < 1000 && std::getline(file, line); ++lines)
-    if (line.starts_with("scans:") || line.starts_with("edges:")) return true;
-  return false;
+  const std::string head = '\n' + head_of(path, 65536);
+  return head.find("\nscans:") != head.npos || head.find("\nedges:") != head.npos;
 }
 
 std::optional<Kind> kind_of(const fs::path& path) {
@@ -160,6 +163,28 @@ std::string Folders::path_of(const std::string& id, bool may_be_new) const {
   if (error || !is_below(root, whole) || !fs::is_regular_file(whole, error))
     refuse("no file of these folders");
   return whole.string();
+}
+
+void Folders::check_link(const std::string& path) const {
+  std::error_code error;
+  if (!fs::is_symlink(fs::symlink_status(path, error))) return;
+  const fs::path whole = fs::canonical(path, error);
+  const bool stays = !error && std::any_of(roots_.begin(), roots_.end(),
+                                           [&](const auto& root) { return is_below(root, whole); });
+  if (!stays)
+    throw base::Error(
+        fmt::format("{}: a link that leads out of the folders of this page; nothing is "
+                    "written through it: remove it, or give the folder that it leads to",
+                    path));
+}
+
+void Folders::check_written(const std::string& below) const {
+  fs::path at = roots_.front();
+  for (const fs::path& part : fs::path(below)) check_link((at /= part).string());
+  std::error_code error;
+  for (fs::recursive_directory_iterator inside(at, error), end; !error && inside != end;
+       inside.increment(error))
+    check_link(inside->path().string());
 }
 
 }  // namespace view

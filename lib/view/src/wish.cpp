@@ -75,11 +75,21 @@ std::string name_of(const fs::path& path) {
   return stem.string();
 }
 
+/// `below` the first folder, where nothing leads out of the folders by a link.
+const std::string& checked(const Folders& folders, const std::string& below) {
+  try {
+    folders.check_written(below);
+  } catch (const base::Error& error) {
+    throw Refusal(403, error.what());
+  }
+  return below;
+}
+
 /// out/drives/car-2.csv where car-1.csv is there already. Its folder is made.
 std::string new_file(const Folders& folders, const std::string& folder, const std::string& name,
                      const char* ending) {
   const fs::path root = folders.root(0);
-  fs::create_directories(root / folder);
+  fs::create_directories(root / checked(folders, folder));
   for (int number = 1;; ++number) {
     std::string path = fmt::format("{}/{}-{}{}", folder, name, number, ending);
     if (!fs::exists(root / path)) return path;
@@ -151,7 +161,7 @@ Wish drive(const std::string& unit, const ordered_json& wish, const Folders& fol
 Wish stretch(const std::string& input, const ordered_json& wish, const Folders& folders) {
   const fs::path root = folders.root(0);
   const std::string name = name_of(root / input), whole = "out/" + name;
-  fs::create_directories(root / "out/stretches");
+  fs::create_directories(root / checked(folders, "out/stretches"));
   Wish out;
   out.result = "out/stretches/" + name + ".crg";
   out.command = {"crgbuild",
@@ -247,6 +257,7 @@ Wish wish_of(const ordered_json& wish, const Folders& folders, const std::string
                          "info or drive wanted",
                          what));
   }
+  if (!out.result.empty()) checked(folders, out.result);
   return out;
 }
 

@@ -49,11 +49,17 @@ class Folders {
   /// missing or no regular file; with `may_be_new` its folder has to exist, itself not.
   std::string path_of(const std::string& id, bool may_be_new = false) const;
 
+  /// Throws Error where writing `below` the first folder, a file or a folder of files, would lead
+  /// out of the folders by a link. What is not there yet leads nowhere.
+  void check_written(const std::string& below) const;
+
   /// Absolute, links followed; of the folder with this number.
   const std::string& root(std::size_t number) const { return roots_.at(number); }
   std::size_t size() const { return roots_.size(); }
 
  private:
+  void check_link(const std::string& path) const;
+
   std::vector<std::string> roots_;
 };
 
