@@ -57,7 +57,7 @@ context.setDefaultTimeout(kPatience_ms);
 const page = await context.newPage(), problems = [], elsewhere = [];
 page.on('console', (message) => { if (message.type() === 'error') problems.push(message.text()); });
 page.on('pageerror', (error) => problems.push(String(error.stack)));
-page.on('request', (request) => { if (!request.url().startsWith(address) && !/^(data|blob|about):/.test(request.url())) elsewhere.push(request.url()); });
+page.on('request', (request) => { if (!request.url().startsWith(new URL(address).origin + '/') && !/^(data|blob|about):/.test(request.url())) elsewhere.push(request.url()); });
 page.on('dialog', (dialog) => { problems.push(`dialog: ${dialog.message()}`); dialog.dismiss(); });
 
 const picture = async (name) => { if (shots) await page.screenshot({ path: join(shots, `${name}.png`) }); };
@@ -356,7 +356,7 @@ try {
   // Two tabs: the one that comes second is told. (tests/view/server_test.cpp has the same without a browser.)
   if (isHeavy) {
     const second = await context.newPage();
-    await second.goto(`${address}#track/${encodeURIComponent('0/track.yaml')}`);
+    await second.goto(`${address}/track/${encodeURIComponent('0/track.yaml')}`);
     await second.waitForFunction((text) => document.querySelector('[data-role="recipe"]')?.value === text, recipe(), { timeout: kPatience_ms });
     await page.click('[data-id="0/meshes/kerbstone-ring.obj"]');
     await page.click('[data-id="0/track.yaml"]');
@@ -758,7 +758,7 @@ try {
   check(bad.length === 0, `no console message: ${bad.join(' | ')}`);
 
   // The program ends: the page says so, and goes on when it is back at the same address.
-  const [, port, token] = address.match(/:(\d+)\/(\w+)\//);
+  const [, port, token] = address.match(/:(\d+)\/#(\w+)/);
   await end(server);
   await page.click('[data-role="look"]');
   await until(() => document.querySelector('[data-role="lost"]').textContent !== '');

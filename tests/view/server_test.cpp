@@ -3,92 +3,21 @@
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <httplib.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <future>
-#include <nlohmann/json.hpp>
 #include <random>
-#include <thread>
 
+#include "admission.h"
 #include "base/error.h"
-#include "page.h"
-#include "support/places.h"
-#include "support/temporary_folder.h"
+#include "served.h"
 
 namespace server_test {
 
 using ::testing::HasSubstr;
 
-const std::string kToken = "0123456789abcdef0123456789abcdef";
-
-/// A server of a folder with a recipe, a log and a road, for one test.
-class Server : public ::testing::Test {
- protected:
-  Server() {
-    if (view::page().empty()) return;
-    std::filesystem::create_directories(folder_.path("shown"));
-    folder_.file("secret.csv", "secret\n1\n");
-    folder_.file("shown/track.yaml", "mesh: a.obj\n");
-    folder_.file("shown/a.obj", "v 0 0 0\nv 200 0 0\nv 0 0 -9\nv 200 0 -9\nf 1 2 3\nf 2 4 3\n");
-    folder_.file("shown/empty.csv", "");
-    folder_.file("shown/points.tiles", "0123456789");
-    folder_.file("shown/log.csv", "time_s,x_m,y_m,speed\n0,0,0,1\n1,1,0,\n2,2,0,3\n");
-    folder_.file("shown/evil.html", "<script>fetch('../api/list')</script>");
-    std::filesystem::rename(folder_.path("shown/evil.html"), folder_.path("shown/report.html"));
-    std::promise<std::pair<std::string, std::function<void()>>> ready;
-    auto told = ready.get_future();
-    thread_ = std::thread([this, &ready] {
-      view::serve({.folders = {folder_.path("shown")},
-                   .opened = {},
-                   .tools = std::filesystem::path(places::crgbuild()).parent_path().string(),
-                   .demo = {},
-                   .token = kToken},
-                  [&](const std::string& address, const std::function<void()>& stop) {
-                    ready.set_value({address, stop});
-                  });
-    });
-    std::tie(address_, stop_) = told.get();
-    port_ = std::stoi(address_.substr(address_.find(':', 7) + 1));
-    client_ = std::make_unique<httplib::Client>("127.0.0.1", port_);
-    client_->set_read_timeout(60);
-  }
-  ~Server() override {
-    if (!thread_.joinable()) return;
-    client_.reset();
-    stop_();
-    thread_.join();
-  }
-  void SetUp() override {
-    if (view::page().empty()) GTEST_SKIP() << "built without the page (scripts/setup)";
-  }
-
-  static std::string at(const std::string& path) { return "/" + kToken + "/" + path; }
-  httplib::Result get(const std::string& path, const httplib::Headers& headers = {}) {
-    return client_->Get(at(path), headers);
-  }
-  nlohmann::json json(const std::string& path) { return nlohmann::json::parse(get(path)->body); }
-  nlohmann::json ended_job(int id) {
-    for (int k = 0; k < 3000; ++k) {
-      for (const nlohmann::json& job : json("api/jobs"))
-        if (job["id"] == id && !job["running"]) return job;
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-    ADD_FAILURE() << "job " << id << " does not end";
-    return {};
-  }
-
-  support::TemporaryFolder folder_;
-  std::string address_;
-  std::function<void()> stop_;
-  std::thread thread_;
-  int port_ = 0;
-  std::unique_ptr<httplib::Client> client_;
-};
-
 TEST_F(Server, GivesThePageAndTheListUnderItsWholeAddress) {
-  EXPECT_EQ(address_, "http://127.0.0.1:" + std::to_string(port_) + "/" + kToken + "/");
+  EXPECT_EQ(address_, "http://127.0.0.1:" + std::to_string(port_) + "/#" + kToken);
   const auto page = get("");
   EXPECT_EQ(page->status, 200);
   EXPECT_THAT(page->body, HasSubstr("<title>Kerbstone</title>"));
@@ -101,24 +30,30 @@ TEST_F(Server, GivesThePageAndTheListUnderItsWholeAddress) {
 
 TEST_F(Server, AnswersNobodyElse) {
   const auto status = [&](const std::string& path, const httplib::Headers& headers = {}) {
-    const auto answer = client_->Get(path, headers);
-    EXPECT_THAT(answer->body, ::testing::Not(HasSubstr("track.yaml")));
+    httplib::Client stranger("127.0.0.1", port_);
+    const auto answer = stranger.Get(path, headers);
+    EXPECT_FALSE(answer->body.find("\"0/track.yaml\"") != std::string::npos);
     return answer->status;
   };
   std::string wrong = kToken;
   wrong.back() = '0';
-  EXPECT_EQ(status("/"), 404);
+  for (const std::string& token :
+       {std::string(), wrong, kToken.substr(1), kToken + kToken, std::string("0")})
+    EXPECT_EQ(status("/api/list", {{"X-Kerbstone-Token", token}}), 404) << token;
   EXPECT_EQ(status("/api/list"), 404);
-  EXPECT_EQ(status("/" + wrong + "/api/list"), 404);
-  EXPECT_EQ(status("/" + kToken.substr(1) + "/api/list"), 404);
-  EXPECT_EQ(status("/" + kToken + kToken + "/api/list"), 404);
   EXPECT_EQ(status("//api/list"), 404);
+  // In no address does it open anything.
+  EXPECT_EQ(status("/" + kToken + "/api/list"), 404);
+  EXPECT_EQ(status("/api/list?token=" + kToken + "&key=" + kToken), 404);
+  EXPECT_EQ(status("/"), 200) << "the page itself holds no secret";
   // Another page in the same browser; a name that was made to lead here (DNS rebinding).
-  EXPECT_EQ(status(at("api/list"), {{"Origin", "http://evil.example"}}), 403);
-  EXPECT_EQ(status(at("api/list"), {{"Origin", "null"}}), 403);
-  EXPECT_EQ(status(at("api/list"), {{"Host", "evil.example:" + std::to_string(port_)}}), 403);
-  EXPECT_EQ(get("api/list", {{"Origin", "http://127.0.0.1:" + std::to_string(port_)}})->status,
-            200);
+  const auto with_token = [&](const std::string& header, const std::string& value) {
+    return get("api/list", {{header, value}})->status;
+  };
+  EXPECT_EQ(with_token("Origin", "http://evil.example"), 403);
+  EXPECT_EQ(with_token("Origin", "null"), 403);
+  EXPECT_EQ(with_token("Host", "evil.example:" + std::to_string(port_)), 403);
+  EXPECT_EQ(with_token("Origin", "http://127.0.0.1:" + std::to_string(port_)), 200);
 }
 
 TEST_F(Server, ReadsNothingOutsideTheFolders) {
@@ -130,6 +65,46 @@ TEST_F(Server, ReadsNothingOutsideTheFolders) {
       EXPECT_EQ(answer->status, 404) << what << " " << id;
       EXPECT_THAT(answer->body, ::testing::Not(HasSubstr("secret\n")));
     }
+}
+
+// Frames and pictures send no header: their address has a key, which a page inside may know.
+TEST_F(Server, TheKeyOfAFileOpensThisFileAlone) {
+  httplib::Client stranger("127.0.0.1", port_);
+  const auto status = [&](const std::string& path) { return stranger.Get(path)->status; };
+  std::string key;
+  const nlohmann::json list = json("api/list");
+  for (const nlohmann::json& entry : list["entries"])
+    if (entry["id"] == "0/report.html") key = entry["key"];
+  EXPECT_EQ(status("/api/file?id=0/report.html&key=" + key), 200);
+  EXPECT_EQ(status("/api/file?id=0/report.html"), 404);
+  EXPECT_EQ(status("/api/file?id=0/log.csv&key=" + key), 404);
+  EXPECT_EQ(status("/api/file?id=0/log.csv&id=0/report.html&key=" + key), 404);
+  EXPECT_EQ(status("/api/file?id=0/report.html&id=0/log.csv&key=" + key), 200)
+      << "the first counts";
+  EXPECT_EQ(status("/api/text?id=0/report.html&key=" + key), 404);
+  EXPECT_NE(key, view::key_of_file(kToken, "0/log.csv"));
+  // What goes out names the token nowhere.
+  for (const char* const path : {"", "api/list", "api/file?id=0/report.html"}) {
+    const auto answer = get(path);
+    EXPECT_FALSE(answer->body.find(kToken) != std::string::npos) << path;
+    for (const auto& [name, value] : answer->headers)
+      EXPECT_THAT(value, ::testing::Not(HasSubstr(kToken))) << path << " " << name;
+  }
+}
+
+TEST_F(Server, WhateverIsServedRunsNothingElsewhereAndTellsNoAddress) {
+  for (const char* const path :
+       {"", "api/list", "api/file?id=0/report.html", "api/file?id=0/log.csv",
+        "api/text?id=0/track.yaml", "api/part?id=0/points.tiles&begin=3&bytes=4",
+        "api/channels?id=0/log.csv&name=speed", "api/text?id=0/none.csv"}) {
+    const auto answer = get(path);
+    EXPECT_THAT(answer->get_header_value("Content-Security-Policy"),
+                HasSubstr("default-src 'none'"))
+        << path;
+    EXPECT_EQ(answer->get_header_value_count("Content-Security-Policy"), 1U) << path;
+    EXPECT_EQ(answer->get_header_value("Referrer-Policy"), "no-referrer") << path;
+    EXPECT_EQ(answer->get_header_value("X-Content-Type-Options"), "nosniff") << path;
+  }
 }
 
 TEST_F(Server, PagesOutOfTheFoldersGetNoPartInThisOne) {
@@ -243,7 +218,8 @@ TEST_F(Server, LivesThroughMalformedRequests) {
   const auto request = [&](const std::string& begin, const std::string& headers,
                            const std::string& body) {
     return begin.substr(0, begin.find(' ') + 1) + at(begin.substr(begin.find(' ') + 1)) +
-           " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port_) + "\r\n" + headers +
+           " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port_) +
+           "\r\nX-Kerbstone-Token: " + kToken + "\r\n" + headers +
            "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
   };
   const std::vector<std::string> requests = {

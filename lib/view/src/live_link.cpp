@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "base/error.h"
+#include "wish.h"
 
 namespace view {
 namespace {
@@ -77,6 +78,28 @@ std::string LiveLink::tell(const std::string& command) {
   if (sights.empty() || !newest_.ends_with('}')) return newest_;
   return fmt::format(R"({},"sights":[{}]}})", newest_.substr(0, newest_.size() - 1),
                      fmt::join(sights, ","));
+}
+
+void LiveLinks::drive(int job, int port) {
+  const std::lock_guard lock(mutex_);
+  driven_ = std::make_unique<LiveLink>(port);
+  job_ = job;
+}
+
+std::string LiveLinks::tell(int job, const std::string& command) {
+  const std::lock_guard lock(mutex_);
+  if (driven_ == nullptr || job != job_)
+    throw Refusal(404, "this drive has ended, or another one was started");
+  return driven_->tell(command);
+}
+
+std::string LiveLinks::watch(int port) {
+  constexpr double kForgets_s = 3.0;
+  const std::lock_guard lock(mutex_);
+  if (port < 1 || port > 65535) throw Refusal(400, "watch: a UDP port, 1 to 65535, wanted");
+  if (watched_port_ != port) watched_ = std::make_unique<LiveLink>(port, kForgets_s);
+  watched_port_ = port;
+  return watched_->tell(R"({"watch": true})");
 }
 
 }  // namespace view

@@ -3,6 +3,8 @@
 
 #include <chrono>
 #include <limits>
+#include <memory>
+#include <mutex>
 #include <string>
 
 #include "base/descriptor.h"
@@ -30,6 +32,21 @@ class LiveLink {
   double forgets_s_;
   std::chrono::steady_clock::time_point heard_;
   std::string newest_;
+};
+
+/// The drive of a job and the run that is watched, one of each; from any thread.
+class LiveLinks {
+ public:
+  void drive(int job, int port);
+  /// As LiveLink::tell(). Throws Refusal where this job is not the drive that was begun last.
+  std::string tell(int job, const std::string& command);
+  /// What somebody else drives at a UDP port of this machine. Throws Refusal: no port.
+  std::string watch(int port);
+
+ private:
+  std::mutex mutex_;
+  std::unique_ptr<LiveLink> driven_, watched_;
+  int job_ = 0, watched_port_ = 0;
 };
 
 }  // namespace view

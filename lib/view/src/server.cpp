@@ -1,9 +1,5 @@
-#include "view/server.h"
-
 #include <fmt/format.h>
-#include <httplib.h>
 
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -12,11 +8,13 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "admission.h"
 #include "base/error.h"
 #include "base/read_file.h"
 #include "base/sha256.h"
 #include "base/text_lines.h"
 #include "base/write_file.h"
+#include "bounded_server.h"
 #include "crg/file.h"
 #include "file_part.h"
 #include "kept.h"
@@ -27,6 +25,7 @@
 #include "tile_heights.h"
 #include "view/folders.h"
 #include "view/jobs.h"
+#include "view/server.h"
 #include "wish.h"
 
 namespace view {
@@ -36,13 +35,15 @@ namespace fs = std::filesystem;
 using httplib::Request, httplib::Response;
 using nlohmann::ordered_json;
 
-constexpr std::size_t kLargestText = 4'000'000, kLargestFile = 300'000'000;
-constexpr double kForgets_s = 3.0;  ///< of a run that is watched and says nothing
-constexpr const char *kJson = "application/json", *kBytes = "application/octet-stream";
+constexpr std::size_t kLargestText = kMostBody, kLargestFile = 300'000'000;
+constexpr const char *kJson = "application/json", *kBytes = "application/octet-stream",
+                     *kPolicy = "Content-Security-Policy";
 
 /// As it is: what set_content() sends, cpp-httplib packs by brotli's slowest mode, a second per
 /// megabyte.
 void send(Response& response, std::string bytes, const char* type) {
+  if (!response.has_header(kPolicy))
+    response.set_header(kPolicy, "default-src 'none'; sandbox; frame-ancestors 'none'");
   if (bytes.empty()) return response.set_content(bytes, type);
   const auto kept = std::make_shared<const std::string>(std::move(bytes));
   response.set_content_provider(
@@ -58,62 +59,44 @@ class Pages {
 
   /// Nothing of what follows is reached without this.
   bool may(const Request& request, Response& response, const std::string& authority) {
-    const auto no = [&](int status, const char* why) {
-      response.status = status;
-      send(response, ordered_json{{"error", why}}.dump(), kJson);
-      return false;
-    };
-    const std::string host = request.get_header_value("Host");
-    const std::string port = authority.substr(authority.rfind(':'));
-    if (host != authority && host != "localhost" + port)
-      return no(403, "this page answers under its own address only");
-    if (request.has_header("Origin") && request.get_header_value("Origin") != "http://" + host)
-      return no(403, "asked for by another page");
-    const std::size_t end = request.path.find('/', 1);
-    if (end == std::string::npos ||
-        !is_same(std::string_view(request.path).substr(1, end - 1), options_.token))
-      return no(404, "nothing here; use the whole address that 'kerbstone view' printed");
-    return true;
+    Asked asked{
+        request.path, request.get_header_value("Host"), request.get_header_value(kTokenHeader),
+        {},           request.get_param_value("id"),    request.get_param_value("key")};
+    if (request.has_header("Origin")) asked.origin = request.get_header_value("Origin");
+    const auto refusal = refusal_of(asked, authority, options_.token);
+    if (refusal) refuse(response, refusal->status, refusal->what());
+    return !refusal;
   }
 
   void set_up(httplib::Server& server) {
-    const std::string base = "/[^/]*/";
-    const auto get = [&](const std::string& path, auto answer) {
-      server.Get(base + path, [this, answer](const Request& request, Response& response) {
+    const auto by = [this](void (Pages::*answer)(const Request&, Response&)) {
+      return httplib::Server::Handler([this, answer](const Request& request, Response& response) {
         guarded(response, [&] { (this->*answer)(request, response); });
       });
     };
-    get("", &Pages::page_itself);
-    get("api/list", &Pages::list);
-    get("api/text", &Pages::text);
-    get("api/file", &Pages::file);
-    get("api/part", &Pages::part);
-    get("api/heights", &Pages::heights);
-    get("api/road", &Pages::road);
-    get("api/place", &Pages::place);
-    get("api/profile", &Pages::profile);
-    get("api/difference", &Pages::difference);
-    get("api/result", &Pages::result);
-    get("api/log", &Pages::log);
-    get("api/channels", &Pages::channels);
-    get("api/places", &Pages::places);
-    get("api/jobs", &Pages::jobs);
-    get("api/output", &Pages::output);
-    server.Put(base + "api/text", [this](const Request& request, Response& response) {
-      guarded(response, [&] { write_text(request, response); });
-    });
-    server.Post(base + "api/job", [this](const Request& request, Response& response) {
-      guarded(response, [&] { start_job(request, response); });
-    });
-    server.Post(base + "api/live", [this](const Request& request, Response& response) {
-      guarded(response, [&] { drive(request, response); });
-    });
-    server.Delete(base + "api/job", [this](const Request& request, Response& response) {
-      guarded(response, [&] {
-        jobs_.stop(number_of(request, "id"));
-        send(response, "{}", kJson);
-      });
-    });
+    server.Get("/", by(&Pages::page_itself));
+    for (const auto& [name, answer] :
+         std::initializer_list<std::pair<const char*, void (Pages::*)(const Request&, Response&)>>{
+             {"list", &Pages::list},
+             {"text", &Pages::text},
+             {"file", &Pages::file},
+             {"part", &Pages::part},
+             {"heights", &Pages::heights},
+             {"road", &Pages::road},
+             {"place", &Pages::place},
+             {"profile", &Pages::profile},
+             {"difference", &Pages::difference},
+             {"result", &Pages::result},
+             {"log", &Pages::log},
+             {"channels", &Pages::channels},
+             {"places", &Pages::places},
+             {"jobs", &Pages::jobs},
+             {"output", &Pages::output}})
+      server.Get(std::string("/api/") + name, by(answer));
+    server.Put("/api/text", by(&Pages::write_text));
+    server.Post("/api/job", by(&Pages::start_job));
+    server.Post("/api/live", by(&Pages::drive));
+    server.Delete("/api/job", by(&Pages::stop_job));
   }
 
  private:
@@ -138,12 +121,9 @@ class Pages {
   }
 
   static int number_of(const Request& request, const char* key) {
-    const std::string text = request.get_param_value(key);
-    int number = 0;
-    const auto [end, wrong] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (wrong != std::errc{} || end != text.data() + text.size())
-      throw Refusal(400, fmt::format("{}: a number wanted", key));
-    return number;
+    const auto number = base::to_number<int>(request.get_param_value(key));
+    if (!number) throw Refusal(400, fmt::format("{}: a number wanted", key));
+    return *number;
   }
 
   static double metres_of(const Request& request, const char* key) {
@@ -161,24 +141,40 @@ class Pages {
     }
   }
 
+  std::string path_in_set(const Request& request, const char* key = "id") {
+    const std::string path = asked_path(request, key);
+    return path;
+  }
+
+  std::shared_ptr<const crg::Surface> road_of(const Request& request, const char* key = "id") {
+    return roads_.of(path_in_set(request, key));
+  }
+
   void page_itself(const Request& /*request*/, Response& response) {
     // Scripts and styles of the page stand in it; it fetches from here alone.
     response.set_header(
-        "Content-Security-Policy",
+        kPolicy,
         "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
         "img-src 'self' data: blob:; connect-src 'self'; frame-src 'self'; "
         "base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
-    send(response, std::string(page()), "text/html; charset=utf-8");
+    response.set_content_provider(
+        page().size(), "text/html; charset=utf-8",
+        [](std::size_t begin, std::size_t length, httplib::DataSink& sink) {
+          return sink.write(page().data() + begin, length);
+        });
   }
 
   void list(const Request& /*request*/, Response& response) {
     const Listing listing = folders_.list();
     ordered_json entries = ordered_json::array(), roots = ordered_json::array();
-    for (const Entry& entry : listing.entries)
+    for (const Entry& entry : listing.entries) {
       entries.push_back({{"id", entry.id},
                          {"kind", to_string(entry.kind)},
                          {"bytes", entry.bytes},
                          {"modified_s", entry.modified_s}});
+      if (entry.kind == Kind::report || entry.kind == Kind::picture)
+        entries.back()["key"] = key_of_file(options_.token, entry.id);
+    }
     for (std::size_t k = 0; k < folders_.size(); ++k) roots.push_back(folders_.root(k));
     json(response, {{"folders", roots},
                     {"opened", options_.opened},
@@ -216,11 +212,12 @@ class Pages {
     static const std::map<std::string, const char*> types = {
         {".html", "text/html; charset=utf-8"}, {".png", "image/png"}, {".json", kJson},
         {".csv", "text/csv; charset=utf-8"},   {".glb", kBytes},      {".crg", kBytes}};
-    const std::string path = asked_path(request);
+    const std::string path = path_in_set(request);
     const auto type = types.find(fs::path(path).extension().string());
     if (type == types.end()) throw Refusal(403, "not a kind of file that is shown here");
-    // A stranger's page gets no part in this one, and loads nothing: its address has the token.
-    response.set_header("Content-Security-Policy",
+    // A stranger's page gets no part in this one, and loads nothing; its address opens itself
+    // alone.
+    response.set_header(kPolicy,
                         "sandbox allow-scripts allow-downloads; default-src 'none'; "
                         "script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
                         "img-src data: blob:; base-uri 'none'; form-action 'none'");
@@ -229,7 +226,7 @@ class Pages {
 
   void part(const Request& request, Response& response) {
     const auto value = [&](const char* key) { return request.get_param_value(key); };
-    send(response, part_of_file(asked_path(request), value("begin"), value("bytes")), kBytes);
+    send(response, part_of_file(path_in_set(request), value("begin"), value("bytes")), kBytes);
   }
 
   /// Points of a tile over a road: metres each, NaN where there is no road below or above.
@@ -238,33 +235,28 @@ class Pages {
         request.get_param_value("begin"),
         request.get_param_value("points"),
         {metres_of(request, "x"), metres_of(request, "y"), metres_of(request, "z")}};
-    const auto road = roads_.of(asked_path(request, "road"));
-    send(response, heights_over(*road, asked_path(request), place), kBytes);
+    const auto road = road_of(request, "road");
+    send(response, heights_over(*road, path_in_set(request), place), kBytes);
   }
 
   void road(const Request& request, Response& response) {
-    send(response, packed_road(*roads_.of(asked_path(request))), kBytes);
+    send(response, packed_road(*road_of(request)), kBytes);
   }
 
   void place(const Request& request, Response& response) {
-    send(response,
-         place_json(*roads_.of(asked_path(request)), metres_of(request, "x"),
-                    metres_of(request, "y")),
+    send(response, place_json(*road_of(request), metres_of(request, "x"), metres_of(request, "y")),
          kJson);
   }
 
   void profile(const Request& request, Response& response) {
     const auto at = [&](const char* key) { return metres_of(request, key); };
-    send(
-        response,
-        packed_profile(*roads_.of(asked_path(request)), {at("x0"), at("y0")}, {at("x1"), at("y1")}),
-        kBytes);
+    send(response, packed_profile(*road_of(request), {at("x0"), at("y0")}, {at("x1"), at("y1")}),
+         kBytes);
   }
 
   void difference(const Request& request, Response& response) {
     send(response,
-         packed_difference(*roads_.of(asked_path(request)),
-                           *roads_.of(asked_path(request, "against")),
+         packed_difference(*road_of(request), *road_of(request, "against"),
                            metres_of(request, "u_begin"), metres_of(request, "u_end")),
          kBytes);
   }
@@ -283,7 +275,7 @@ class Pages {
   void places(const Request& request, Response& response) {
     send(response,
          packed_places(*logs_.of(asked_path(request)), request.get_param_value("x"),
-                       request.get_param_value("y"), *roads_.of(asked_path(request, "road"))),
+                       request.get_param_value("y"), *road_of(request, "road")),
          kBytes);
   }
 
@@ -306,19 +298,19 @@ class Pages {
     send(response, jobs_.output(number_of(request, "job")), kBytes);
   }
 
+  void stop_job(const Request& request, Response& response) {
+    jobs_.stop(number_of(request, "id"));
+    send(response, "{}", kJson);
+  }
+
   void start_job(const Request& request, Response& response) {
     const Wish wish =
         wish_of(ordered_json::parse(request.body, nullptr, false), folders_, options_.demo);
     const int id = jobs_.start(wish.command, folders_.root(0));
-    if (wish.port != 0) {
-      const std::lock_guard lock(driving_);
-      live_ = std::make_unique<LiveLink>(wish.port);
-      live_job_ = id;
-    }
+    if (wish.port != 0) links_.drive(id, wish.port);
     json(response, {{"id", id}, {"command", wish.command}, {"result", wish.result}});
   }
 
-  /// Where the build of a recipe or a mesh goes.
   void result(const Request& request, Response& response) {
     json(response, {{"result", result_of(asked_path(request))}});
   }
@@ -326,19 +318,10 @@ class Pages {
   /// One command to the drive that runs, and what it measured last ({}: nothing yet); or what is
   /// measured in a run that somebody else drives, at a UDP port of this machine.
   void drive(const Request& request, Response& response) {
-    const std::lock_guard lock(driving_);
-    if (request.has_param("watch")) {
-      const int port = number_of(request, "watch");
-      if (port < 1 || port > 65535) throw Refusal(400, "watch: a UDP port, 1 to 65535, wanted");
-      if (watched_port_ != port) watch_ = std::make_unique<LiveLink>(port, kForgets_s);
-      watched_port_ = port;
-      const std::string seen = watch_->tell(R"({"watch": true})");
-      return send(response, seen.empty() ? "{}" : seen, kJson);
-    }
-    if (live_ == nullptr || number_of(request, "job") != live_job_)
-      throw Refusal(404, "this drive has ended, or another one was started");
-    const std::string newest = live_->tell(request.body);
-    send(response, newest.empty() ? "{}" : newest, kJson);
+    const std::string seen = request.has_param("watch")
+                                 ? links_.watch(number_of(request, "watch"))
+                                 : links_.tell(number_of(request, "job"), request.body);
+    send(response, seen.empty() ? "{}" : seen, kJson);
   }
 
   static void json(Response& response, const ordered_json& value) {
@@ -352,9 +335,8 @@ class Pages {
       [](const std::string& path) { return recording::in_rows(recording::read_log(path), path); }};
   Kept<crg::Surface, 3> roads_{
       [](const std::string& path) { return crg::Surface(crg::read(path)); }};
-  std::mutex writing_, driving_;
-  std::unique_ptr<LiveLink> live_, watch_;
-  int live_job_ = 0, watched_port_ = 0;
+  std::mutex writing_;
+  LiveLinks links_;
 };
 
 }  // namespace
@@ -367,7 +349,9 @@ void serve(const ServerOptions& options,
         "this program was built without the page; run scripts/setup (it needs node and npm) and "
         "build again");
   Pages pages(options);
-  httplib::Server server;
+  BoundedServer server([&](const Request& request) {
+    return is_same(request.get_header_value(kTokenHeader), options.token);
+  });
   const int port = options.port == 0
                        ? server.bind_to_any_port(options.host)
                        : (server.bind_to_port(options.host, options.port) ? options.port : -1);
@@ -377,10 +361,6 @@ void serve(const ServerOptions& options,
                     "that is free",
                     options.host, options.port));
   const std::string authority = fmt::format("{}:{}", options.host, port);
-  server.set_payload_max_length(kLargestText);
-  server.set_tcp_nodelay(true);
-  server.set_read_timeout(10);
-  server.set_write_timeout(60);
   server.set_default_headers({{"X-Content-Type-Options", "nosniff"},
                               {"Referrer-Policy", "no-referrer"},
                               {"Cache-Control", "no-store"},
@@ -390,11 +370,11 @@ void serve(const ServerOptions& options,
                                                    : httplib::Server::HandlerResponse::Handled;
   });
   pages.set_up(server);
-  told(fmt::format("http://{}/{}/", authority, options.token), [&server] {
+  told(fmt::format("http://{}/#{}", authority, options.token), [&server] {
     while (!server.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     server.stop();
   });
-  if (!server.listen_after_bind()) throw base::Error(authority + ": listening has ended");
+  if (!server.listen_within_bounds()) throw base::Error(authority + ": listening has ended");
 }
 
 }  // namespace view

@@ -1,4 +1,4 @@
-// The local page and what it asks for, over HTTP. cpp-httplib stays private to the source file.
+// The local page and what it asks for, over HTTP. cpp-httplib stays private.
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@ struct ServerOptions {
   std::string opened;                ///< id of the file that the page begins with; empty: none
   std::string tools;                 ///< the folder with the programs of Kerbstone
   std::string demo;                  ///< the circuit.yaml that the tour begins with; empty: none
-  std::string token;                 ///< part of every address; at least kShortestToken characters
+  std::string token;                 ///< at least kShortestToken letters and digits
   std::string host = "127.0.0.1";
   int port = 0;  ///< 0: any that is free
 };
@@ -22,8 +22,8 @@ constexpr std::size_t kShortestToken = 16;
 std::string random_token();
 
 /// Calls `told` once it can be reached, then serves until `stop` is called (by another thread) or
-/// this process ends; commands that run end with it. Answers nothing without the token, under
-/// another host's name, or from another origin's page. Throws Error where it cannot listen.
+/// this process ends; commands that run end with it. Answers nothing but the empty page without the
+/// token, and nothing under another host's name or to another origin's page. Throws Error where it cannot listen.
 void serve(
     const ServerOptions& options,
     const std::function<void(const std::string& address, const std::function<void()>& stop)>& told);

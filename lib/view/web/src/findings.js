@@ -32,7 +32,7 @@ export function makeFindings({ entriesOf, changed, openLaps, keep }) {
   const reportButton = el('button', { type: 'button', 'data-role': 'report', onclick: () => {
     const report = entriesOf().find((entry) => entry.kind === 'report' && entry.id === id.replace(/[^/]*$/, 'report.html'));
     frame.hidden = !report;
-    if (report) frame.src = fileAddress(report.id, report.modified_s);
+    if (report) frame.src = fileAddress(report);
     else note.textContent = 'No report.html lies beside these findings.';
   } }, 'Show the whole report');
   const carBox = el('select', { 'aria-label': 'The car as it was stated', 'data-role': 'car' });

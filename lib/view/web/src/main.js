@@ -7,7 +7,7 @@ import { makeLaps } from './laps.js';
 import { makeLive } from './live.js';
 import { makeRoad, roadStateOf } from './road.js';
 import { makeScans } from './scans.js';
-import { getJson, onConnection } from './server.js';
+import { fragmentOf, getJson, onConnection, shownParts } from './server.js';
 import { makeTour } from './tour.js';
 import { makeTrack } from './track.js';
 
@@ -22,14 +22,14 @@ function main() {
     fillList();
     return listing;
   }
-  const show = (next, ...ids) => { location.hash = `#${[next, ...ids.filter(Boolean).map(encodeURIComponent)].join('/')}`; };
+  const show = (next, ...ids) => { location.hash = fragmentOf([next, ...ids.filter(Boolean)]); };
   // What is seen goes into the address; Back leads to what was opened before, not to every turn of the view.
   const keepOf = (name) => (id, state) => {
     // An address that is not followed yet is a click of a moment ago: what was drawn meanwhile does not take it back.
     if (location.hash !== followed || part !== name || (name !== 'laps' && opened !== id)) return;
     opened = id;
     compared = state;
-    history.replaceState(null, '', `#${[name, id, state].map(encodeURIComponent).join('/')}`);
+    history.replaceState(null, '', fragmentOf([name, id, state]));
     followed = location.hash;
   };
   const openRoad = (id, against) => show('road', id, roadStateOf([against ?? '']));
@@ -70,7 +70,7 @@ function main() {
 
   async function follow() {
     followed = location.hash;
-    const [next, id, against] = location.hash.slice(1).split('/', 3);
+    const [next, file = '', other = ''] = shownParts();
     const wanted = next in parts ? next : 'track';
     if (wanted !== part || place.childElementCount === 0) {
       part = wanted;
@@ -80,7 +80,6 @@ function main() {
       compared = '';
       if (part === 'laps') laps.refresh();
     }
-    const file = id ? decodeURIComponent(id) : '', other = against ? decodeURIComponent(against) : '';
     if (file && (file !== opened || other !== compared)) {
       opened = file;
       compared = other;
@@ -96,11 +95,14 @@ function main() {
   changed().then(async () => {
     const entry = listing.entries.find((each) => each.id === listing.opened);
     const home = entry && Object.keys(parts).find((key) => parts[key][1].includes(entry.kind));
-    if (!location.hash && home) history.replaceState(null, '', `#${home}/${encodeURIComponent(entry.id)}`);
+    if (!shownParts()[0] && home) history.replaceState(null, '', fragmentOf([home, entry.id]));
     await follow();
     if (!listing.entries.some((entry) => entry.kind !== 'picture')) tour.start();  // nothing is there yet: the first start
     document.documentElement.dataset.ready = 'yes';
-  }).catch(() => { document.documentElement.dataset.ready = 'no'; });
+  }).catch((error) => {
+    lost.textContent = error.message;
+    document.documentElement.dataset.ready = 'no';
+  });
 }
 
 main();

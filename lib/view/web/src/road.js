@@ -46,7 +46,7 @@ export function makeRoad({ changed, openRoad, keep }) {
     frame.hidden = !report;
     if (!report) { frame.removeAttribute('src'); delete frame.dataset.report; return; }
     isLoading = true;
-    frame.src = fileAddress(report.id, report.modified_s) + (inReport ? `#${inReport}` : '');
+    frame.src = fileAddress(report) + (inReport ? `#${inReport}` : '');
     frame.dataset.report = report.id;
   }
 

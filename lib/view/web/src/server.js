@@ -1,4 +1,10 @@
-// What the page asks of the program that serves it. Addresses are relative: the token is part of the page's own.
+// What the page asks of the program that serves it. The token stands in the fragment of the page's address, which no browser sends, and goes into a header.
+
+const token = /^#(\w+)(\/|$)/.exec(location.hash)?.[1] ?? '';
+
+/// The fragment that shows these parts of the page, and the parts that the address shows now.
+export const fragmentOf = (parts) => `#${[token, ...parts.map(encodeURIComponent)].join('/')}`;
+export const shownParts = () => location.hash.slice(1).split('/').slice(1).map(decodeURIComponent);
 
 export class Refused extends Error {
   constructor(status, text) {
@@ -18,7 +24,7 @@ export function onConnection(listener) {
 async function ask(path, options) {
   let answer;
   try {
-    answer = await fetch(path, options);
+    answer = await fetch(path, { ...options, headers: { ...options?.headers, 'X-Kerbstone-Token': token } });
   } catch {
     if (!isLost) told.forEach((listener) => listener(true));
     isLost = true;
@@ -40,7 +46,8 @@ function address(path, query = {}) {
   return `api/${path}?${words}`;
 }
 
-export const fileAddress = (id, fresh) => address('file', { id, ...(fresh ? { fresh } : {}) });
+/// Of a file of the listing, for frames and pictures; its key opens this file alone.
+export const fileAddress = ({ id, key, modified_s }) => address('file', { id, key, fresh: modified_s });
 
 export const getJson = async (path, query) => (await ask(address(path, query))).json();
 

@@ -245,7 +245,7 @@ export function makeTrack({ openRoad, changed, entriesOf, keep }) {
     if (isPast()) return;
     pictures.replaceChildren(
       made ? el('p', {}, el('button', { type: 'button', 'data-role': 'open-road', onclick: () => openRoad(made.id) }, 'Open the report of this road')) : '',
-      question ? el('img', { src: fileAddress(question.id, question.modified_s), alt: 'Which road is meant: candidates with their numbers', style: 'max-width:100%' }) : '');
+      question ? el('img', { src: fileAddress(question), alt: 'Which road is meant: candidates with their numbers', style: 'max-width:100%' }) : '');
     if (!made) { setRoad(null, null, null); return; }
     const packed = await getPacked('road', { id: made.id });
     const summary = await getJson('file', { id: `0/${result}/summary.json` }).catch(() => null);
