@@ -1,5 +1,6 @@
 // A drive in the page: what the gauges say of command and feedback, and parameters that are set, by keyboard; driven by a gamepad and by touch.
 // usage: node live_drive_test.mjs KERBSTONE CRGBUILD CRGDRIVE SOURCE [SCREENSHOT_DIR]; exit 77: skipped.
+import { createHash } from 'node:crypto';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -42,7 +43,16 @@ try {
   check((await page.innerText('[data-part="live"] [data-role="note"]')).includes("'no.such_thing' is no parameter"), 'what the unit has not is said');
   await page.fill('[data-parameter="parameter.chassis.mass_kg"]', '800');
   await page.keyboard.press('Tab');
+  // A unit is a program: it is asked for its bytes before it runs, and once.
   await page.click('[data-role="start"]');
+  await page.waitForSelector('[data-role="unit-question"]:not([hidden])');
+  check(await page.innerText('[data-role="unit-hash"]') === createHash('sha256').update(readFileSync(join(dir, 'car.fmu'))).digest('hex'), 'the question names the bytes of the unit');
+  await accessible('question before a unit runs');
+  await page.click('[data-role="leave-unit"]');
+  await until(() => document.querySelector('[data-part="live"] [data-role="note"]').textContent === 'Not started.');
+  check(await page.$$eval('[data-job] code', (codes) => codes.every((code) => !code.title.includes('crgsim serve'))), 'nothing of the unit ran');
+  await page.click('[data-role="start"]');
+  await page.click('[data-role="run-unit"]');
   await page.waitForSelector('[data-view="live"][data-time]');
 
   // Command and feedback: the actuators follow what the keys ask for, and both are shown.

@@ -485,6 +485,7 @@ try {
   await page.selectOption('[data-part="live"] [data-role="road"]', '0/out/shown/ring.crg');
   await page.selectOption('[data-role="sensors"]', '0/sensors.yaml');
   await page.click('[data-role="start"]');
+  await page.click('[data-role="run-unit"]');
   await page.waitForSelector('[data-view="live"][data-time]');
   await page.focus('[data-view="live"] canvas');
   await page.keyboard.down('ArrowUp');

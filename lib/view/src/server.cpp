@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "admission.h"
+#include "agreed.h"
 #include "base/error.h"
 #include "base/read_file.h"
 #include "base/sha256.h"
@@ -91,7 +92,8 @@ class Pages {
              {"channels", &Pages::channels},
              {"places", &Pages::places},
              {"jobs", &Pages::jobs},
-             {"output", &Pages::output}})
+             {"output", &Pages::output},
+             {"unit", &Pages::unit}})
       server.Get(std::string("/api/") + name, by(answer));
     server.Put("/api/text", by(&Pages::write_text));
     server.Post("/api/job", by(&Pages::start_job));
@@ -306,9 +308,16 @@ class Pages {
   void start_job(const Request& request, Response& response) {
     const Wish wish =
         wish_of(ordered_json::parse(request.body, nullptr, false), folders_, options_.demo);
+    if (!wish.unit.empty()) agreed_.check(wish.unit, wish.agreed);
     const int id = jobs_.start(wish.command, folders_.root(0));
     if (wish.port != 0) links_.drive(id, wish.port);
     json(response, {{"id", id}, {"command", wish.command}, {"result", wish.result}});
+  }
+
+  /// What the bytes of a unit are, and whether they may run.
+  void unit(const Request& request, Response& response) {
+    const std::string sha256 = base::sha256_of_file(asked_path(request));
+    json(response, {{"sha256", sha256}, {"agreed", agreed_.has(sha256)}});
   }
 
   void result(const Request& request, Response& response) {
@@ -337,6 +346,7 @@ class Pages {
       [](const std::string& path) { return crg::Surface(crg::read(path)); }};
   std::mutex writing_;
   LiveLinks links_;
+  Agreed agreed_;
 };
 
 }  // namespace

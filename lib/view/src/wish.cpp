@@ -132,6 +132,8 @@ Words parameters_of(const ordered_json& wish) {
 /// `devices`, where there are any, look at the road of `wish`.
 Wish drive(const std::string& unit, const ordered_json& wish, const Folders& folders) {
   Wish out;
+  out.unit = (fs::path(folders.root(0)) / unit).string();
+  out.agreed = text_of(wish, "agreed");
   out.port = free_udp_port();
   out.result = new_file(folders, "out/drives", name_of(unit), ".csv");
   out.command = {"crgsim", "serve", unit, "--udp", std::to_string(out.port)};

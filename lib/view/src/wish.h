@@ -20,6 +20,8 @@ struct Refusal : base::Error {
 struct Wish {
   std::vector<std::string> command;
   std::string result;  ///< folder or file that it writes, below the first folder; empty: none
+  std::string unit;    ///< file that runs as a program; empty: none
+  std::string agreed;  ///< SHA-256 of the unit that may run, as the page says
   int port = 0;        ///< of UDP that a drive listens on; 0: no drive
 };
 

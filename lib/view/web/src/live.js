@@ -9,6 +9,7 @@ import { makeLiveScene } from './live_scene.js';
 import { makeTouchPad, padNow } from './pads.js';
 import { makeParameters } from './parameters.js';
 import { makeSights } from './sights.js';
+import { makeUnitQuestion } from './unit_question.js';
 import { makeWeather } from './weather.js';
 
 const kEvery_ms = 30;
@@ -43,7 +44,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
   const roadBox = el('select', { 'aria-label': 'Road to show', 'data-role': 'road' });
   const sensorsBox = el('select', { 'aria-label': 'Sensors of the road', 'data-role': 'sensors' });
   const portBox = el('input', { type: 'number', min: 1, max: 65535, placeholder: 'UDP port', 'aria-label': 'UDP port of a run to watch', 'data-role': 'watch-port' });
-  const sights = makeSights(), weather = makeWeather(), parameters = makeParameters({ say: (text, kind) => say(text, kind) }), help = makeDriverHelp({ changed: () => draw(), say: (text, kind) => say(text, kind) });
+  const sights = makeSights(), question = makeUnitQuestion(), weather = makeWeather(), parameters = makeParameters({ say: (text, kind) => say(text, kind) }), help = makeDriverHelp({ changed: () => draw(), say: (text, kind) => say(text, kind) });
   const canvas = el('canvas', { tabindex: 0, role: 'application', 'aria-label': 'Drive: arrows or W A S D steer, accelerate and brake' });
   const box = el('div', { class: 'stage', 'data-view': 'live' }, canvas);
   const gauges = Object.fromEntries(['speed', 'gear', 'engine', 'lap', 'last', 'best'].map((key) => [key, el('dd', { 'data-gauge': key }, '–')]));
@@ -62,7 +63,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
   const laps = el('div');
   const root = el('div', { class: 'work', 'data-part': 'live' }, el('div', { class: 'split' },
     el('div', {}, el('div', { class: 'tools' }, startButton, pauseButton, resetButton, endButton, el('label', {}, 'View', viewBox), el('label', {}, 'Road', roadBox), el('label', {}, 'Sensors', sensorsBox)),
-      help.root, el('div', { class: 'tools' }, weather.root, el('label', {}, 'A run that is driven elsewhere', portBox), watchButton), parameters.root, box),
+      question.root, help.root, el('div', { class: 'tools' }, weather.root, el('label', {}, 'A run that is driven elsewhere', portBox), watchButton), parameters.root, box),
     el('div', { class: 'side' }, note, el('dl', { class: 'facts' }, Object.entries(gauges).map(([key, node]) => el('div', {}, el('dt', {}, names[key]), node))),
       bars.root, laps,
       el('p', { class: 'muted small' }, 'Arrows or W A S D, once the picture is clicked; or a gamepad; or a finger on the picture: sideways steers, up accelerates, down brakes. Gears shift by themselves. Where this page is left, the car brakes.'))));
@@ -98,14 +99,20 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
   }
 
   async function start() {
-    say('Starting …');
     const of = unit;
+    let agreed;
+    startButton.disabled = true;
+    try {
+      agreed = await question.agreed(of);
+    } catch (error) { say(error.message, 'bad'); buttons(); return; }
+    if (agreed === null || unit !== of || drive !== null) { say('Not started.'); buttons(); return; }
+    say('Starting …');
     drive = { sequence: 0, pedals: { steer: 0, throttle: 0, brake: 0 }, gear: 1, shifted: 0, last: performance.now(), paused: false, lapBegin: null, lapU: null, times: [], job: null, result: null, wants: {} };
     const mine = drive;
     sights.clear();
     buttons();
     (isFlat() ? canvas : space.canvas).focus();
-    run({ do: 'drive', unit: of, parameters: parameters.chosen(), ...(sensorsBox.value ? { devices: sensorsBox.value, road: roadBox.value } : {}) }, (begun) => {
+    run({ do: 'drive', unit: of, agreed, parameters: parameters.chosen(), ...(sensorsBox.value ? { devices: sensorsBox.value, road: roadBox.value } : {}) }, (begun) => {
       mine.job = begun.id;
       mine.result = begun.result;
       say('Driving.');
@@ -326,6 +333,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
   async function open(next, state = '') {
     const [wantedRoad, wantedView] = state.split(',').map(decodeURIComponent);
     if (drive) { say('End this drive first.', 'warn'); return; }
+    if (next !== unit) question.leave();
     unit = next;
     parameters.open(next);
     const { entries } = await changed(), roads = entries.filter((entry) => entry.kind === 'road' && !/\.(patch-\d+|friction)\.crg$/.test(entry.id));
