@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "base/error.h"
+#include "base/sha256.h"
 #include "base/write_file.h"
 #include "support/temporary_folder.h"
 
@@ -272,6 +273,54 @@ TEST(OutputSet, GivenUpRemovesTheLockAfterAllThatItGuards) {
     at += static_cast<ssize_t>(sizeof(inotify_event) + event->len);
   }
   EXPECT_THAT(removed, ElementsAre(".kerbstone.new", ".kerbstone.lock"));
+}
+
+/// What a killed run leaves is called so by its manifest.
+void mark_unfinished(const support::TemporaryFolder& folder, const std::string& manifest) {
+  std::string text = folder.read(manifest);
+  const std::string whole = "\"complete\": true";
+  ASSERT_NE(text.find(whole), std::string::npos);
+  folder.file(manifest, text.replace(text.find(whole), whole.size(), "\"complete\": false"));
+}
+
+std::string refusal_of(const std::string& path) {
+  try {
+    base::check_in_set(path);
+  } catch (const base::Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(OutputSet, WhoeverReadsAFileOfItSeesThatItIsAnother) {
+  const support::TemporaryFolder folder;
+  const std::string out = folder.path("out"), road = folder.path("out/a.crg");
+  EXPECT_EQ(base::files_of_set(out), std::nullopt);
+  run(out, "a", {"a.crg", "timing.json"});
+  const std::string wanted = base::sha256("a.crg"), seen = base::sha256("b.crg");
+  EXPECT_EQ(base::files_of_set(out).value(),
+            (std::map<std::string, std::string>{{"a.crg", wanted}, {"timing.json", ""}}));
+  EXPECT_EQ(refusal_of(road), "");
+  folder.file("out/a.crg", "b.crg");
+  EXPECT_THAT(refusal_of(road), ::testing::StartsWith(road + ": SHA-256 " + seen + " seen, " +
+                                                      wanted + " wanted; make it again"));
+  folder.file("out/timing.json", "other");
+  folder.file("out/own.crg", "not of the set");
+  EXPECT_EQ(refusal_of(out + "/timing.json"), "");
+  EXPECT_EQ(refusal_of(out + "/own.crg"), "");
+  folder.file("out/manifest.json", "{\"somebody\": \"else's\"}");
+  EXPECT_EQ(refusal_of(road), "");
+}
+
+TEST(OutputSet, NothingOfAKilledRunIsRead) {
+  const support::TemporaryFolder folder;
+  run(folder.path("out"), "a", {"a.crg"});
+  mark_unfinished(folder, "out/manifest.json");
+  for (const char* const name : {"a.crg", "own.crg"})
+    EXPECT_THAT(refusal_of(folder.path(std::string("out/") + name)),
+                HasSubstr("manifest.json: 'complete' is false: 'tool make' was killed"));
+  run(folder.path("out"), "a", {"a.crg"});
+  EXPECT_EQ(refusal_of(folder.path("out/a.crg")), "");
 }
 
 }  // namespace output_set_test

@@ -228,5 +228,38 @@ TEST(WholeSet, AFolderThatCannotBeWrittenIsRefusedBeforeTheWork) {
   EXPECT_EQ(read(folder / "file"), "x");
 }
 
+TEST_F(Two, NoReaderTakesFilesOfTwoRuns) {
+  ASSERT_EQ(crgbuild(command("a")).code, 0);
+  write(folder_ / "points.csv", "u_m,v_m\n1,0\n");
+  const std::string road = out() + "/road.crg";
+  const std::vector<std::vector<std::string>> readers{
+      {"info", road},
+      {"query", road, "--points", folder_ / "points.csv", "-o", folder_ / "z.csv"},
+      {"report", road, "-o", folder_ / "report"}};
+  const auto expect_refused = [&](const std::string& why) {
+    for (const std::vector<std::string>& words : readers) {
+      const Ran ran = crgbuild(words);
+      EXPECT_EQ(ran.code, 1) << words[0];
+      EXPECT_THAT(ran.err, HasSubstr(why)) << words[0];
+      EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+    }
+  };
+  EXPECT_EQ(crgbuild(readers[0]).code, 0);
+  EXPECT_EQ(crgbuild(readers[1]).code, 0);
+  // An older road under a newer manifest.
+  write(road, undisturbed_["b"].at("road.crg"));
+  expect_refused("road.crg: SHA-256 ");
+  write(road, undisturbed_["a"].at("road.crg"));
+  // As a run that is killed while it moves its files in leaves it.
+  std::string manifest = read(out() + "/manifest.json");
+  const std::string whole = "\"complete\": true";
+  ASSERT_NE(manifest.find(whole), std::string::npos);
+  write(out() + "/manifest.json",
+        manifest.replace(manifest.find(whole), whole.size(), "\"complete\": false"));
+  expect_refused("manifest.json: 'complete' is false: 'crgbuild build' was killed");
+  EXPECT_EQ(crgbuild(command("a")).code, 0);
+  EXPECT_EQ(crgbuild(readers[0]).code, 0);
+}
+
 }  // namespace whole_set_test
 }  // namespace cli

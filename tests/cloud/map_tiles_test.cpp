@@ -6,8 +6,10 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 
+#include "base/sha256.h"
 #include "cloud/error.h"
 #include "cloud/read_cloud.h"
 #include "cloud/trajectory.h"
@@ -259,6 +261,27 @@ TEST_F(Split, MissingTilesAreNamed) {
   std::filesystem::remove(tiles_ + "/tile-2.looked-at-0.ply");
   EXPECT_THAT(refusal({"map-tile", tiles_, "--step", "1", "--tile", "2"}),
               HasSubstr("tile-2.looked-at-0.ply"));
+}
+
+TEST_F(Split, PointsThatWereMovedAreRefused) {
+  const std::string name = "tile-1.looked-at-0.ply",
+                    wanted = base::sha256(folder_.read("tiles/" + name));
+  std::string text = folder_.read("tiles/" + name);
+  const std::size_t head = text.find("end_header\n") + 11;
+  ASSERT_THAT(text.substr(0, head),
+              HasSubstr("property float x\nproperty float y\nproperty float z"));
+  float z_m = 0.0F;  // of the first point
+  std::memcpy(&z_m, &text[head + 8], sizeof z_m);
+  z_m += 0.03F;
+  std::memcpy(&text[head + 8], &z_m, sizeof z_m);
+  folder_.file("tiles/" + name, text);
+  EXPECT_THAT(refusal({"map-tile", tiles_, "--step", "1", "--tile", "1"}),
+              HasSubstr(tiles_ + "/" + name + ": SHA-256 " + base::sha256(text) + " seen, " +
+                        wanted + " wanted; run 'lidar2mesh split' again"));
+  EXPECT_THAT(refusal({"merge", tiles_, "--step", "1"}), HasSubstr("missing in step 1"));
+  std::filesystem::remove(tiles_ + "/manifest.json");
+  EXPECT_THAT(refusal({"map-tile", tiles_, "--step", "1", "--tile", "1"}),
+              HasSubstr(name + ": not named by manifest.json"));
 }
 
 TEST_F(Split, TilesOfAnotherRunAreRefused) {

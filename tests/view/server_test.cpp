@@ -10,6 +10,8 @@
 
 #include "admission.h"
 #include "base/error.h"
+#include "base/output_set.h"
+#include "base/write_file.h"
 #include "served.h"
 
 namespace server_test {
@@ -158,6 +160,26 @@ TEST_F(Server, GivesChannelsAsNumbers) {
   EXPECT_EQ(get("api/text?id=0/empty.csv")->body, "");
   EXPECT_EQ(get("api/part?id=0/points.tiles&begin=3&bytes=4")->body, "3456");
   EXPECT_EQ(get("api/part?id=0/log.csv&begin=3&bytes=4")->status, 403);
+}
+
+TEST_F(Server, ShowsNothingThatAKilledRunLeft) {
+  folder_.file("shown/points.tiles", "");
+  {
+    base::OutputSet set(folder_.path("shown"), "tool make");
+    base::write_file(set.staged("points.tiles"), "0123456789");
+    set.commit("points");
+  }
+  const auto statuses = [&] {
+    return std::vector<int>{get("api/part?id=0/points.tiles&begin=3&bytes=4")->status,
+                            get("api/file?id=0/report.html")->status};
+  };
+  EXPECT_THAT(statuses(), ::testing::ElementsAre(200, 200));
+  std::string text = folder_.read("shown/manifest.json");
+  const std::string whole = "\"complete\": true";
+  folder_.file("shown/manifest.json",
+               text.replace(text.find(whole), whole.size(), "\"complete\": false"));
+  EXPECT_THAT(statuses(), ::testing::ElementsAre(422, 422));
+  EXPECT_THAT(get("api/road?id=0/points.tiles")->body, HasSubstr("was killed"));
 }
 
 TEST_F(Server, RunsTheToolsAndNothingElse) {

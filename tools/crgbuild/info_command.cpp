@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
+#include "base/output_set.h"
 #include "commands.h"
 #include "crg/file.h"
 #include "make/summary.h"
@@ -62,6 +63,7 @@ Range range_of(const std::vector<double>& values) {
 }  // namespace
 
 int run_info(const InfoCommand& command, Terminal& terminal) {
+  base::check_in_set(command.crg);
   const crg::Crg file = crg::read(command.crg);
   const crg::ReferenceLine line = crg::integrate_reference_line(file);
   const road::GridReport grid = road::describe(file.grid, line);

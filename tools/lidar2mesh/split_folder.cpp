@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "base/json_text.h"
+#include "base/output_set.h"
 #include "base/read_file.h"
 #include "base/sha256.h"
 #include "base/write_file.h"
@@ -114,6 +115,7 @@ SplitFolder::SplitFolder(const std::string& folder) : folder_(folder) {
     if (base::sha256_of_file(path(name)) != sha256)
       throw cloud::Error(path(name) +
                          ": not the file that was split; run 'lidar2mesh split' again");
+  if (const auto files = base::files_of_set(folder)) sha256_ = *files;
   base_ = crg::apply_modifiers(crg::read(path(kSplitBase)));
   trajectory_ =
       cloud::read_trajectory(path(kSplitTrajectory), cloud::sensor_in_poses(command.extrinsic));
@@ -128,14 +130,24 @@ cloud::CloudSource SplitFolder::points(std::size_t tile, bool all) const {
       if (part == PointPart::others && !all) continue;
       const auto k = static_cast<std::size_t>(part);
       std::size_t seen = 0;
-      for (std::size_t n = 0; n < points_[tile - 1].files[k]; ++n)
+      for (std::size_t n = 0; n < points_[tile - 1].files[k]; ++n) {
+        check_points(points_name(tile, part, n));
         seen += cloud::read_chunks(path(points_name(tile, part, n)), read, sink).points;
+      }
       if (seen != points_[tile - 1].count[k])
         throw cloud::Error(
             fmt::format("{}: {} points seen, {} wanted; run 'lidar2mesh split' again",
                         path(points_name(tile, part, 0)), seen, points_[tile - 1].count[k]));
     }
   };
+}
+
+void SplitFolder::check_points(const std::string& name) const {
+  const auto stored = sha256_.find(name);
+  if (stored == sha256_.end())
+    throw cloud::Error(fmt::format(
+        "{}: not named by manifest.json beside it; run 'lidar2mesh split' again", path(name)));
+  base::check_sha256(path(name), stored->second, "run 'lidar2mesh split' again");
 }
 
 std::string SplitFolder::load(const Slot& slot) const {

@@ -1,6 +1,7 @@
 // The folder that `split` makes: what it holds, and what jobs leave in it for each other.
 #pragma once
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -71,12 +72,15 @@ class SplitFolder {
   };
   static std::string name_of(const Slot& slot);
   std::string command_for(const Slot& slot) const;
+  /// Throws Error where a file of points is not the one that `split` wrote.
+  void check_points(const std::string& name) const;
   std::string load(const Slot& slot) const;
   void save(const Slot& slot, const std::string& bytes) const;
   /// Of the state before a step; empty where there is none.
   std::string hash_before(int step) const;
 
   std::string folder_, run_;
+  std::map<std::string, std::string> sha256_;  ///< of the files that `split` wrote
   std::vector<Points> points_;
   std::vector<road::InputFile> inputs_;
   Options options_;

@@ -30,7 +30,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kManifest = "manifest.json";
 constexpr const char* kUnfinishedManifest = ".manifest.unfinished";
-constexpr std::size_t kLargestManifest = 1'000'000;
+constexpr std::size_t kLargestManifest = 64'000'000;
 
 struct Entry {
   std::size_t bytes = 0;
@@ -272,6 +272,36 @@ void OutputSet::commit(const std::string& name, const std::vector<std::string>& 
   flush_folder(folder_);
   move_in(staged(kManifest), path(kManifest));
   flush_folder(folder_);
+}
+
+std::optional<std::map<std::string, std::string>> files_of_set(const std::string& folder) {
+  const std::optional<Manifest> manifest = read_manifest(folder);
+  if (!manifest) return std::nullopt;
+  if (!manifest->complete)
+    throw Error(fmt::format(
+        "{}: 'complete' is false: '{}' was killed, or still is, while it moved its files in, and "
+        "those beside it are of two runs; run it again",
+        (fs::path(folder) / kManifest).string(), manifest->command));
+  std::map<std::string, std::string> out;
+  for (const auto& [name, entry] : manifest->files) out[name] = entry.sha256;
+  return out;
+}
+
+void check_in_set(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  const auto files = files_of_set(folder.empty() ? "." : folder.string());
+  if (!files) return;
+  const auto found = files->find(fs::path(path).filename().string());
+  if (found == files->end() || found->second.empty()) return;
+  check_sha256(path, found->second,
+               "make it again by the command that manifest.json beside it names; where it was "
+               "changed on purpose, put it into another folder");
+}
+
+void check_sha256(const std::string& path, const std::string& wanted, const std::string& way_out) {
+  const std::string seen = sha256_of_file(path);
+  if (seen != wanted)
+    throw Error(fmt::format("{}: SHA-256 {} seen, {} wanted; {}", path, seen, wanted, way_out));
 }
 
 }  // namespace base

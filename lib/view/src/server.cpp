@@ -1,3 +1,5 @@
+#include "view/server.h"
+
 #include <fmt/format.h>
 
 #include <chrono>
@@ -11,6 +13,7 @@
 #include "admission.h"
 #include "agreed.h"
 #include "base/error.h"
+#include "base/output_set.h"
 #include "base/read_file.h"
 #include "base/sha256.h"
 #include "base/text_lines.h"
@@ -26,7 +29,6 @@
 #include "tile_heights.h"
 #include "view/folders.h"
 #include "view/jobs.h"
-#include "view/server.h"
 #include "wish.h"
 
 namespace view {
@@ -143,8 +145,10 @@ class Pages {
     }
   }
 
+  /// Throws Error where a killed run left files of two runs there.
   std::string path_in_set(const Request& request, const char* key = "id") {
     const std::string path = asked_path(request, key);
+    base::files_of_set(fs::path(path).parent_path().string());
     return path;
   }
 
@@ -342,8 +346,10 @@ class Pages {
   Jobs jobs_;
   Kept<recording::Log> logs_{
       [](const std::string& path) { return recording::in_rows(recording::read_log(path), path); }};
-  Kept<crg::Surface, 3> roads_{
-      [](const std::string& path) { return crg::Surface(crg::read(path)); }};
+  Kept<crg::Surface, 3> roads_{[](const std::string& path) {
+    base::check_in_set(path);
+    return crg::Surface(crg::read(path));
+  }};
   std::mutex writing_;
   LiveLinks links_;
   Agreed agreed_;

@@ -1,6 +1,8 @@
 // The outputs of one run, which belong together, in one folder.
 #pragma once
 
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -60,5 +62,17 @@ class OutputSet {
   std::string folder_, command_, staging_;
   FolderLock lock_;
 };
+
+/// What the manifest.json of a folder says of its files: name and SHA-256 (empty: its bytes differ
+/// from run to run). Nothing where none that OutputSet wrote lies there. Throws Error where a run
+/// was killed while it moved its files in: they are of two runs.
+std::optional<std::map<std::string, std::string>> files_of_set(const std::string& folder);
+
+/// For whoever reads a file that may be part of a set. Throws Error as files_of_set(), and where
+/// the manifest beside the file names it with another SHA-256.
+void check_in_set(const std::string& path);
+
+/// Throws Error where a file has another SHA-256 than the one that is stored of it.
+void check_sha256(const std::string& path, const std::string& wanted, const std::string& way_out);
 
 }  // namespace base
