@@ -23,7 +23,8 @@ std::string random_token();
 
 /// Calls `told` once it can be reached, then serves until `stop` is called (by another thread) or
 /// this process ends; commands that run end with it. Answers nothing but the empty page without the
-/// token, and nothing under another host's name or to another origin's page. Throws Error where it cannot listen.
+/// token, and nothing under another host's name or to another origin's page. Throws Error where it
+/// cannot listen.
 void serve(
     const ServerOptions& options,
     const std::function<void(const std::string& address, const std::function<void()>& stop)>& told);
