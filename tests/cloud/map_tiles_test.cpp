@@ -241,7 +241,7 @@ TEST_F(Split, ReadingsAreTakenWholeOrNotAtAll) {
     const std::string reading = map.read(scans, scans);
     if (map.due()) expect_whole_readings(map, reading);
     const MapResult result = map.join(
-        1, [&](std::size_t) { return reading; }, scans);
+        1, [&](std::size_t) { return std::string(reading); }, scans);
     state = map.state();
     EXPECT_THROW(TiledMap(road, poses, {}, state.substr(0, state.size() - 1)), Error);
     EXPECT_EQ(result.report.left_out_nodes > 1000, step == kTileSteps);

@@ -179,7 +179,8 @@ ssize_t Connection::read(char* to, std::size_t size) {
 }
 
 bool Connection::write(const char* bytes, std::size_t size) const {
-  const Clock::time_point until = in_s(patience_.taken_s + static_cast<double>(size) / kTaken_Bps);
+  const Clock::time_point until =
+      in_s(patience_.taken_s + static_cast<double>(size) / kTakenBytesPerSecond);
   while (size > 0) {
     const ssize_t sent = ::send(socket_, bytes, size, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (sent >= 0) {

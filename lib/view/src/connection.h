@@ -16,7 +16,8 @@ namespace view {
 constexpr std::size_t kMostLine = 8192, kMostHead = 32768,
                       kMostHeaders = 64;      ///< bytes, bytes, lines
 constexpr std::size_t kMostBody = 4'000'000;  ///< bytes
-constexpr double kTaken_Bps = 1e5;  ///< as fast an answer has to be taken, after Patience::taken_s
+constexpr double kTakenBytesPerSecond =
+    1e5;  ///< as fast an answer has to be taken, after Patience::taken_s
 /// Connections that showed no token yet, and those that did; of more the oldest are closed.
 constexpr std::size_t kMostStrangers = 128, kMostKnown = 64;
 
@@ -25,7 +26,7 @@ struct Patience {
   double idle_s = 60.0;     ///< the same, afterwards
   double head_s = 5.0;      ///< from that byte to the last of the head
   double request_s = 30.0;  ///< from that byte to the last of the body
-  double taken_s = 10.0;    ///< for an answer to be taken, besides its size by kTaken_Bps
+  double taken_s = 10.0;    ///< for an answer to be taken, besides its size by kTakenBytesPerSecond
 };
 
 /// Who is connected. From any thread.

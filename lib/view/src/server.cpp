@@ -147,7 +147,7 @@ class Pages {
 
   /// Throws Error where a killed run left files of two runs there.
   std::string path_in_set(const Request& request, const char* key = "id") {
-    const std::string path = asked_path(request, key);
+    std::string path = asked_path(request, key);
     base::files_of_set(fs::path(path).parent_path().string());
     return path;
   }
