@@ -116,6 +116,7 @@ TEST_F(Floods, ChunksWithoutEndAreNotKept) {
 
 TEST_F(Floods, ManyBodiesAtOnceAreReadFewAtATime) {
   std::vector<std::unique_ptr<base::Descriptor>> sockets;
+  sockets.reserve(40);
   const std::string body(3'900'000, 'x');
   for (int k = 0; k < 40; ++k) {
     sockets.push_back(std::make_unique<base::Descriptor>(connected()));
@@ -132,6 +133,7 @@ TEST_F(Floods, ManyBodiesAtOnceAreReadFewAtATime) {
 
 TEST_F(Floods, SixtyThatDripLetNobodyWaitAndAreEnded) {
   std::vector<std::unique_ptr<base::Descriptor>> sockets;
+  sockets.reserve(60);
   for (int k = 0; k < 60; ++k) sockets.push_back(std::make_unique<base::Descriptor>(connected()));
   const auto begin = Clock::now();
   while (since_s(begin) < view::Patience().head_s + 0.5) {
@@ -148,6 +150,7 @@ TEST_F(Floods, SixtyThatDripLetNobodyWaitAndAreEnded) {
 
 TEST_F(Floods, OfManyConnectionsTheOldestAreClosed) {
   std::vector<std::unique_ptr<base::Descriptor>> sockets;
+  sockets.reserve(400);
   for (int k = 0; k < 400; ++k) {
     sockets.push_back(std::make_unique<base::Descriptor>(connected()));
     if (k % 100 == 99) expect_owner_answered();
