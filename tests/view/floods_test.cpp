@@ -155,10 +155,14 @@ TEST_F(Floods, OfManyConnectionsTheOldestAreClosed) {
     sockets.push_back(std::make_unique<base::Descriptor>(connected()));
     if (k % 100 == 99) expect_owner_answered();
   }
-  std::size_t open = 0;
-  for (const auto& socket : sockets) {
-    char byte = 0;
-    open += ::recv(socket->value, &byte, 1, MSG_DONTWAIT) < 0 ? 1 : 0;
+  // The last that connected may not have been taken in yet.
+  std::size_t open = sockets.size();
+  for (const auto begin = Clock::now(); open > view::kMostStrangers && since_s(begin) < 1.0;) {
+    open = 0;
+    for (const auto& socket : sockets) {
+      char byte = 0;
+      open += ::recv(socket->value, &byte, 1, MSG_DONTWAIT) < 0 ? 1 : 0;
+    }
   }
   EXPECT_LE(open, view::kMostStrangers);
   EXPECT_GE(open, view::kMostStrangers / 2);
