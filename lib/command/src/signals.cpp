@@ -37,6 +37,8 @@ void end_on_signals(Terminal& terminal) {
     std::signal(signal, SIG_DFL);
     sigaddset(&watched, signal);
   }
+  // A file beyond the limit of the shell (ulimit -f) is then an error of the writer, with its name.
+  std::signal(SIGXFSZ, SIG_IGN);
   pthread_sigmask(SIG_BLOCK, &watched, nullptr);
   speaker = &terminal;
   std::thread([watched] {
@@ -62,6 +64,7 @@ void end_with_parent() noexcept {
   sigset_t none;
   sigemptyset(&none);
   pthread_sigmask(SIG_SETMASK, &none, nullptr);
+  std::signal(SIGXFSZ, SIG_DFL);
   ::prctl(PR_SET_PDEATHSIG, SIGTERM);
 }
 
