@@ -191,7 +191,8 @@ TEST_F(Built, AnyNumberOfThreadsWritesTheSameBytes) {
                         "--threads", threads})
                   .code,
               0);
-    for (const char* name : {"/stadium.crg", "/stadium.png", "/stadium.stl", "/centreline.csv"})
+    for (const char* name :
+         {"/stadium.crg", "/stadium.png", "/stadium.stl", "/centreline.csv", "/summary.json"})
       EXPECT_TRUE(read(dir + name) == read(*folder / "out" + name)) << threads << name;
   }
 }

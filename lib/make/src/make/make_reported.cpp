@@ -74,8 +74,9 @@ ReportFiles report_build(const BuildRequest& order, const Recipe& recipe, const 
   request.provenance = &evidence.provenance;
   if (evidence.before) request.before = &*evidence.before;
   request.grip_path = staged(result.friction_path);
-  request.command_line =
-      command_line("build", {{"", order.input}, {"-o", order.output_dir}}, order.values);
+  RecipeValues told = order.values;
+  std::erase_if(told, [](const auto& value) { return value.first == "threads"; });
+  request.command_line = command_line("build", {{"", order.input}, {"-o", order.output_dir}}, told);
   const Json summary = Json::parse(result.summary_json);
   request.remarks = remarks_of(result.summary_json);
   request.failures = result.validation_failures;
