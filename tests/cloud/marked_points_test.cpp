@@ -121,20 +121,30 @@ TEST(MarkedPoints, NothingElseIsLeftOut) {
   }
 }
 
-TEST(MarkedPoints, AloneTheyAreRefused) {
+// A tile of birds alone among the tiles of a road is no reason to make no map.
+TEST(MarkedPoints, AloneTheyAreRefusedAmongOthersLeftOut) {
   const support::TemporaryFolder folder;
-  CloudReadOptions options;
-  options.leave_out_marked = true;
-  const std::string path = folder.file("a.csv", "x,y,z,classification\n1,2,3,7\n1,2,3,18\n");
-  EXPECT_EQ(read_cloud(path).size(), 2u);
-  try {
-    read_cloud(path, options);
-    ADD_FAILURE() << "accepted";
-  } catch (const cloud::Error& error) {
-    EXPECT_THAT(error.what(),
-                HasSubstr("a.csv: all its points are marked as noise (class 7 or 18: 2)"));
-    EXPECT_THAT(error.what(), HasSubstr("Classification=1"));
-  }
+  const std::string birds = folder.file("a.csv", "x,y,z,classification\n1,2,3,7\n1,2,3,18\n"),
+                    road = folder.file("b.csv", "x,y,z,classification\n1,2,3,2\n");
+  EXPECT_EQ(read_cloud(birds).size(), 2u);
+  const auto points_of = [](const std::vector<std::string>& files) {
+    RefineRequest request;
+    request.scans = files;
+    MapScans scans(request, files, [](const std::string&, double) {});
+    std::size_t points = 0;
+    scans.source()([&](Cloud&& chunk) { points += chunk.size(); });
+    EXPECT_THAT(scans.remarks(), ElementsAre(HasSubstr("2 points marked as noise")));
+    return points;
+  };
+  EXPECT_EQ(points_of({birds, road}), 1u);
+  EXPECT_EQ(points_of({road, birds}), 1u);
+  for (const auto& files : {std::vector{birds}, std::vector{birds, birds}}) try {
+      points_of(files);
+      ADD_FAILURE() << "accepted";
+    } catch (const cloud::Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr("all points are marked as noise (class 7 or 18: "));
+      EXPECT_THAT(error.what(), HasSubstr("Classification=1"));
+    }
 }
 
 TEST(MarkedPoints, ScansOfAMapSayItOnce) {

@@ -60,10 +60,10 @@ using ChunkSink = std::function<void(Cloud&& chunk)>;
 using CloudSource = std::function<void(const ChunkSink&)>;
 
 /// A remark says where float32 holds coordinates to no better than 1 mm.
-/// Throws Error: no such file, truncated (says how many points fit),
-/// corrupt header, unknown format, no points, or no finite point among them. Sizes are checked
-/// against the file before anything is allocated. Memory: one chunk; .pcd with compressed data the
-/// whole of it.
+/// Throws Error: no such file, truncated (says how many points fit), corrupt header, unknown
+/// format, no points, or no finite point among them; nothing is handed out, without an error, where
+/// leave_out_marked leaves out all. Sizes are checked against the file before anything is
+/// allocated. Memory: one chunk; .pcd with compressed data the whole of it.
 CloudReadReport read_chunks(const std::string& path, const CloudReadOptions& options,
                             const ChunkSink& sink);
 

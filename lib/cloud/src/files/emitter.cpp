@@ -60,15 +60,8 @@ void Emitter::operator()(const Raw& raw, double share) {
 
 void Emitter::finish() const {
   if (report_.points > 0) return;
-  const std::size_t left_out = report_.marked.noise + report_.marked.withheld;
-  if (options_.leave_out_marked && left_out > 0)
-    throw Error(fmt::format(
-        "{}: all its points are marked as noise (class 7 or 18: {}) or withheld ({}){}; take the "
-        "marks off where they are wrong, as with 'pdal translate in.las out.las assign "
-        "--filters.assign.value=\"{}\" --writers.las.forward=all'",
-        name_, report_.marked.noise, report_.marked.withheld,
-        report_.not_finite > 0 ? ", or without finite coordinates" : "",
-        report_.marked.noise > 0 ? "Classification=1" : "Withheld=0"));
+  // Of several files the others may have points that are not.
+  if (options_.leave_out_marked && report_.marked.noise + report_.marked.withheld > 0) return;
   if (report_.not_finite > 0)
     throw Error(fmt::format("{}: none of the {} points has finite coordinates below 1e8 m", name_,
                             report_.not_finite));

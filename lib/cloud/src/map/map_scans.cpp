@@ -39,6 +39,18 @@ Cloud within(Cloud&& cloud, double range_m) {
   return std::move(cloud);
 }
 
+/// Of files that gave no point.
+[[noreturn]] void refuse_marked(const std::vector<std::string>& files, const MarkedPoints& marked,
+                                bool some_not_finite) {
+  throw Error(fmt::format(
+      "{}{}: all points are marked as noise (class 7 or 18: {}) or withheld ({}){}; take the marks "
+      "off where they are wrong, as with 'pdal translate in.las out.las assign "
+      "--filters.assign.value=\"{}\" --writers.las.forward=all'",
+      files.front(), files.size() > 1 ? fmt::format(" and {} more", files.size() - 1) : "",
+      marked.noise, marked.withheld, some_not_finite ? ", or without finite coordinates" : "",
+      marked.noise > 0 ? "Classification=1" : "Withheld=0"));
+}
+
 }  // namespace
 
 std::optional<double> metres_per_unit(const std::string& unit) {
@@ -113,6 +125,7 @@ void MapScans::read(const ChunkSink& sink) {
   remarks_.clear();
   bytes_before_ = 0.0;
   MarkedPoints marked;
+  std::size_t points = 0, not_finite = 0;
   std::vector<std::string> said;  // once, however many files it is true of
   std::vector<std::size_t> files;
   for (const std::string& file : files_) {
@@ -125,8 +138,10 @@ void MapScans::read(const ChunkSink& sink) {
       ++files[at];
     }
     marked.add(report.marked);
+    points += report.points, not_finite += report.not_finite;
     bytes_before_ += bytes_here_;
   }
+  if (points == 0 && !files_.empty()) refuse_marked(files_, marked, not_finite > 0);
   for (std::size_t k = 0; k < said.size(); ++k)
     remarks_[k] += (files[k] > 1 ? fmt::format(" and {} more: ", files[k] - 1) : ": ") + said[k];
   for (const std::string& remark : remarks_of(marked, true)) remarks_.push_back(remark);
