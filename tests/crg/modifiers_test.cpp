@@ -44,6 +44,14 @@ TEST(Modifiers, ScaleLengthAndWidthStretchTheGrid) {
   EXPECT_NEAR(surface.z_at_uv(20.0, 0.5), 5.0 + 0.1 * 20.0 + 0.02 * 0.5 + 0.1 * 10.0 + 0.2, 1e-6);
 }
 
+TEST(Modifiers, ScaleLengthStretchesFromUOfZero) {
+  Crg late = road({{"SCALE_LENGTH", 2.0}});
+  late.grid.u_begin_m = 30.0;
+  const Grid grid = apply_modifiers(late).grid;
+  EXPECT_EQ(grid.u_begin_m, 60.0);
+  EXPECT_EQ(grid.u_step_m, 1.0);
+}
+
 TEST(Modifiers, ScaleCurvatureTurnsAnArcIntoALineAndCountsTurnsBeyondHalfACircle) {
   const Surface straight(road({{"SCALE_CURVATURE", 0.0}}));
   const ReferenceLine& line = straight.reference_line();

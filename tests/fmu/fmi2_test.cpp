@@ -80,6 +80,9 @@ TEST(Fmi2, LongerStepsAreTheSameSolverSteps) {
   EXPECT_EQ(coarse.step(0.1, std::nan("")), kError);
   EXPECT_EQ(coarse.step(0.1, 1e9), kError);
   EXPECT_EQ(coarse.step(0.05, 0.001), kError);
+  // More than half a solver step of 1 ms away.
+  EXPECT_EQ(coarse.step(0.0994, 0.001), kError);
+  EXPECT_EQ(coarse.step(0.1006, 0.001), kError);
   EXPECT_EQ(coarse.step(std::nan(""), 0.001), kError);
   EXPECT_THAT(coarse.log[0], HasSubstr("a step of 0 s was asked for, wanted 1e-06 to 3600 s"));
   EXPECT_THAT(coarse.log[4], HasSubstr("from t = 0.05 s was asked for, but the car is at 0.1 s"));
