@@ -142,6 +142,7 @@ TEST(Fmi2, TwoInstancesInterleavedAndInThreadsAreEachAlone) {
   EXPECT_FALSE(other.serialised() == wanted);
   std::array<std::string, 4> found;
   std::vector<std::thread> threads;
+  threads.reserve(found.size());
   for (std::string& bytes : found) threads.emplace_back([&] { bytes = alone(); });
   for (std::thread& thread : threads) thread.join();
   for (const std::string& bytes : found) EXPECT_TRUE(bytes == wanted);
@@ -297,7 +298,7 @@ TEST(Fmi2, AnotherRoadSetupOrCarIsTakenWithoutExportingAgain) {
     for (const fmu::Variable& v : fmu::variables()) {
       const bool is_own = v.source == fmu::Source::kParameter || v.source == fmu::Source::kTerm;
       if (is_own && (all || v.name == "parameter.chassis.mass_kg")) {
-        ASSERT_EQ(car.set(v.name.c_str(), car.get(v.name.c_str())), kOk) << v.name;
+        ASSERT_EQ(car.set(v.name, car.get(v.name)), kOk) << v.name;
       }
     }
     const double exported = car.get("parameter.chassis.mass_kg");

@@ -18,7 +18,7 @@ using fmi2Status = int;      // fmi2OK 0, Warning 1, Discard 2, Error 3, Fatal 4
 using fmi2Type = int;        // model exchange 0, co-simulation 1
 using fmi2StatusKind = int;  // DoStepStatus 0, PendingStatus 1, LastSuccessfulTime 2, Terminated 3
 
-struct fmi2CallbackFunctions {
+struct fmi2CallbackFunctions {  // NOLINT(readability-identifier-naming): of the standard
   void (*logger)(fmi2ComponentEnvironment, fmi2String instance, fmi2Status, fmi2String category,
                  fmi2String message, ...);
   void* (*allocateMemory)(std::size_t, std::size_t);
