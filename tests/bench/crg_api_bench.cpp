@@ -4,7 +4,7 @@
 //
 // Both are loaded at run time and called through the same pointers, in turn, on the same points of
 // the same file; without --library ours alone. Processor time of this thread; the median of the
-// rounds, and the median of their ratios. Figures: docs/performance.md.
+// rounds, and the median of their ratios. Figures: docs/evidence.md.
 #include <dlfcn.h>
 #include <fmt/format.h>
 

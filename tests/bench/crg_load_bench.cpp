@@ -3,7 +3,7 @@
 // before has more of its own at the end; peak_ratio: had more at once. fresh_ratio: how far the
 // memory of a fresh process grows, pages of the program counted, which are the same for any road.
 // crg_load_bench COLUMNS makes it as wide as that (151 where none are given). Figures:
-// docs/performance.md.
+// docs/evidence.md.
 #include <benchmark/benchmark.h>
 #include <sys/wait.h>
 #include <unistd.h>

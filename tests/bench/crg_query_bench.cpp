@@ -1,5 +1,5 @@
 // Speed of height queries on closed tracks of 3 km and 22 km, 0.1 x 0.1 m, 15 m wide, beside a bare
-// prefetched bilinear read of the same cells. Figures: docs/performance.md.
+// prefetched bilinear read of the same cells. Figures: docs/evidence.md.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // What the tool makes passes the tool's own check: roads of build, synth and from-edges, from every
 // track at hand. The recipes and circuits of tracks/ in an ordinary run; all of torcs-data with
-// KERBSTONE_ALL_TRACKS=1 (docs/accuracy.md).
+// KERBSTONE_ALL_TRACKS=1 (docs/evidence.md).
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

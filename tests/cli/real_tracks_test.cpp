@@ -111,7 +111,7 @@ TEST_P(RealTracks, RecipeBuildsTheTrackAsDesigned) {
   EXPECT_LE(s["validation"]["z_error_m"]["p99"].get<double>(), 0.0015);
   const auto timing = nlohmann::json::parse(read(folder / "out/timing.json"));
   EXPECT_LE(timing["peak_memory_mb"].get<double>(), 500.0);
-  // No bound on time here: other tests run at the same moment. docs/performance.md has the figures.
+  // No bound on time here: other tests run at the same moment. docs/evidence.md has the figures.
   fmt::print("{}: {:.3f} m, {} nodes, {:.2f} s, {:.0f} MB\n", track.name,
              s["reference_line"]["length_m"].get<double>(), s["grid"]["nodes"].get<std::size_t>(),
              timing["seconds"]["total"].get<double>(), timing["peak_memory_mb"].get<double>());

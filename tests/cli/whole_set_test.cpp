@@ -1,6 +1,6 @@
 // The files of one build belong together: after a kill at any moment, after two builds at once,
 // after a change of anything that was read. KERBSTONE_HEAVY=1 for 200 kills and 50 pairs
-// (docs/accuracy.md).
+// (docs/evidence.md).
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Verge grass beside a drifting trajectory and a wrong base: the road must come out right.
-// KERBSTONE_HEAVY=1: the whole table of docs/accuracy.md (heights, seeds, with and without cars).
+// KERBSTONE_HEAVY=1: all that docs/evidence.md sums up (heights, seeds, with and without cars).
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -146,7 +146,7 @@ TEST(RealClouds, GroundOfTheIsprsSamples) {
   EXPECT_LT(sum / 8.0, 0.035);
 }
 
-// docs/performance.md; KERBSTONE_HEAVY=1.
+// docs/evidence.md; KERBSTONE_HEAVY=1.
 TEST(RealClouds, GroundOfTwoMillionPoints) {
   const std::string path = places::data() + "/lidar/autzen_trim.las";
   if (!std::ifstream(path)) GTEST_SKIP() << "no ../shared/data";

@@ -90,7 +90,7 @@ TEST(Laz, EveryByteOfEveryPointIsThatOfTheTwin) {
   }
 }
 
-// docs/performance.md. The bound is low: other programs share the machine.
+// docs/evidence.md. The bound is low: other programs share the machine.
 TEST(Laz, UnpacksAMillionPointsPerSecond) {
   const std::string laz = bytes_of(twin("autzen_trim.laz"));
   if (laz.empty()) GTEST_SKIP() << "no ../shared/data";

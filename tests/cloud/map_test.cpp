@@ -89,7 +89,7 @@ TEST(Map, APoseDoesNotDependOnWhatWasAskedBefore) {
 }
 
 // The whole trial of docs/lidar2mesh.md on a part of the circuit and with a fifth of its points.
-// The bounds are those of the full trial; measured here on 2026-11-21: see docs/accuracy.md.
+// The bounds are those of the full trial; measured here on 2026-11-21: see docs/evidence.md.
 TEST(SlowMap, TwoDriftingLapsRefineAWrongBase) {
   const support::TemporaryFolder folder;
   const support::TrialRoads roads = support::trial_roads();

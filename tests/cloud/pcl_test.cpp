@@ -205,7 +205,7 @@ TEST_F(Pcl, ScansAreFilteredWhereTheyLieInTheMap) {
   EXPECT_EQ(report.outliers, 2u);
 }
 
-// docs/accuracy.md; prints its tables.
+// Prints its tables; docs/evidence.md has their means.
 class Compared : public Pcl {
  protected:
   void SetUp() override {

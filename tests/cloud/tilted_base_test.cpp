@@ -1,5 +1,5 @@
 // A base whose cross slope is off as a whole: the stated deviations must hold what the points do
-// not tell, also in thin scans of one drive. KERBSTONE_HEAVY=1: the rows of docs/accuracy.md.
+// not tell, also in thin scans of one drive. KERBSTONE_HEAVY=1: the figures of docs/evidence.md.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

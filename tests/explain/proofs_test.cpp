@@ -1,4 +1,4 @@
-// The telling proofs of docs/proof.md: hidden effects, drawn by a car that shares nothing with
+// The telling proofs of docs/evidence.md: hidden effects, drawn by a car that shares nothing with
 // lib/vehicle, through the tool.
 #include <fmt/format.h>
 #include <gmock/gmock.h>

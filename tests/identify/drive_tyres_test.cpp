@@ -308,7 +308,7 @@ TEST(DriveTyres, AnotherSimulatorsCar) {
   fmt::print("{:.1f} % of {} places of curves inside\n", 100.0 * all.inside / all.places,
              all.places);
   EXPECT_GT(all.inside, 0.85 * all.places);
-  // Wanted of all 16; 16 and 15 were seen (docs/accuracy.md). Of 60 s in place of 90 the last
+  // Wanted of all 16; 16 and 15 were seen (docs/evidence.md). Of 60 s in place of 90 the last
   // quarter corners harder than what was fitted, and 12 were kept back as well.
   fmt::print("{} of 16 within 5 %, {} kept back as well as the true tyre\n", stiff, kept_back);
   EXPECT_GE(stiff, 15);

@@ -204,7 +204,7 @@ TEST(ForcesOfTrials, HoldTheirIntervals) {
     for (const auto& [name, share] : inside) {
       fmt::print("{} car, {:14} {:5.1f} % inside\n", third ? "third" : "second", name,
                  100.0 * share);
-      // Measured: fx 84 to 99 %, all else 86 to 100 % (docs/accuracy.md).
+      // Measured: fx 84 to 99 %, all else 86 to 100 % (docs/evidence.md).
       EXPECT_GT(share, name.starts_with("fx") ? 0.82 : 0.85) << name;
     }
   }

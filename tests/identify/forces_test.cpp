@@ -213,7 +213,7 @@ TEST(SlowForces, OfWheelsThatRollOtherwiseAreNotToBeUsed) {
 }
 
 // Six laps of the demo circuit, 100 Hz with an optical sensor and 50 Hz without: the table of
-// docs/accuracy.md.
+// docs/evidence.md.
 TEST(Forces, OfSixLapsHoldTheirIntervals) {
   if (std::getenv("KERBSTONE_HEAVY") == nullptr)
     GTEST_SKIP() << "minutes; KERBSTONE_HEAVY=1 runs it";
@@ -279,7 +279,7 @@ std::array<double, 3> inside_of(const Forces& f, const Drive& drive,
 }
 
 // Kerbs want steps of a quarter of a millisecond of the car inside; its derivatives do with 2 ms:
-// the table of docs/accuracy.md.
+// the row of docs/evidence.md.
 TEST(Forces, HoldTheirIntervalsOnKerbs) {
   if (std::getenv("KERBSTONE_HEAVY") == nullptr)
     GTEST_SKIP() << "minutes; KERBSTONE_HEAVY=1 runs it";

@@ -116,7 +116,7 @@ TEST(Reduce, TheRacerIsWithinTheBounds) {
   const LapError lap = identify::compare_on_lap(racer.car, r, vehicle::Road(road));
   RecordProperty("lap_double", std::to_string(lap.two.ay_rms));
   RecordProperty("limit_double", std::to_string(r.limit_double.rms));
-  // Measured with these options, 2026-11-24: see docs/accuracy.md for those of the command.
+  // Measured with these options, 2026-11-24: see docs/evidence.md for those of the command.
   EXPECT_LT(lap.single.ay_rms, 0.015);
   EXPECT_LT(lap.two.ay_rms, 0.015);
   EXPECT_LT(r.limit_double.rms, 0.01);

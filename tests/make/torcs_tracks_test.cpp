@@ -1,6 +1,6 @@
 // Every road and oval track of the Debian package torcs-data against its design, as installed and
 // as a nameless STL. Three of them in an ordinary run; all with KERBSTONE_ALL_TRACKS=1
-// (docs/accuracy.md).
+// (docs/evidence.md).
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Named trials behind the proofs of docs/proof.md.
+// Named trials behind the proofs of docs/evidence.md.
 #pragma once
 
 #include <filesystem>

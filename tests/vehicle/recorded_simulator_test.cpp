@@ -91,7 +91,7 @@ void add_replay(const Car<double>& car, const recording::Recording& recording,
   }
 }
 
-// The table of docs/accuracy.md. `noise` is that of the logger; `carried` what noise in commands
+// Summed up in docs/evidence.md. `noise` is that of the logger; `carried` what noise in commands
 // and starting states makes of a replay; `rest` is what remains of the error's square beside both.
 TEST(SlowRecordedSimulator, IsFollowedWithinTheNoiseOfTheLogs) {
   const std::string folder = places::data() + "/ocd_trials";

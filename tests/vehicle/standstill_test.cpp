@@ -16,7 +16,7 @@ namespace standstill_test {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
-/// KERBSTONE_HEAVY=1: the whole grid (docs/accuracy.md), else its corners and middle.
+/// KERBSTONE_HEAVY=1: the whole grid (docs/evidence.md), else its corners and middle.
 bool heavy() { return std::getenv("KERBSTONE_HEAVY") != nullptr; }
 
 struct Stop {

@@ -1,5 +1,5 @@
 // How long the first view of something large takes, how fluently it turns, what the page needs of memory: a mesh of 5 million triangles, a road of 22 km,
-// a cloud of 100 million points (docs/performance.md). KERBSTONE_HEAVY=1; the machine should have nothing else to do.
+// a cloud of 100 million points (docs/evidence.md). KERBSTONE_HEAVY=1; the machine should have nothing else to do.
 // usage: node first_view_test.mjs KERBSTONE CRGBUILD LIDAR2MESH SOURCE TORCS_TRACKS [WHAT ...]; exit 77: skipped.
 import { appendFileSync, closeSync, existsSync, mkdirSync, mkdtempSync, openSync, readFileSync, rmSync, writeFileSync, writeSync } from 'node:fs';
 import { tmpdir } from 'node:os';

@@ -1,4 +1,4 @@
-// How long "Stretch in view" takes, from the click to the two roads compared on the page, on the demo circuit and on tracks of torcs-data (docs/performance.md).
+// How long "Stretch in view" takes, from the click to the two roads compared on the page, on the demo circuit and on tracks of torcs-data (docs/evidence.md).
 // KERBSTONE_HEAVY=1; the machine should have nothing else to do.
 // usage: node stretch_time_test.mjs KERBSTONE CRGBUILD SOURCE TORCS_TRACKS [MESH ...]; exit 77: skipped.
 import { spawnSync } from 'node:child_process';

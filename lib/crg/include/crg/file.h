@@ -80,7 +80,7 @@ void erase_key(std::vector<HeaderEntry>& entries, std::string_view key);
 /// modifier section, REFLINE_CONTINUATION 1 when the line is closed. line.z_m and line.banking
 /// become slope and banking channels unless they are constant. The phi channel holds float32
 /// values chosen so that the integrated line stays within half a float32 step times u_step of
-/// the nodes of `line` however long it is (measured: docs/accuracy.md).
+/// the nodes of `line` however long it is (measured: docs/evidence.md).
 /// Throws Error when the two do not fit (rows, u_step, u_begin).
 Crg make_crg(const ReferenceLine& line, Grid grid, std::vector<std::string> comment = {});
 

@@ -113,7 +113,7 @@ class Surface {
   /// The heights of a strip, relative to the height that is returned: that of the reference line
   /// beside the middle of the strip. dz_m[i * across + j] is sample j across of row i along; NaN
   /// where there is no road. Fills as much as dz_m holds. Within 1e-5 m of at_xy() on roads whose
-  /// rows are 0.1 m apart or nearer (docs/accuracy.md).
+  /// rows are 0.1 m apart or nearer (docs/evidence.md).
   double strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor) const noexcept;
 
   const Grid& grid() const noexcept;  ///< after modifiers

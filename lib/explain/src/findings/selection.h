@@ -1,7 +1,7 @@
 // Every number that decides what is looked for, named, let go or left over. Of each: what it means;
 // where it comes from; what shows what it is for. "Trials" are drawn by the second car of the tests
-// (docs/proof.md); "loss" is that of a least-squares fit in standard deviations squared, twice the
-// logarithm of a likelihood.
+// (docs/crgexplain.md); "loss" is that of a least-squares fit in standard deviations squared, twice
+// the logarithm of a likelihood.
 #pragma once
 
 #include <array>

@@ -27,7 +27,7 @@ constexpr double kFadeHeat_j = 0.75e6;
 constexpr double fade_1pmj(double per_fade_heat) { return per_fade_heat * 1e6 / kFadeHeat_j; }
 
 /// What counts of it. Cars with nothing missing in their brakes show up to 0.01 on MF tyres, and
-/// 0.02 to 0.08 beside another effect on the brush tyres of the trials' third car (docs/proof.md).
+/// 0.02 to 0.08 beside another effect on the brush tyres of the trials' third car.
 constexpr double kLeastFade = 0.09;
 
 /// Amount: friction lost per kFadeHeat_j; constant: time of cooling, s.

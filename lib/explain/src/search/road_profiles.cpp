@@ -20,7 +20,7 @@ void describe_profile(Finding& f, const Unknown& u, const Accepted& a, const Vec
                       const MatrixXd& covariance, double length_m, bool closed) {
   constexpr double kJoin_m = 40.0, kShortest_m = 20.0;
   // What is shorter than the waves and what the relations get wrong is not in the covariance: on
-  // eight drives with known roads errors were 1.6 times as large (docs/proof.md).
+  // eight drives with known roads errors were 1.6 times as large.
   const VectorXd values = a.shapes * amounts;
   const Index places = values.size();
   const double space_m = length_m / static_cast<double>(closed ? places : places - 1);
