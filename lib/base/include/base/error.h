@@ -16,4 +16,10 @@ class Error : public std::runtime_error {
   explicit Error(std::string_view what) : std::runtime_error(one_line(what)) {}
 };
 
+/// What was given can be read, but nothing can be made of it that may be used.
+class NotUsable : public Error {
+ public:
+  using Error::Error;
+};
+
 }  // namespace base

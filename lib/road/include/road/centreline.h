@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/answer.h"
 #include "mesh/ray_surface.h"
 #include "road/road_mesh.h"
 
@@ -35,8 +36,12 @@ struct CentrelineOptions {
 /// Finds the road by itself: a closed loop if there is one, else the longest open road. Along the
 /// guide of the surface where it has one: open or closed as that is, in its direction, u = 0 at its
 /// beginning; the guide's own errors do not enter the line, but where the surface does not tell how
-/// wide the road is. Throws Error when the road surface is no strip of 3-60 m width, or when two
+/// wide the road is. A refusal when the road surface is no strip of 3-60 m width, or when two
 /// disjoint roads exist.
+base::Answer<Centreline> try_trace_centreline(const RoadMesh& road,
+                                              const CentrelineOptions& options = {});
+
+/// The same for those who have no other road to take: throws the refusal as Error.
 Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& options = {});
 
 /// Whether every place of a line lies on the road along another one (nearer than both half widths,

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "base/answer.h"
 #include "crg/reference_line.h"
 #include "road/centreline.h"
 
@@ -27,6 +28,12 @@ struct ReferenceLineReport {
 double automatic_step_m(const Centreline& centreline);
 
 /// The line passes within the report's residual of the stations. Its z_m and banking are empty.
+/// A refusal where no smooth line with equal steps follows the stations.
+base::Answer<crg::ReferenceLine> try_fit_reference_line(const Centreline& centreline,
+                                                        const ReferenceLineOptions& options = {},
+                                                        ReferenceLineReport* report = nullptr);
+
+/// The same for those who have no other line to take: throws the refusal as Error.
 crg::ReferenceLine fit_reference_line(const Centreline& centreline,
                                       const ReferenceLineOptions& options = {},
                                       ReferenceLineReport* report = nullptr);

@@ -178,19 +178,25 @@ void set_direction(Centreline& line, bool guided, bool reverse) {
   std::reverse(line.half_width_m.begin(), line.half_width_m.end());
 }
 
-Centreline trace(const Mesh& mesh, const RoadGraph& graph, const std::optional<Guide>& guide,
-                 const CentrelineOptions& options) {
+base::Answer<Centreline> trace(const Mesh& mesh, const RoadGraph& graph,
+                               const std::optional<Guide>& guide,
+                               const CentrelineOptions& options) {
   const RaySurface surface(mesh);
   MeasuredWalk measured;
   measured.guided = guide.has_value();
-  measured.walk = find_road(mesh, surface, graph, guide, options);
+  auto walk = find_road(mesh, surface, graph, guide, options);
+  if (!walk) return walk.refusal();
+  measured.walk = *std::move(walk);
   refine(surface, measured.walk);
   measure(measured.walk);
-  if (!guide && measured.walk.closed)
-    if (const auto way = closed_way(graph, options)) {
-      measured.held = hold_through_forks(surface, *way, forks_of(graph, *way), measured.walk);
+  if (!guide && measured.walk.closed) {
+    const auto way = closed_way(graph, options);
+    if (!way) return way.refusal();
+    if (*way) {
+      measured.held = hold_through_forks(surface, **way, forks_of(graph, **way), measured.walk);
       measure(measured.walk);
     }
+  }
   measured.station_s_m = places_along(measured.walk);
 
   Centreline line;
@@ -200,7 +206,7 @@ Centreline trace(const Mesh& mesh, const RoadGraph& graph, const std::optional<G
     line.half_width_m.push_back(m.half_width_m);
   }
   if (line.points_m.size() < 4)
-    throw Error(fmt::format("the road found is too short: {}", describe(measured.walk)));
+    return base::Refusal(fmt::format("the road found is too short: {}", describe(measured.walk)));
 
   set_direction(line, measured.guided, options.reverse);
   if (line.closed) {
@@ -236,15 +242,17 @@ double typical_width_m(const RoadGraph& graph) {
 
 }  // namespace
 
-Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& options) {
+base::Answer<Centreline> try_trace_centreline(const RoadMesh& road,
+                                              const CentrelineOptions& options) {
   Mesh mesh = road_only(road);
-  if (mesh.triangles.empty()) throw Error("no road found: the mesh has no drivable triangles");
+  if (mesh.triangles.empty())
+    return base::Refusal("no road found: the mesh has no drivable triangles");
   const RoadGraph graph = road.guide ? RoadGraph{} : road_graph(mesh);
   CentrelineOptions placed = options;
   if (options.start_object && !options.start_near_m) {
     placed.start_near_m = middle_of_object(road.mesh, *options.start_object);
     if (!placed.start_near_m) {
-      throw Error(
+      return base::Refusal(
           fmt::format("no object named '{}' on the drivable surface; give one of its objects as "
                       "start_object, or a point as start_near_m",
                       *options.start_object));
@@ -269,11 +277,16 @@ Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& optio
   std::optional<Guide> guide = road.guide;
   if (guide)
     for (Vector3d& p : guide->points_m) p *= enlarged;
-  Centreline line = trace(mesh, guide ? RoadGraph{} : road_graph(mesh), guide, placed);
-  for (Vector3d& p : line.points_m) p /= enlarged;
-  for (double& half_m : line.half_width_m) half_m /= enlarged;
-  line.length_m /= enlarged;
+  auto line = trace(mesh, guide ? RoadGraph{} : road_graph(mesh), guide, placed);
+  if (!line) return line;
+  for (Vector3d& p : line->points_m) p /= enlarged;
+  for (double& half_m : line->half_width_m) half_m /= enlarged;
+  line->length_m /= enlarged;
   return line;
+}
+
+Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& options) {
+  return try_trace_centreline(road, options).or_throw();
 }
 
 bool goes_along(const Centreline& line, const Centreline& other) {

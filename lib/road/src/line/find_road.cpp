@@ -9,7 +9,6 @@
 #include "base/statistics.h"
 #include "fork.h"
 #include "guide_rows.h"
-#include "mesh/error.h"
 #include "walk_along.h"
 #include "walk_road.h"
 
@@ -40,7 +39,8 @@ std::optional<RoadWay> only_way(const RoadGraph& graph) {
 
 }  // namespace
 
-std::optional<RoadWay> closed_way(const RoadGraph& graph, const CentrelineOptions& options) {
+base::Answer<std::optional<RoadWay>> closed_way(const RoadGraph& graph,
+                                                const CentrelineOptions& options) {
   std::vector<RoadWay> ways = road_ways(graph, kGapAlong_m);
   std::erase_if(ways, [](const RoadWay& way) {
     const double width_m = 2.0 * base::median(way.half_width_m);
@@ -57,7 +57,7 @@ std::optional<RoadWay> closed_way(const RoadGraph& graph, const CentrelineOption
     return std::find_first_of(a.branches.begin(), a.branches.end(), b.branches.begin(),
                               b.branches.end()) != a.branches.end();
   };
-  if (ways.empty()) return std::nullopt;
+  if (ways.empty()) return std::optional<RoadWay>{};
   if (options.start_near_m) {
     const RoadWay nearest = *std::min_element(
         ways.begin(), ways.end(),
@@ -66,8 +66,10 @@ std::optional<RoadWay> closed_way(const RoadGraph& graph, const CentrelineOption
   }
   for (std::size_t i = 1; i < ways.size(); ++i)
     if (!together(ways[0], ways[i]) && ways[i].length_m > 0.5 * ways[0].length_m)
-      return std::nullopt;
-  return main_way(graph, ways);
+      return std::optional<RoadWay>{};
+  auto way = main_way(graph, ways);
+  if (!way) return way.refusal();
+  return std::optional<RoadWay>(*std::move(way));
 }
 
 RoadWay way_along(const Guide& guide, const RaySurface& surface, std::optional<double> width_m) {
@@ -83,34 +85,28 @@ RoadWay way_along(const Guide& guide, const RaySurface& surface, std::optional<d
   return way;
 }
 
-Walk find_road(const Mesh& mesh, const RaySurface& surface, const RoadGraph& graph,
-               const std::optional<Guide>& guide, const CentrelineOptions& options) {
+base::Answer<Walk> find_road(const Mesh& mesh, const RaySurface& surface, const RoadGraph& graph,
+                             const std::optional<Guide>& guide, const CentrelineOptions& options) {
   if (guide) {
     const RoadWay way = way_along(*guide, surface, options.guide_width_m);
     if (base::median(way.half_width_m) == 0.0)
-      throw Error(
+      return base::Refusal(
           "nothing on the surface along the guide tells where the road ends; say how wide it is "
           "(--guide-width-m W, guide_width_m in a recipe)");
     return walk_along(surface, way, false, true);
   }
-  const std::optional<RoadWay> way = closed_way(graph, options);
-  if (!way) {
-    try {
-      return walk_road(mesh, surface, options);
-    } catch (const Error&) {
-      const std::optional<RoadWay> only = only_way(graph);
-      if (!only) throw;
-      return walk_along(surface, *only);
-    }
+  const auto way = closed_way(graph, options);
+  if (!way) return way.refusal();
+  auto walk = walk_road(mesh, surface, options);
+  if (!*way) {
+    if (walk) return walk;
+    const std::optional<RoadWay> only = only_way(graph);
+    return only ? walk_along(surface, *only) : std::move(walk);
   }
-  try {
-    Walk walk = walk_road(mesh, surface, options);
-    if (walk.closed && way->length_m < kLostShare * walk.length_m &&
-        (forks_of(graph, *way).empty() || keeps_to(walk, *way, graph.cell_m)))
-      return walk;
-  } catch (const Error&) {  // the graph knows better
-  }
-  return walk_along(surface, *way);
+  if (walk && walk->closed && (*way)->length_m < kLostShare * walk->length_m &&
+      (forks_of(graph, **way).empty() || keeps_to(*walk, **way, graph.cell_m)))
+    return walk;
+  return walk_along(surface, **way);  // the graph knows better
 }
 
 }  // namespace road

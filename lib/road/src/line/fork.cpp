@@ -189,7 +189,7 @@ void hold(const RaySurface& surface, const RoadWay& way, const Place& place, Wal
 
 }  // namespace
 
-RoadWay main_way(const RoadGraph& graph, const std::vector<RoadWay>& ways) {
+base::Answer<RoadWay> main_way(const RoadGraph& graph, const std::vector<RoadWay>& ways) {
   std::size_t best = 0;
   const auto rivals = [&](std::size_t i) {
     const bool shares = std::find_first_of(ways[i].branches.begin(), ways[i].branches.end(),
@@ -215,7 +215,7 @@ RoadWay main_way(const RoadGraph& graph, const std::vector<RoadWay>& ways) {
     if (shorter_m < kNoPartShare * ways[best].length_m || longer_m > kAlike * shorter_m ||
         own.half_width_m * kWider < bests.half_width_m)
       continue;
-    throw Error(fmt::format(
+    return base::Refusal(fmt::format(
         "the road divides and joins again, and both parts are alike: {:.0f} m long and {:.1f} m "
         "wide by way of ({:.1f}, {:.1f}), {:.0f} m and {:.1f} m by way of ({:.1f}, {:.1f})",
         bests.length_m, 2.0 * bests.half_width_m, bests.middle_m.x(), bests.middle_m.y(),

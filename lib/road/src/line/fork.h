@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "base/answer.h"
 #include "mesh/ray_surface.h"
 #include "road/road_graph.h"
 #include "stations.h"
@@ -17,9 +18,9 @@ struct Fork {
 
 /// Of ways that share branches and are about as long as the longest, the one that is widest where
 /// they differ: a pit lane on the outside of a circuit is longer than the road, and narrower. Else
-/// the longest. Throws Error where another one is about as long and as wide. `ways` as road_ways()
+/// the longest. A refusal where another one is about as long and as wide. `ways` as road_ways()
 /// gives them, the longest first.
-RoadWay main_way(const RoadGraph& graph, const std::vector<RoadWay>& ways);
+base::Answer<RoadWay> main_way(const RoadGraph& graph, const std::vector<RoadWay>& ways);
 
 /// Whether every station lies on the way; a walk may have taken the other road at a fork.
 bool keeps_to(const Walk& walk, const RoadWay& way, double cell_m);

@@ -106,8 +106,9 @@ std::size_t sharpest_turn(const std::vector<Vector2d>& points, bool closed) {
 }
 
 /// Penalised least squares (P-spline): sum |p_i - S(t_i)|^2 + lambda * integral |S'''|^2 dt.
-PlaneSpline fit_spline(const std::vector<Vector2d>& points, const std::vector<double>& t,
-                       double length_t, bool closed, double model_scale) {
+base::Answer<PlaneSpline> fit_spline(const std::vector<Vector2d>& points,
+                                     const std::vector<double>& t, double length_t, bool closed,
+                                     double model_scale) {
   const auto spans = static_cast<Eigen::Index>(
       std::max(closed ? 6.0 : 3.0, std::round(length_t / (model_scale * kKnotSpacing_m))));
   const double knot_m = length_t / static_cast<double>(spans);
@@ -150,13 +151,13 @@ PlaneSpline fit_spline(const std::vector<Vector2d>& points, const std::vector<do
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(normal);
   const Eigen::MatrixX2d control = solver.solve(rhs);
   if (solver.info() != Eigen::Success || !control.allFinite()) {
-    throw Error(
+    return base::Refusal(
         "the centreline does not fit a smooth curve: fewer than 3 distinct stations or stations at "
         "infinity");
   }
   std::vector<Vector2d> result;
   for (Eigen::Index i = 0; i < unknowns; ++i) result.emplace_back(control.row(i).transpose());
-  return {std::move(result), closed, knot_m};
+  return PlaneSpline{std::move(result), closed, knot_m};
 }
 
 /// The t > from_t where the curve is `step_m` away from `from`, straight line.
@@ -243,12 +244,13 @@ double automatic_step_m(const Centreline& centreline) {
   return decade_m;
 }
 
-crg::ReferenceLine fit_reference_line(const Centreline& centreline,
-                                      const ReferenceLineOptions& options,
-                                      ReferenceLineReport* report) {
+base::Answer<crg::ReferenceLine> try_fit_reference_line(const Centreline& centreline,
+                                                        const ReferenceLineOptions& options,
+                                                        ReferenceLineReport* report) {
   const std::size_t n = centreline.points_m.size();
   if (n < 4)
-    throw Error(fmt::format("{} centreline stations; a reference line needs at least 4", n));
+    return base::Refusal(
+        fmt::format("{} centreline stations; a reference line needs at least 4", n));
   const double u_step_m = options.u_step_m.value_or(automatic_step_m(centreline));
   if (!(u_step_m > 0.0)) throw Error(fmt::format("u_step_m is {}; wanted > 0", u_step_m));
 
@@ -260,11 +262,13 @@ crg::ReferenceLine fit_reference_line(const Centreline& centreline,
   for (std::size_t i = 1; i < n; ++i) t.push_back(t.back() + (points[i] - points[i - 1]).norm());
   const double length_t = t.back() + (centreline.closed ? (points[0] - points[n - 1]).norm() : 0.0);
   if (length_t < 10.0 * u_step_m) {
-    throw Error(fmt::format("the centreline is {:.2f} m long; wanted at least ten steps of {} m",
-                            length_t, u_step_m));
+    return base::Refusal(fmt::format(
+        "the centreline is {:.2f} m long; wanted at least ten steps of {} m", length_t, u_step_m));
   }
   const double model_scale = model_scale_of(centreline);
-  const PlaneSpline spline = fit_spline(points, t, length_t, centreline.closed, model_scale);
+  const auto fitted = fit_spline(points, t, length_t, centreline.closed, model_scale);
+  if (!fitted) return fitted.refusal();
+  const PlaneSpline& spline = *fitted;
 
   const double length_m = spline_length_m(spline, length_t, model_scale);
   crg::ReferenceLine line;
@@ -286,7 +290,7 @@ crg::ReferenceLine fit_reference_line(const Centreline& centreline,
     }
     if (!(at_t > 0.9 * length_t && at_t < 1.1 * length_t)) {
       const Eigen::Vector3d& place = centreline.points_m[sharpest_turn(points, line.closed)];
-      throw Error(fmt::format(
+      return base::Refusal(fmt::format(
           "the centreline turns back on itself, most sharply at ({:.1f}, {:.1f}): a line with "
           "equal "
           "steps cannot follow it; look there at what counts as road (crgbuild clean writes it)",
@@ -303,6 +307,12 @@ crg::ReferenceLine fit_reference_line(const Centreline& centreline,
   for (double& x : line.x_m) x += origin.x();
   for (double& y : line.y_m) y += origin.y();
   return line;
+}
+
+crg::ReferenceLine fit_reference_line(const Centreline& centreline,
+                                      const ReferenceLineOptions& options,
+                                      ReferenceLineReport* report) {
+  return try_fit_reference_line(centreline, options, report).or_throw();
 }
 
 }  // namespace road

@@ -9,7 +9,6 @@
 #include <queue>
 
 #include "base/statistics.h"
-#include "mesh/error.h"
 
 namespace road {
 namespace {
@@ -50,7 +49,7 @@ Net net_of(const RoadGraph& graph) {
   return net;
 }
 
-std::size_t nearest(const Net& net, const Vector2d& p, std::size_t number) {
+base::Answer<std::size_t> nearest(const Net& net, const Vector2d& p, std::size_t number) {
   std::size_t best = 0;
   for (std::size_t i = 1; i < net.places.size(); ++i)
     if ((net.places[i].point_m.head<2>() - p).squaredNorm() <
@@ -58,7 +57,7 @@ std::size_t nearest(const Net& net, const Vector2d& p, std::size_t number) {
       best = i;
   const double off_m = (net.places[best].point_m.head<2>() - p).norm();
   if (off_m > kFarWidths * 2.0 * net.places[best].half_width_m)
-    throw Error(fmt::format(
+    return base::Refusal(fmt::format(
         "point {} of the route, ({:.1f}, {:.1f}), is {:.0f} m from the nearest road, at ({:.1f}, "
         "{:.1f}); wanted points on the road "
         "in the frame of the mesh (--route X,Y X,Y ...)",
@@ -100,12 +99,16 @@ std::vector<std::size_t> shortest(const Net& net, std::size_t from, std::size_t 
 
 }  // namespace
 
-RoadWay way_through(const RoadGraph& graph, const std::vector<Vector2d>& points_m) {
+base::Answer<RoadWay> way_through(const RoadGraph& graph, const std::vector<Vector2d>& points_m) {
   const Net net = net_of(graph);
-  if (net.places.empty()) throw Error("nothing looks like road: a route has nothing to lead over");
+  if (net.places.empty())
+    return base::Refusal("nothing looks like road: a route has nothing to lead over");
   std::vector<std::size_t> stops;
-  for (std::size_t i = 0; i < points_m.size(); ++i)
-    stops.push_back(nearest(net, points_m[i], i + 1));
+  for (std::size_t i = 0; i < points_m.size(); ++i) {
+    const auto place = nearest(net, points_m[i], i + 1);
+    if (!place) return place.refusal();
+    stops.push_back(*place);
+  }
   RoadWay way;
   way.closed = stops.size() > 2 && stops.front() == stops.back();
   std::vector<char> used(net.places.size(), 0);
@@ -119,7 +122,7 @@ RoadWay way_through(const RoadGraph& graph, const std::vector<Vector2d>& points_
     if (stops[k] == stops[k - 1]) continue;
     const std::vector<std::size_t> path = shortest(net, stops[k - 1], stops[k], used);
     if (path.empty())
-      throw Error(fmt::format(
+      return base::Refusal(fmt::format(
           "there is no way over what looks like road from point {} of the route, ({:.1f}, {:.1f}), "
           "to point {}, ({:.1f}, {:.1f}), that uses "
           "no road twice; give the points in the order of driving, or a line (--guide FILE)",
@@ -128,7 +131,7 @@ RoadWay way_through(const RoadGraph& graph, const std::vector<Vector2d>& points_
   }
   if (way.closed) way.points_m.pop_back(), way.half_width_m.pop_back();
   if (way.points_m.size() < 4)
-    throw Error(
+    return base::Refusal(
         "the route is a point; wanted at least two points some widths of the road apart (--route "
         "X,Y X,Y ...)");
   for (std::size_t i = 1; i < way.points_m.size() + (way.closed ? 1 : 0); ++i)
@@ -136,7 +139,7 @@ RoadWay way_through(const RoadGraph& graph, const std::vector<Vector2d>& points_
   return way;
 }
 
-Guide guide_of(const RoadWay& way) {
+base::Answer<Guide> guide_of(const RoadWay& way) {
   Guide guide{{}, way.closed};
   const double half_m = base::median(way.half_width_m);
   const auto n = static_cast<std::ptrdiff_t>(way.points_m.size());
@@ -163,7 +166,7 @@ Guide guide_of(const RoadWay& way) {
     guide.points_m.push_back(sum / count);
   }
   if (guide.points_m.size() < 3)
-    throw Error(
+    return base::Refusal(
         fmt::format("the road found is {:.0f} m long and {:.0f} m wide; a road is longer than wide",
                     way.length_m, 2.0 * half_m));
   return guide;
@@ -179,13 +182,10 @@ std::vector<Vector2d> points_that_tell(const RoadGraph& graph, const RoadWay& wa
       points.emplace_back(std::round(10.0 * p.x()) / 10.0, std::round(10.0 * p.y()) / 10.0);
     }
     if (way.closed) points.push_back(points.front());
-    try {
-      const RoadWay again = way_through(graph, points);
-      if (again.closed == way.closed &&
-          std::abs(again.length_m - way.length_m) < 0.03 * way.length_m)
-        return points;
-    } catch (const Error&) {
-    }
+    const auto again = way_through(graph, points);
+    if (again && again->closed == way.closed &&
+        std::abs(again->length_m - way.length_m) < 0.03 * way.length_m)
+      return points;
   }
   return {};
 }

@@ -281,7 +281,8 @@ std::string describe(const Walk& walk) {
                      walk.closed ? "a loop" : "an open road", walk.length_m, p.x(), p.y());
 }
 
-Walk walk_road(const Mesh& mesh, const RaySurface& surface, const CentrelineOptions& options) {
+base::Answer<Walk> walk_road(const Mesh& mesh, const RaySurface& surface,
+                             const CentrelineOptions& options) {
   constexpr std::size_t kSeeds = 24;
   const double area_m2 = horizontal_area_m2(mesh);
   std::vector<Walk> walks;
@@ -302,7 +303,7 @@ Walk walk_road(const Mesh& mesh, const RaySurface& surface, const CentrelineOpti
   // What runs along the rim of a wide surface is no road on it.
   std::erase_if(walks, [&](const Walk& walk) { return walk.area_m2 < 0.1 * area_m2; });
   if (walks.empty()) {
-    throw Error(fmt::format(
+    return base::Refusal(fmt::format(
         "no road found: none of the {:.0f} m2 of road surface forms a strip {:.0f} to {:.0f} m "
         "wide; check the "
         "unit and the up axis (--unit, --up) and which objects count as road (name_rules)",
@@ -326,7 +327,7 @@ Walk walk_road(const Mesh& mesh, const RaySurface& surface, const CentrelineOpti
   });
   if (walks.size() > 1 && walks[1].closed == walks[0].closed &&
       walks[1].length_m > 0.5 * walks[0].length_m) {
-    throw Error(fmt::format(
+    return base::Refusal(fmt::format(
         "two separate roads: {} and {}; choose one with --start-near-m X,Y (recipe: start_near_m)",
         describe(walks[0]), describe(walks[1])));
   }

@@ -52,11 +52,16 @@ Cleaning clean_along(const Mesh& mesh, const Guide& guide, const Triangles& tria
                        std::move(facts), false, Keep::touching_road);
 }
 
-/// Whether there is a longer way round than along the road.
-bool has_a_way_beside(const Cleaning& cleaning) {
+/// Ways round beside the road: none, a longer one, or one that could be the road as well.
+enum class WayBeside : std::uint8_t { none, longer, alike };
+
+WayBeside way_beside(const Cleaning& cleaning) {
   const RoadGraph graph = road_graph(surface_of(cleaning.soup));
   const std::vector<RoadWay> ways = road_ways(graph, 0.0, 4);
-  return !ways.empty() && main_way(graph, ways).length_m < ways.front().length_m;
+  if (ways.empty()) return WayBeside::none;
+  const auto way = main_way(graph, ways);
+  if (!way) return WayBeside::alike;
+  return way->length_m < ways.front().length_m ? WayBeside::longer : WayBeside::none;
 }
 
 /// A line that names did not confirm tells what looks like road: with it as the guide, the parts of
@@ -78,7 +83,10 @@ void look_again(const Mesh& mesh, const Triangles& triangles, const CleanOptions
         clean_along(mesh, {line.points_m, line.closed}, triangles, options, std::move(facts));
     if (!again.facts.doubts.empty()) return;
     again.soup.compact();
-    if (has_a_way_beside(again) && !has_a_way_beside(cleaning)) return;  // another road came in
+    const WayBeside beside = way_beside(again);
+    if (beside == WayBeside::alike) return;
+    if (beside == WayBeside::longer && way_beside(cleaning) != WayBeside::longer)
+      return;  // another road came in
     const Centreline line_again = trace_centreline(road_mesh_of(mesh, again));
     const bool detours = line_again.length_m > kDetour * line.length_m;
     if (!line_again.closed || detours || !goes_along(line_again, line) ||
@@ -92,20 +100,19 @@ void look_again(const Mesh& mesh, const Triangles& triangles, const CleanOptions
 }
 
 /// The way of the options' route over the roads by names, else over those by shape.
-Guide guide_through(const Mesh& mesh, const CleanOptions& options) {
-  std::optional<Error> refused;
+base::Answer<Guide> guide_through(const Mesh& mesh, const CleanOptions& options) {
+  std::optional<base::Refusal> refused;
   for (const Roads& roads : roads_of(mesh, options)) {
-    try {
-      return guide_of(straight_through_forks(RaySurface(roads.surface), roads.graph,
-                                             way_through(roads.graph, options.route_m)));
-    } catch (const Error& error) {
-      if (!refused) refused = error;
-    }
+    auto way = way_through(roads.graph, options.route_m);
+    auto guide = way ? guide_of(straight_through_forks(RaySurface(roads.surface), roads.graph,
+                                                       *std::move(way)))
+                     : way.refusal();
+    if (guide) return guide;
+    if (!refused) refused = guide.refusal();
   }
-  throw refused ? *refused
-                : Error(
-                      "nothing looks like road: a route has nothing to lead over; give a line "
-                      "(--guide FILE)");
+  if (refused) return *refused;
+  return base::Refusal(
+      "nothing looks like road: a route has nothing to lead over; give a line (--guide FILE)");
 }
 
 }  // namespace
@@ -147,8 +154,9 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
 
   Triangles triangles = look_at(mesh, options);
   facts.remarks = triangles.remarks;
-  const std::optional<Guide> guide =
-      options.guide || options.route_m.empty() ? options.guide : guide_through(mesh, options);
+  const std::optional<Guide> guide = options.guide || options.route_m.empty()
+                                         ? options.guide
+                                         : guide_through(mesh, options).or_throw();
   ClassesByShape by_shape;
   if (!guide) by_shape = classes_by_shape(mesh, triangles.empty, triangles.flat, options);
   if (!guide && options.use_names != UseNames::no && triangles.has_named_road) {
