@@ -2,6 +2,7 @@
 
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -35,6 +36,13 @@ class [[nodiscard]] Answer {
   const T* operator->() const { return &std::get<0>(held_); }
   T* operator->() { return &std::get<0>(held_); }
   const Refusal& refusal() const { return std::get<1>(held_); }
+
+  /// What `next` answers for the value; where there is none, why.
+  template <class Next>
+  std::invoke_result_t<const Next&, const T&> and_then(const Next& next) const {
+    if (!*this) return refusal();
+    return next(**this);
+  }
 
   /// For those who have no other road to take.
   T or_throw() && {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/answer.h"
 #include "mesh/read_mesh.h"
 #include "road/road_mesh.h"
 
@@ -103,10 +104,14 @@ MeshReadOptions read_to_clean(MeshReadOptions read, const CleanOptions& options)
 /// By geometry alone otherwise: connected nearly horizontal surface that forms the longest strip.
 /// Where no name tells the road and the objects have colours, these may tell it more exactly: what
 /// is grey between ground of other colours.
-/// Throws Error when nothing drivable is left (says what was seen), or when two separate circuits
-/// of similar size are present (says where they lie and how to choose: `near_m`).
-/// Throws Error when a guide and a route are given, or a width without either.
-/// Along a guide or route: NotUsable where more than 30 % of it have no surface.
+/// A refusal when nothing drivable is left (says what was seen), or when two separate circuits of
+/// similar size are present (says where they lie and how to choose: `near_m`).
+/// A refusal when a guide and a route are given, or a width without either.
+/// Along a guide or route: one for NotUsable where more than 30 % of it have no surface.
+base::Answer<RoadMesh> try_clean(const Mesh& mesh, const CleanOptions& options = {},
+                                 CleanReport* report = nullptr);
+
+/// The same for those who have no other road to take: throws the refusal as Error.
 RoadMesh clean(const Mesh& mesh, const CleanOptions& options = {}, CleanReport* report = nullptr);
 
 }  // namespace road

@@ -110,7 +110,7 @@ struct Ground {
   Looks looks;
 };
 
-Ground flat_ground(const Mesh& mesh, const std::vector<bool>& flat) {
+base::Answer<Ground> flat_ground(const Mesh& mesh, const std::vector<bool>& flat) {
   Ground out;
   auto& [ground, source, look_of_triangle, looks] = out;
   looks = looks_of(mesh);
@@ -123,7 +123,7 @@ Ground flat_ground(const Mesh& mesh, const std::vector<bool>& flat) {
     look_of_triangle.push_back(looks.of_object[mesh.object_of_triangle[t]]);
   }
   if (source.empty())
-    throw Error(fmt::format(
+    return base::Refusal(fmt::format(
         "nothing to drive on: none of {} triangles is flat; check the axis that points up (--up)",
         mesh.triangles.size()));
   ground.object_of_triangle.assign(source.size(), 0);
@@ -267,10 +267,13 @@ bool has_several_looks(const Mesh& mesh) {
   });
 }
 
-GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<double> width_m,
-                            const std::vector<bool>& flat,
-                            const std::vector<SurfaceClass>& by_names) {
-  Ground ground = flat_ground(mesh, flat);
+base::Answer<GuidedClasses> classes_along(const Mesh& mesh, const Guide& guide,
+                                          std::optional<double> width_m,
+                                          const std::vector<bool>& flat,
+                                          const std::vector<SurfaceClass>& by_names) {
+  auto flat_parts = flat_ground(mesh, flat);
+  if (!flat_parts) return flat_parts.refusal();
+  Ground& ground = *flat_parts;
   const RaySurface surface(ground.mesh);
 
   const bool names_know = part_by_names(guide, surface, mesh, ground.source, by_names, ground.looks,
@@ -283,7 +286,7 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
     shares = shares_now();
   if (std::all_of(shares.inside.begin(), shares.inside.end(),
                   [](double share) { return share == 0.0; }))
-    throw Error(
+    return base::Refusal(
         "no surface lies under the guide; check that both are in the same frame and that its "
         "columns are x and y of the mesh "
         "(--up and --unit say how the mesh is read)");
@@ -294,11 +297,11 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
   GuideRows all = rows_along(guide, surface, looks_like_road);
   const Missing missing = missing_under(all);
   if (missing.share > kMostMissing)
-    throw NotUsable(missing.text +
-                    "; give a mesh that has it, or a guide that lies on what there is");
+    return base::Refusal(
+        missing.text + "; give a mesh that has it, or a guide that lies on what there is", true);
   const double told = share_told(all);
   if (told < kEndsShare && !width_m)
-    throw Error(
+    return base::Refusal(
         fmt::format("under the guide the surface tells along {:.0f} % of it only, by its look, "
                     "slope or border, where the "
                     "road ends. If the guide lies beside the road, check its frame and the order "

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/answer.h"
 #include "road/clean.h"
 #include "road/guide.h"
 
@@ -24,11 +25,12 @@ struct GuidedClasses {
 /// else that is flat and within reach is run-off. Names of roads count where they call nearly all
 /// of the guide road. Doubts: no road under more than 5 % of the guide, more than 30 % of it over
 /// surface that does not tell where the road ends, or a road much wider than usual along more than
-/// 1 % of it. Throws Error where no surface lies under the guide, and where most of it does not
-/// tell and `width_m` is not given; NotUsable where more than 30 % of the guide have no road under
-/// it.
-GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<double> width_m,
-                            const std::vector<bool>& flat,
-                            const std::vector<SurfaceClass>& by_names);
+/// 1 % of it. A refusal where no surface lies under the guide, and where most of it does not tell
+/// and `width_m` is not given; one for NotUsable where more than 30 % of the guide have no road
+/// under it.
+base::Answer<GuidedClasses> classes_along(const Mesh& mesh, const Guide& guide,
+                                          std::optional<double> width_m,
+                                          const std::vector<bool>& flat,
+                                          const std::vector<SurfaceClass>& by_names);
 
 }  // namespace road

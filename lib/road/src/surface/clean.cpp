@@ -41,14 +41,15 @@ RoadMesh road_mesh_of(const Mesh& mesh, const Cleaning& cleaning) {
 }
 
 /// Classes from what lies along a guide.
-Cleaning clean_along(const Mesh& mesh, const Guide& guide, const Triangles& triangles,
-                     const CleanOptions& options, CleanReport facts) {
+base::Answer<Cleaning> clean_along(const Mesh& mesh, const Guide& guide, const Triangles& triangles,
+                                   const CleanOptions& options, CleanReport facts) {
   facts.by_guide = true;
-  GuidedClasses guided =
+  auto guided =
       classes_along(mesh, guide, options.guide_width_m, triangles.flat, triangles.by_names);
-  facts.remarks.insert(facts.remarks.end(), guided.remarks.begin(), guided.remarks.end());
-  facts.doubts = std::move(guided.doubts);
-  return clean_classes(mesh, triangles, std::move(guided.class_of_triangle), options,
+  if (!guided) return guided.refusal();
+  facts.remarks.insert(facts.remarks.end(), guided->remarks.begin(), guided->remarks.end());
+  facts.doubts = std::move(guided->doubts);
+  return clean_classes(mesh, triangles, std::move(guided->class_of_triangle), options,
                        std::move(facts), false, Keep::touching_road);
 }
 
@@ -64,39 +65,64 @@ WayBeside way_beside(const Cleaning& cleaning) {
   return way->length_m < ways.front().length_m ? WayBeside::longer : WayBeside::none;
 }
 
+/// The road along its own line, or nothing where that leads to another road or to none.
+std::optional<Cleaning> along_its_line(const Mesh& mesh, const Triangles& triangles,
+                                       const CleanOptions& options, const Cleaning& cleaning) {
+  const auto line = try_trace_centreline(road_mesh_of(mesh, cleaning));
+  if (!line || !line->closed) return std::nullopt;  // refused by others too, or doubted anyway
+  CleanReport facts;
+  facts.triangles_in = cleaning.facts.triangles_in;
+  facts.weld_tolerance_m = cleaning.facts.weld_tolerance_m;
+  facts.snap_tolerance_m = cleaning.facts.snap_tolerance_m;
+  facts.road_agreement = cleaning.facts.road_agreement;
+  facts.remarks = cleaning.facts.remarks;
+  auto again =
+      clean_along(mesh, {line->points_m, line->closed}, triangles, options, std::move(facts));
+  if (!again || !again->facts.doubts.empty()) return std::nullopt;
+  again->soup.compact();
+  const WayBeside beside = way_beside(*again);
+  if (beside == WayBeside::alike) return std::nullopt;
+  if (beside == WayBeside::longer && way_beside(cleaning) != WayBeside::longer)
+    return std::nullopt;  // another road came in
+  const auto line_again = try_trace_centreline(road_mesh_of(mesh, *again));
+  if (!line_again || !line_again->closed || line_again->length_m > kDetour * line->length_m ||
+      !goes_along(*line_again, *line) || !goes_along(*line, *line_again))
+    return std::nullopt;
+  again->facts.by_guide = false;
+  again->facts.by_names = cleaning.facts.by_names;
+  return *std::move(again);
+}
+
 /// A line that names did not confirm tells what looks like road: with it as the guide, the parts of
 /// the road that were missed come in, and what only lay beside it goes. Where that does not work,
 /// and where names shall not count, the first look stands.
 void look_again(const Mesh& mesh, const Triangles& triangles, const CleanOptions& options,
                 Cleaning& cleaning) {
   if (options.use_names == UseNames::no || !has_several_looks(mesh)) return;
-  try {
-    const Centreline line = trace_centreline(road_mesh_of(mesh, cleaning));
-    if (!line.closed) return;  // doubted anyway
-    CleanReport facts;
-    facts.triangles_in = cleaning.facts.triangles_in;
-    facts.weld_tolerance_m = cleaning.facts.weld_tolerance_m;
-    facts.snap_tolerance_m = cleaning.facts.snap_tolerance_m;
-    facts.road_agreement = cleaning.facts.road_agreement;
-    facts.remarks = cleaning.facts.remarks;
-    Cleaning again =
-        clean_along(mesh, {line.points_m, line.closed}, triangles, options, std::move(facts));
-    if (!again.facts.doubts.empty()) return;
-    again.soup.compact();
-    const WayBeside beside = way_beside(again);
-    if (beside == WayBeside::alike) return;
-    if (beside == WayBeside::longer && way_beside(cleaning) != WayBeside::longer)
-      return;  // another road came in
-    const Centreline line_again = trace_centreline(road_mesh_of(mesh, again));
-    const bool detours = line_again.length_m > kDetour * line.length_m;
-    if (!line_again.closed || detours || !goes_along(line_again, line) ||
-        !goes_along(line, line_again))
-      return;
-    again.facts.by_guide = false;
-    again.facts.by_names = cleaning.facts.by_names;
-    cleaning = std::move(again);
-  } catch (const Error&) {  // trace_centreline() will say so to the user
-  }
+  if (auto again = along_its_line(mesh, triangles, options, cleaning)) cleaning = *std::move(again);
+}
+
+/// The road where nobody says which: by colour, by shape or by names.
+base::Answer<Cleaning> clean_unguided(const Mesh& mesh, const Triangles& triangles,
+                                      ClassesByShape by_shape, const CleanOptions& options,
+                                      CleanReport facts) {
+  const bool by_names = facts.by_names;
+  if (by_names && (options.use_names == UseNames::yes || options.near_m ||
+                   *facts.road_agreement >= kNamesAreRight || is_all_road(mesh, triangles)))
+    return clean_classes(mesh, triangles, triangles.by_names, options, std::move(facts), false);
+  auto cleaning = [&] {
+    if (by_names)
+      return more_plausible(mesh, triangles, std::move(by_shape.of_triangle), options, facts);
+    if (auto coloured = road_by_colour(mesh, triangles, options, facts))
+      return clean_by_colour_or_shape(mesh, triangles, *std::move(coloured), std::move(by_shape),
+                                      options, facts);
+    return clean_by_shape(mesh, triangles, std::move(by_shape.of_triangle), options, facts);
+  }();
+  if (!cleaning) return cleaning;
+  cleaning->soup.compact();
+  if (by_names ? !cleaning->is_sure : !cleaning->facts.by_colour)
+    look_again(mesh, triangles, options, *cleaning);
+  return cleaning;
 }
 
 /// The way of the options' route over the roads by names, else over those by shape.
@@ -121,14 +147,13 @@ std::vector<Roads> roads_of(const Mesh& mesh, const CleanOptions& options) {
   const Triangles triangles = look_at(mesh, options);
   std::vector<Roads> found;
   const auto add = [&](std::vector<SurfaceClass> classes) {
-    try {
-      Roads roads;
-      roads.surface = surface_of(
-          clean_classes(mesh, triangles, std::move(classes), options, {}, false, Keep::all).soup);
-      roads.graph = road_graph(roads.surface);
-      if (!roads.graph.branches.empty()) found.push_back(std::move(roads));
-    } catch (const Error&) {  // no road of this kind
-    }
+    const auto cleaned =
+        clean_classes(mesh, triangles, std::move(classes), options, {}, false, Keep::all);
+    if (!cleaned) return;  // no road of this kind
+    Roads roads;
+    roads.surface = surface_of(cleaned->soup);
+    roads.graph = road_graph(roads.surface);
+    if (!roads.graph.branches.empty()) found.push_back(std::move(roads));
   };
   if (options.use_names != UseNames::no && triangles.has_named_road) add(triangles.by_names);
   if (road_by_colour(mesh, triangles, options, {}))
@@ -138,13 +163,14 @@ std::vector<Roads> roads_of(const Mesh& mesh, const CleanOptions& options) {
   return found;
 }
 
-RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* report) {
+base::Answer<RoadMesh> try_clean(const Mesh& mesh, const CleanOptions& options,
+                                 CleanReport* report) {
   if (options.guide && !options.route_m.empty())
-    throw Error(
+    return base::Refusal(
         "a guide and a route seen; both tell which road is meant: give one of them (--guide, "
         "--route)");
   if (options.guide_width_m && !options.guide && options.route_m.empty())
-    throw Error(
+    return base::Refusal(
         "guide_width_m seen without a guide; it is the width of the road along one: give --guide "
         "FILE too");
   CleanReport facts;
@@ -154,9 +180,12 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
 
   Triangles triangles = look_at(mesh, options);
   facts.remarks = triangles.remarks;
-  const std::optional<Guide> guide = options.guide || options.route_m.empty()
-                                         ? options.guide
-                                         : guide_through(mesh, options).or_throw();
+  std::optional<Guide> guide = options.guide;
+  if (!guide && !options.route_m.empty()) {
+    auto through = guide_through(mesh, options);
+    if (!through) return through.refusal();
+    guide = *std::move(through);
+  }
   ClassesByShape by_shape;
   if (!guide) by_shape = classes_by_shape(mesh, triangles.empty, triangles.flat, options);
   if (!guide && options.use_names != UseNames::no && triangles.has_named_road) {
@@ -164,30 +193,16 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
     facts.road_agreement =
         agreement(mesh, triangles.by_names, by_shape.of_triangle, triangles.flat);
   }
-  Cleaning cleaning;
-  if (guide) {
-    cleaning = clean_along(mesh, *guide, triangles, options, std::move(facts));
-  } else if (!facts.by_names) {
-    auto coloured = road_by_colour(mesh, triangles, options, facts);
-    cleaning =
-        coloured ? clean_by_colour_or_shape(mesh, triangles, std::move(*coloured), by_shape,
-                                            options, facts)
-                 : clean_by_shape(mesh, triangles, std::move(by_shape.of_triangle), options, facts);
-    cleaning.soup.compact();
-    if (!cleaning.facts.by_colour) look_again(mesh, triangles, options, cleaning);
-  } else if (options.use_names == UseNames::yes || options.near_m ||
-             *facts.road_agreement >= kNamesAreRight || is_all_road(mesh, triangles)) {
-    cleaning = clean_classes(mesh, triangles, triangles.by_names, options, std::move(facts), false);
-  } else {
-    cleaning = more_plausible(mesh, triangles, std::move(by_shape.of_triangle), options, facts);
-    cleaning.soup.compact();
-    if (!cleaning.is_sure) look_again(mesh, triangles, options, cleaning);
-  }
+  const std::string doubt = by_shape.doubt;
+  auto cleaned =
+      guide ? clean_along(mesh, *guide, triangles, options, std::move(facts))
+            : clean_unguided(mesh, triangles, std::move(by_shape), options, std::move(facts));
+  if (!cleaned) return cleaned.refusal();
+  Cleaning& cleaning = *cleaned;
   Soup& soup = cleaning.soup;
   facts = std::move(cleaning.facts);
-  if (!guide && !facts.by_names && !facts.by_colour && facts.doubts.empty() &&
-      !by_shape.doubt.empty())
-    facts.doubts.push_back(by_shape.doubt);
+  if (!guide && !facts.by_names && !facts.by_colour && facts.doubts.empty() && !doubt.empty())
+    facts.doubts.push_back(doubt);
   soup.compact();
   facts.boundary_loops = count_borders(soup.triangles);
 
@@ -199,6 +214,10 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
   facts.triangles_kept = road.mesh.triangles.size();
   if (report != nullptr) *report = std::move(facts);
   return road;
+}
+
+RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* report) {
+  return try_clean(mesh, options, report).or_throw();
 }
 
 }  // namespace road

@@ -5,11 +5,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <limits>
 
 #include "colour_tone.h"
-#include "mesh/error.h"
 #include "mesh/ray_surface.h"
 #include "road/road_graph.h"
 #include "stations.h"
@@ -94,15 +92,12 @@ bool is_rival(std::uint32_t group, const std::vector<std::uint32_t>& groups, con
   for (std::uint32_t t = 0; t < classes.size(); ++t)
     if (triangles.flat[t] && groups[mesh.object_of_triangle[t]] == group)
       classes[t] = SurfaceClass::road;
-  try {
-    const RoadShown other =
-        road_shown(clean_classes(mesh, triangles, std::move(classes), options, {}, true).soup);
-    return other.length_m > 0.0 && other.closed == road.closed && other.share > kPlainShare &&
-           other.width_m < kPlainSlimness * other.length_m &&
-           other.width_m > kRivalWidth * road.width_m;
-  } catch (const Error&) {  // none, or one along each side
-    return false;
-  }
+  const auto cleaned = clean_classes(mesh, triangles, std::move(classes), options, {}, true);
+  if (!cleaned) return false;  // none, or one along each side
+  const RoadShown other = road_shown(cleaned->soup);
+  return other.length_m > 0.0 && other.closed == road.closed && other.share > kPlainShare &&
+         other.width_m < kPlainSlimness * other.length_m &&
+         other.width_m > kRivalWidth * road.width_m;
 }
 
 /// Areas of the roads of two cleaned surfaces.
@@ -164,13 +159,9 @@ std::optional<ColouredRoad> road_by_colour(const Mesh& mesh, const Triangles& tr
                                            const CleanOptions& options, const CleanReport& facts) {
   auto classes = classes_by_colour(mesh, triangles, options);
   if (!classes) return std::nullopt;
-  std::optional<ColouredRoad> found;
-  try {
-    found.emplace(ColouredRoad{
-        clean_classes(mesh, triangles, std::move(*classes), options, facts, true), {}});
-  } catch (const Error&) {  // no road, or one along each side of the road
-    return std::nullopt;
-  }
+  auto cleaned = clean_classes(mesh, triangles, std::move(*classes), options, facts, true);
+  if (!cleaned) return std::nullopt;  // no road, or one along each side of the road
+  std::optional<ColouredRoad> found(ColouredRoad{*std::move(cleaned), {}});
   const RoadGraph graph = road_graph(surface_of(found->cleaning.soup));
   const std::vector<RoadWay> ways = road_ways(graph, kRoadGap_m, 1);
   found->shown = road_shown(found->cleaning.soup);
@@ -186,22 +177,18 @@ std::optional<ColouredRoad> road_by_colour(const Mesh& mesh, const Triangles& tr
   return found;
 }
 
-Cleaning clean_by_colour_or_shape(const Mesh& mesh, const Triangles& triangles,
-                                  ColouredRoad coloured, ClassesByShape by_shape,
-                                  const CleanOptions& options, const CleanReport& facts) {
-  std::optional<Cleaning> shaped;
-  try {
-    shaped = clean_by_shape(mesh, triangles, std::move(by_shape.of_triangle), options, facts);
-  } catch (const Error&) {  // colour shows one
-  }
+base::Answer<Cleaning> clean_by_colour_or_shape(const Mesh& mesh, const Triangles& triangles,
+                                                ColouredRoad coloured, ClassesByShape by_shape,
+                                                const CleanOptions& options,
+                                                const CleanReport& facts) {
+  auto shaped = clean_by_shape(mesh, triangles, std::move(by_shape.of_triangle), options, facts);
   const RoadShown &by_colour = coloured.shown,
                   by_form = shaped ? road_shown(shaped->soup) : RoadShown{};
   Overlap overlap;
   if (shaped) overlap = overlap_of(mesh, coloured.cleaning.soup, shaped->soup);
   const double either_m2 = overlap.first_m2 + overlap.second_m2 - overlap.both_m2;
   const bool is_doubted = !by_shape.doubt.empty() || (shaped && !shaped->facts.doubts.empty());
-  if (shaped && !is_doubted && overlap.both_m2 > kSameSurface * either_m2)
-    return std::move(*shaped);
+  if (shaped && !is_doubted && overlap.both_m2 > kSameSurface * either_m2) return shaped;
   const bool is_same =
       by_form.closed == by_colour.closed &&
       overlap.both_m2 > kSameRoad * std::min(overlap.first_m2, overlap.second_m2) &&
@@ -223,9 +210,9 @@ Cleaning clean_by_colour_or_shape(const Mesh& mesh, const Triangles& triangles,
   if (by_form.worth() > kWorthMuchMore * by_colour.worth()) {
     shaped->facts.remarks.push_back(
         fmt::format("colour and shape disagree about what is road: {}; taken by shape", both));
-    return std::move(*shaped);
+    return shaped;
   }
-  throw Error(fmt::format(
+  return base::Refusal(fmt::format(
       "no name tells what is road, and colour and shape tell different ones: {}", both));
 }
 

@@ -26,10 +26,10 @@ std::optional<ColouredRoad> road_by_colour(const Mesh& mesh, const Triangles& tr
                                            const CleanOptions& options, const CleanReport& facts);
 
 /// The road by its shape, or the one by its colour where it is the same road told more exactly, or
-/// where shape shows none that compares; says which. Throws Error where both show different roads,
-/// and what shape throws where colour shows none.
-Cleaning clean_by_colour_or_shape(const Mesh& mesh, const Triangles& triangles,
-                                  ColouredRoad coloured, ClassesByShape by_shape,
-                                  const CleanOptions& options, const CleanReport& facts);
+/// where shape shows none that compares; says which. A refusal where both show different roads.
+base::Answer<Cleaning> clean_by_colour_or_shape(const Mesh& mesh, const Triangles& triangles,
+                                                ColouredRoad coloured, ClassesByShape by_shape,
+                                                const CleanOptions& options,
+                                                const CleanReport& facts);
 
 }  // namespace road

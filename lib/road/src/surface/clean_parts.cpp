@@ -142,9 +142,9 @@ void keep_what_touches_road(Soup& soup, CleanReport& facts) {
   keep_where(soup, found, facts, [&](std::size_t i) { return with_road.contains(component[i]); });
 }
 
-void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges,
-                      const Eigen::Vector3d& origin_m, const CleanOptions& options,
-                      CleanReport& facts) {
+std::optional<base::Refusal> keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges,
+                                              const Eigen::Vector3d& origin_m,
+                                              const CleanOptions& options, CleanReport& facts) {
   Components found = touching_components(soup, facts);
   std::vector<std::uint32_t>& component = found.of_triangle;
   join_by_bridges(soup, bridges, component);
@@ -174,7 +174,7 @@ void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges,
       }
     }
   }
-  if (parts.empty()) return;
+  if (parts.empty()) return std::nullopt;
   auto chosen = parts.begin();
   for (auto part = parts.begin(); part != parts.end(); ++part) {
     if (part->second.road_m2 > chosen->second.road_m2) chosen = part;
@@ -206,7 +206,7 @@ void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges,
                             places.empty() ? "" : "; ", part->road_m2, centre.x(), centre.y(),
                             size.x(), size.y());
     }
-    throw Error(
+    return base::Refusal(
         fmt::format("{} separate roads of similar size: {}; wanted one, near a point (--near-m "
                     "X,Y, near_m in a recipe)",
                     circuits.size(), places));
@@ -219,6 +219,7 @@ void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges,
     }
   }
   keep_where(soup, found, facts, [&](std::size_t i) { return component[i] == chosen->first; });
+  return std::nullopt;
 }
 
 }  // namespace road

@@ -6,7 +6,6 @@
 #include "clean_layers.h"
 #include "clean_parts.h"
 #include "corner_holes.h"
-#include "mesh/error.h"
 #include "mesh_topology.h"
 #include "road/road_graph.h"
 
@@ -26,9 +25,10 @@ std::string told_by(const CleanReport& report) {
                             : "shape";
 }
 
-Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles,
-                       std::vector<SurfaceClass> class_of_triangle, const CleanOptions& options,
-                       CleanReport facts, bool doubtful, Keep keep) {
+base::Answer<Cleaning> clean_classes(const Mesh& mesh, const Triangles& triangles,
+                                     std::vector<SurfaceClass> class_of_triangle,
+                                     const CleanOptions& options, CleanReport facts, bool doubtful,
+                                     Keep keep) {
   const auto build_soup = [&](CleanReport& counted) {
     std::vector<std::uint32_t> kept;
     for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -80,15 +80,17 @@ Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles,
       soup, [&](std::size_t i) { return soup.surface_class[i] == SurfaceClass::road; },
       mesh.origin_m, options, facts);
   if (keep == Keep::touching_road) keep_what_touches_road(soup, facts);
-  if (keep == Keep::one) keep_one_circuit(soup, bridges, mesh.origin_m, options, facts);
+  if (keep == Keep::one)
+    if (auto several = keep_one_circuit(soup, bridges, mesh.origin_m, options, facts))
+      return *std::move(several);
   if (soup.triangles.empty()) {
-    throw Error(
+    return base::Refusal(
         fmt::format("nothing to drive on: {} triangles in {} objects, none of them road; give a "
                     "mesh with a road, "
                     "or name rules that find it",
                     mesh.triangles.size(), mesh.objects.size()));
   }
-  return {std::move(soup), std::move(facts), std::move(class_of_triangle), false};
+  return Cleaning{std::move(soup), std::move(facts), std::move(class_of_triangle), false};
 }
 
 }  // namespace road

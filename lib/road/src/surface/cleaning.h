@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/answer.h"
 #include "clean_classes.h"
 #include "clean_soup.h"
 #include "road/clean.h"
@@ -25,11 +26,12 @@ struct Cleaning {
 };
 
 /// Everything from classes to a welded surface. With `doubtful` classes (nobody confirms them) also
-/// gaps that are longer than a crack are looked at. Throws Error where nothing is left, and where
-/// it would have to choose between circuits.
-Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles,
-                       std::vector<SurfaceClass> class_of_triangle, const CleanOptions& options,
-                       CleanReport facts, bool doubtful, Keep keep = Keep::one);
+/// gaps that are longer than a crack are looked at. A refusal where nothing is left, and where it
+/// would have to choose between circuits.
+base::Answer<Cleaning> clean_classes(const Mesh& mesh, const Triangles& triangles,
+                                     std::vector<SurfaceClass> class_of_triangle,
+                                     const CleanOptions& options, CleanReport facts, bool doubtful,
+                                     Keep keep = Keep::one);
 
 /// How much road a surface shows: the longest way through it, less what is not closed, and less
 /// what lies beside it.
@@ -46,14 +48,14 @@ std::string text_of(const RoadShown& shown);
 /// The road by its shape. Where the flat ground as a whole is a closed road, shape must not find
 /// only a part of it: the whole is taken in place of an open strip, and a closed lane that is much
 /// narrower is doubted.
-Cleaning clean_by_shape(const Mesh& mesh, const Triangles& triangles,
-                        std::vector<SurfaceClass> by_shape, const CleanOptions& options,
-                        const CleanReport& facts);
+base::Answer<Cleaning> clean_by_shape(const Mesh& mesh, const Triangles& triangles,
+                                      std::vector<SurfaceClass> by_shape,
+                                      const CleanOptions& options, const CleanReport& facts);
 
 /// Both ways of telling road from scenery, and of these the one that shows more of a road; says
-/// which and why. Throws what the names' way throws, with what shape finds as a way out.
-Cleaning more_plausible(const Mesh& mesh, const Triangles& triangles,
-                        std::vector<SurfaceClass> by_shape, const CleanOptions& options,
-                        const CleanReport& facts);
+/// which and why. A refusal is that of the names' way, with what shape finds as a way out.
+base::Answer<Cleaning> more_plausible(const Mesh& mesh, const Triangles& triangles,
+                                      std::vector<SurfaceClass> by_shape,
+                                      const CleanOptions& options, const CleanReport& facts);
 
 }  // namespace road

@@ -7,7 +7,6 @@
 
 #include "base/statistics.h"
 #include "cleaning.h"
-#include "mesh/error.h"
 #include "road/road_graph.h"
 
 namespace road {
@@ -70,9 +69,9 @@ RoadShown road_shown(const Soup& soup) {
           2.0 * base::median(ways[0].half_width_m), ways[0].closed};
 }
 
-Cleaning clean_by_shape(const Mesh& mesh, const Triangles& triangles,
-                        std::vector<SurfaceClass> by_shape, const CleanOptions& options,
-                        const CleanReport& facts) {
+base::Answer<Cleaning> clean_by_shape(const Mesh& mesh, const Triangles& triangles,
+                                      std::vector<SurfaceClass> by_shape,
+                                      const CleanOptions& options, const CleanReport& facts) {
   double flat_m2 = 0.0, road_m2 = 0.0;
   std::vector<SurfaceClass> all_flat(mesh.triangles.size(), SurfaceClass::scenery);
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -83,20 +82,11 @@ Cleaning clean_by_shape(const Mesh& mesh, const Triangles& triangles,
     flat_m2 += area_m2;
     if (by_shape[t] == SurfaceClass::road) road_m2 += area_m2;
   }
-  std::optional<Cleaning> shaped;
-  std::optional<Error> refused;
-  try {
-    shaped = clean_classes(mesh, triangles, std::move(by_shape), options, facts, true);
-  } catch (const Error& error) {
-    refused = error;
-  }
+  auto shaped = clean_classes(mesh, triangles, std::move(by_shape), options, facts, true);
   std::optional<Cleaning> whole;
-  if (road_m2 == 0.0 || road_m2 > flat_m2 / kMuchGround) {
-    try {
-      whole = clean_classes(mesh, triangles, std::move(all_flat), options, facts, true);
-    } catch (const Error&) {  // no road then
-    }
-  }
+  if (road_m2 == 0.0 || road_m2 > flat_m2 / kMuchGround)
+    if (auto all = clean_classes(mesh, triangles, std::move(all_flat), options, facts, true))
+      whole = *std::move(all);
   const RoadShown ground = whole ? road_shown(whole->soup) : RoadShown{};
   const bool is_ring =
       ground.closed && ground.share > kAllOfIt && ground.width_m < kRingSlimness * ground.length_m;
@@ -108,40 +98,35 @@ Cleaning clean_by_shape(const Mesh& mesh, const Triangles& triangles,
         ground.length_m, ground.width_m));
     return std::move(*whole);
   }
-  if (!shaped) throw *refused;
+  if (!shaped) return shaped;
   if (is_ring && strip.width_m < kLaneShare * ground.width_m && ground.width_m < kWideRing_m)
     shaped->facts.doubts.push_back(fmt::format(
         "by its shape the road is {:.1f} m wide, on flat ground that is itself a closed road, "
         "{:.1f} m wide: it may be one lane of it; take all of it by a rough line along its middle "
         "(--guide FILE), or, if the line is right all the same, say so with --line-is-right",
         strip.width_m, ground.width_m));
-  return std::move(*shaped);
+  return shaped;
 }
 
-Cleaning more_plausible(const Mesh& mesh, const Triangles& triangles,
-                        std::vector<SurfaceClass> by_shape, const CleanOptions& options,
-                        const CleanReport& facts) {
+base::Answer<Cleaning> more_plausible(const Mesh& mesh, const Triangles& triangles,
+                                      std::vector<SurfaceClass> by_shape,
+                                      const CleanOptions& options, const CleanReport& facts) {
   CleanReport shape_facts = facts;
   shape_facts.by_names = false;
-  std::optional<Cleaning> shaped;
-  try {
-    shaped = clean_by_shape(mesh, triangles, std::move(by_shape), options, shape_facts);
-  } catch (const Error&) {  // shape finds nothing: then it is for the names to say what is wrong
-  }
+  // Where shape finds nothing it is for the names to say what is wrong.
+  auto shaped = clean_by_shape(mesh, triangles, std::move(by_shape), options, shape_facts);
   const RoadShown by_form = shaped ? road_shown(shaped->soup) : RoadShown{};
-  std::optional<Cleaning> named;
-  try {
-    named = clean_classes(mesh, triangles, triangles.by_names, options, facts, true);
-  } catch (const Error& refused) {
-    if (by_form.length_m == 0.0) throw;
+  auto named = clean_classes(mesh, triangles, triangles.by_names, options, facts, true);
+  if (!named) {
+    if (by_form.length_m == 0.0) return named;
+    const std::string& refused = named.refusal().message;
     if (by_form.closed && by_form.share > kNearlyAll &&
         named_m2(mesh, triangles) < kFewNamed * road_m2(shaped->soup)) {
-      shaped->facts.remarks.push_back(
-          fmt::format("names tell no road ({}); taken by shape, which finds {}", refused.what(),
-                      text_of(by_form)));
-      return std::move(*shaped);
+      shaped->facts.remarks.push_back(fmt::format(
+          "names tell no road ({}); taken by shape, which finds {}", refused, text_of(by_form)));
+      return shaped;
     }
-    throw Error(fmt::format("{}; shape alone finds {}", refused.what(), text_of(by_form)));
+    return base::Refusal(fmt::format("{}; shape alone finds {}", refused, text_of(by_form)));
   }
   const RoadShown by_name = road_shown(named->soup);
   const bool whole = by_name.closed && by_name.share > kAllOfTheNamed;
