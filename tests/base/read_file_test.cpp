@@ -73,7 +73,10 @@ TEST(ReadFile, RefusesAtOnceWhatIsNoFile) {
                 HasSubstr(path + ": is a device, a FIFO or a socket, wanted a regular file"));
     EXPECT_THROW(base::want_regular_file(path), base::Error);
     EXPECT_THROW(base::sha256_of_file(path), base::Error);
+    EXPECT_FALSE(base::try_read_file(path));
+    EXPECT_FALSE(base::try_sha256_of_file(path));
   }
+  EXPECT_FALSE(base::try_sha256_of_file(folder.path("missing")));
 }
 
 }  // namespace read_file_test

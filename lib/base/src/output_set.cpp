@@ -66,9 +66,10 @@ std::string text_of(const Manifest& manifest) {
 }
 
 std::optional<Manifest> read_manifest(const std::string& folder) {
+  const auto text = try_read_file(folder + "/" + kManifest, kLargestManifest);
+  if (!text) return std::nullopt;
   try {
-    const std::string text = read_file(folder + "/" + kManifest, kLargestManifest);
-    const Json json = Json::parse(text);
+    const Json json = Json::parse(*text);
     Manifest manifest{json.at("command").get<std::string>(),
                       json.at("program_sha256").get<std::string>(),
                       json.at("name").get<std::string>(),
@@ -81,11 +82,9 @@ std::optional<Manifest> read_manifest(const std::string& folder) {
       if (!file.at("sha256").is_null())
         entry = {file.at("bytes").get<std::size_t>(), file.at("sha256").get<std::string>()};
     }
-    if (text_of(manifest) != text) return std::nullopt;
+    if (text_of(manifest) != *text) return std::nullopt;
     return manifest;
   } catch (const Json::exception&) {  // whatever else lies under this name
-    return std::nullopt;
-  } catch (const Error&) {
     return std::nullopt;
   }
 }

@@ -56,11 +56,11 @@ std::string sha256(std::string_view bytes) {
   return hash.hex();
 }
 
-std::string sha256_of_file(const std::string& path) {
-  want_regular_file(path);
+Answer<std::string> try_sha256_of_file(const std::string& path) {
+  if (auto refused = no_regular_file(path)) return *std::move(refused);
   std::ifstream in(path, std::ios::binary);
   if (!in) {
-    throw Error(
+    return Refusal(
         fmt::format("{}: cannot read: {}; give a file that exists", path, std::strerror(errno)));
   }
   Hash hash(path);
@@ -70,9 +70,11 @@ std::string sha256_of_file(const std::string& path) {
     hash.add(buffer.data(), static_cast<std::size_t>(in.gcount()));
   }
   if (in.bad() || !in.eof())
-    throw Error(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
+    return Refusal(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
   return hash.hex();
 }
+
+std::string sha256_of_file(const std::string& path) { return try_sha256_of_file(path).or_throw(); }
 
 const std::string& sha256_of_program() {
   static const std::string hash = [] {

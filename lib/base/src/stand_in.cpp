@@ -7,11 +7,16 @@
 
 namespace base {
 
+std::optional<Refusal> lfs_pointer(std::string_view bytes, const std::string& path) {
+  if (bytes.size() > 1024 || !bytes.starts_with("version https://git-lfs.github.com/spec/"))
+    return std::nullopt;
+  return Refusal(path +
+                 ": is a pointer of Git LFS, not the file itself; run 'git lfs pull' in its "
+                 "repository, or download the file itself");
+}
+
 void want_no_lfs_pointer(std::string_view bytes, const std::string& path) {
-  if (bytes.size() > 1024 || !bytes.starts_with("version https://git-lfs.github.com/spec/")) return;
-  throw Error(path +
-              ": is a pointer of Git LFS, not the file itself; run 'git lfs pull' in its "
-              "repository, or download the file itself");
+  if (const auto pointer = lfs_pointer(bytes, path)) throw Error(pointer->message);
 }
 
 void want_no_web_page(std::string_view bytes, const std::string& path) {

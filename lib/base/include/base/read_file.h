@@ -1,7 +1,10 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
+
+#include "base/answer.h"
 
 namespace base {
 
@@ -12,8 +15,13 @@ constexpr std::size_t kAnySize = static_cast<std::size_t>(-1);
 /// in the place of the file; never takes more memory than that.
 std::string read_file(const std::string& path, std::size_t largest_bytes = kAnySize);
 
+/// The same for those who can do without the file: a refusal in place of the Error.
+Answer<std::string> try_read_file(const std::string& path, std::size_t largest_bytes = kAnySize);
+
 /// The same refusal of what is no regular file, for readers that open the file themselves; one that
 /// is missing is left to their words.
+std::optional<Refusal> no_regular_file(const std::string& path);
+/// The same for those who cannot do without the file: throws it as Error.
 void want_regular_file(const std::string& path);
 
 }  // namespace base
