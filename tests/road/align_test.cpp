@@ -256,7 +256,7 @@ TEST(Align, KeepsHonestPointsAndReportsTiltAndScaleOfTheMesh) {
   }
   report = road::fit_alignment(points);
   EXPECT_NEAR(report.tilt_rad, 0.002, 1e-6);
-  const auto free = road::fit_similarity(points, false);
+  const auto free = road::fit_similarity(points, false).or_throw();
   EXPECT_LT(free.rms_m, 1e-8);
   EXPECT_EQ(free.scale, 1.0);
   EXPECT_LT((free.rotation * track[5] + free.translation_m - points[5].global_m).norm(), 1e-6);
@@ -266,7 +266,7 @@ TEST(Align, RefusesPointsOnALineForAFreeRotationOnly) {
   std::vector<ControlPoint> points;
   for (const double x : {0.0, 100.0, 200.0, 300.0})
     points.push_back({"", {x, 0, 0}, moved({x, 0, 0}, 0.5, kShift)});
-  EXPECT_THROW(road::fit_similarity(points, false), road::Error);
+  EXPECT_FALSE(road::fit_similarity(points, false));
   const auto report = road::fit_alignment(points);
   EXPECT_NEAR(report.T_global_mesh.yaw_rad, 0.5, 1e-9);
   EXPECT_TRUE(std::isnan(report.scale));
@@ -399,7 +399,7 @@ TEST(Align, FollowsATrajectoryWithoutPointPairs) {
       p.y() += noise(generator);
       driven.push_back(moved(p, -1.1, kShift));
     }
-    const auto report = road::fit_to_trajectory(middle, true, driven);
+    const auto report = road::fit_to_trajectory(middle, true, driven).or_throw();
     EXPECT_NEAR(report.rms_m, 3.0 / std::sqrt(2.0), 0.2);
     for (const std::size_t i : {0u, 225u, 450u, 675u}) {
       EXPECT_LT(
@@ -411,8 +411,8 @@ TEST(Align, FollowsATrajectoryWithoutPointPairs) {
   }
   std::vector<Eigen::Vector3d> elsewhere;
   for (int k = 0; k < 200; ++k) elsewhere.emplace_back(10.0 * k, 0.0, 0.0);
-  EXPECT_THROW(road::fit_to_trajectory(middle, true, elsewhere), road::Error);
-  EXPECT_THROW(road::fit_to_trajectory({}, true, elsewhere), road::Error);
+  EXPECT_FALSE(road::fit_to_trajectory(middle, true, elsewhere));
+  EXPECT_FALSE(road::fit_to_trajectory({}, true, elsewhere));
 }
 
 }  // namespace align_test

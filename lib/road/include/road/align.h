@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/answer.h"
 #include "crg/file.h"
 #include "crg/reference_line.h"
 #include "mesh/mesh.h"
@@ -67,9 +68,13 @@ struct AlignReport {
 };
 
 /// Least squares over >= 2 control points (>= 3 m apart): rotation about z and translation; free
-/// rotation (>= 3 points that span a plane) and scale where the options ask for them. Throws Error
-/// on a degenerate set, and when no such motion fits: says whether the points are a mirror image
+/// rotation (>= 3 points that span a plane) and scale where the options ask for them. A refusal
+/// of a degenerate set, and when no such motion fits: says whether the points are a mirror image
 /// (latitude and longitude swapped, wrong hemisphere) or scaled (units).
+base::Answer<AlignReport> try_fit_alignment(const std::vector<ControlPoint>& points,
+                                            const AlignOptions& options = {});
+
+/// The same for those who have no other points: throws the refusal as Error.
 AlignReport fit_alignment(const std::vector<ControlPoint>& points,
                           const AlignOptions& options = {});
 
@@ -82,17 +87,18 @@ struct Similarity {
   double rms_m = 0.0;
 };
 
-/// Least squares (Horn 1987) over >= 3 points that span a plane. Throws Error on a degenerate
+/// Least squares (Horn 1987) over >= 3 points that span a plane. A refusal of a degenerate
 /// set.
-Similarity fit_similarity(const std::vector<ControlPoint>& points, bool with_scale);
+base::Answer<Similarity> fit_similarity(const std::vector<ControlPoint>& points, bool with_scale);
 
 /// Aligns a road's middle line with a driven track (positions from GNSS, either direction, any
 /// start, closed or part of a lap) without known point pairs. The result is exact as far as the
 /// driver kept to the middle: what is asymmetric about the racing line remains. residual_m:
-/// distance of each trajectory point from the aligned line in plan. Throws Error when either has
+/// distance of each trajectory point from the aligned line in plan. A refusal when either has
 /// less than 10 points, the two differ in shape, or the road lies on itself when it is turned.
-AlignReport fit_to_trajectory(const std::vector<Eigen::Vector3d>& middle_m, bool closed,
-                              const std::vector<Eigen::Vector3d>& trajectory_m);
+base::Answer<AlignReport> fit_to_trajectory(const std::vector<Eigen::Vector3d>& middle_m,
+                                            bool closed,
+                                            const std::vector<Eigen::Vector3d>& trajectory_m);
 
 /// Control points of a file and what geographic ones were projected with.
 struct ControlPoints {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/answer.h"
 #include "crg/file.h"
 
 namespace road {
@@ -45,6 +46,11 @@ struct Projection {
 /// The projection of this kind for positions around one place. Throws Error as utm_zone().
 Projection projection_at(Projection::Kind kind, double latitude_deg, double longitude_deg);
 Eigen::Vector2d project(const Projection& projection, double latitude_deg, double longitude_deg);
+/// The same for positions that are only tried: a refusal in place of the Error.
+base::Answer<Projection> try_projection_at(Projection::Kind kind, double latitude_deg,
+                                           double longitude_deg);
+base::Answer<Eigen::Vector2d> try_project(const Projection& projection, double latitude_deg,
+                                          double longitude_deg);
 /// $ROAD_CRG_MPRO, and REFERENCE_LINE_START_LON ... in $ROAD_CRG, of a file whose `line` lies in
 /// `projection`; nothing when that is unknown.
 void write_projection(const Projection& projection, const crg::ReferenceLine& line, crg::Crg& file);

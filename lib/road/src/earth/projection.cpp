@@ -14,23 +14,26 @@
 
 namespace road {
 
-UtmZone utm_zone(double latitude_deg, double longitude_deg) {
+namespace {
+
+base::Answer<UtmZone> try_utm_zone(double latitude_deg, double longitude_deg) {
   if (!(std::abs(latitude_deg) <= 90.0) || !(std::abs(longitude_deg) <= 540.0)) {
-    throw Error(fmt::format(
+    return base::Refusal(fmt::format(
         "latitude {} and longitude {} degrees; wanted at most 90 and 180; are they swapped?",
         latitude_deg, longitude_deg));
   }
   const int number = GeographicLib::UTMUPS::StandardZone(latitude_deg, longitude_deg);
   if (number < GeographicLib::UTMUPS::MINUTMZONE) {
-    throw Error(
+    return base::Refusal(
         fmt::format("latitude {} degrees has no UTM zone; wanted 80 S to 84 N; give projected "
                     "coordinates x_m,y_m,z_m",
                     latitude_deg));
   }
-  return {number, latitude_deg >= 0.0};
+  return UtmZone{number, latitude_deg >= 0.0};
 }
 
-Eigen::Vector2d to_utm(const UtmZone& zone, double latitude_deg, double longitude_deg) {
+base::Answer<Eigen::Vector2d> try_to_utm(const UtmZone& zone, double latitude_deg,
+                                         double longitude_deg) {
   try {
     int number = 0;
     bool north = false;
@@ -38,12 +41,22 @@ Eigen::Vector2d to_utm(const UtmZone& zone, double latitude_deg, double longitud
     GeographicLib::UTMUPS::Forward(latitude_deg, longitude_deg, number, north, x, y, zone.number);
     // Beyond the equator the zone's own false northing counts on.
     if (north != zone.north) y += north ? 10e6 : -10e6;
-    return {x, y};
+    return Eigen::Vector2d(x, y);
   } catch (const GeographicLib::GeographicErr& error) {
-    throw Error(fmt::format(
+    return base::Refusal(fmt::format(
         "latitude {}, longitude {} degrees in UTM zone {}: {}; give points of one place",
         latitude_deg, longitude_deg, zone.number, error.what()));
   }
+}
+
+}  // namespace
+
+UtmZone utm_zone(double latitude_deg, double longitude_deg) {
+  return try_utm_zone(latitude_deg, longitude_deg).or_throw();
+}
+
+Eigen::Vector2d to_utm(const UtmZone& zone, double latitude_deg, double longitude_deg) {
+  return try_to_utm(zone, latitude_deg, longitude_deg).or_throw();
 }
 
 Eigen::Vector2d from_utm(const UtmZone& zone, const Eigen::Vector2d& easting_northing_m) {
@@ -96,21 +109,25 @@ const GeographicLib::TransverseMercator& unit_scale_mercator() {
 
 }  // namespace
 
-Projection projection_at(Projection::Kind kind, double latitude_deg, double longitude_deg) {
+base::Answer<Projection> try_projection_at(Projection::Kind kind, double latitude_deg,
+                                           double longitude_deg) {
   Projection projection;
   projection.kind = kind;
-  projection.zone = utm_zone(latitude_deg, longitude_deg);
+  const auto zone = try_utm_zone(latitude_deg, longitude_deg);
+  if (!zone) return zone.refusal();
+  projection.zone = *zone;
   projection.latitude_deg = latitude_deg;
   projection.longitude_deg = longitude_deg;
   return projection;
 }
 
-Eigen::Vector2d project(const Projection& projection, double latitude_deg, double longitude_deg) {
+base::Answer<Eigen::Vector2d> try_project(const Projection& projection, double latitude_deg,
+                                          double longitude_deg) {
   if (projection.kind == Projection::Kind::utm)
-    return to_utm(projection.zone, latitude_deg, longitude_deg);
+    return try_to_utm(projection.zone, latitude_deg, longitude_deg);
   if (!(std::abs(latitude_deg) <= 90.0) ||
       !(std::abs(std::remainder(longitude_deg - projection.longitude_deg, 360.0)) < 30.0)) {
-    throw Error(fmt::format(
+    return base::Refusal(fmt::format(
         "latitude {}, longitude {} degrees; wanted positions around {}, {}: give points of one "
         "place",
         latitude_deg, longitude_deg, projection.latitude_deg, projection.longitude_deg));
@@ -119,7 +136,15 @@ Eigen::Vector2d project(const Projection& projection, double latitude_deg, doubl
   unit_scale_mercator().Forward(projection.longitude_deg, latitude_deg, longitude_deg, x, y);
   unit_scale_mercator().Forward(projection.longitude_deg, projection.latitude_deg,
                                 projection.longitude_deg, x0, y0);
-  return {x, y - y0};
+  return Eigen::Vector2d(x, y - y0);
+}
+
+Projection projection_at(Projection::Kind kind, double latitude_deg, double longitude_deg) {
+  return try_projection_at(kind, latitude_deg, longitude_deg).or_throw();
+}
+
+Eigen::Vector2d project(const Projection& projection, double latitude_deg, double longitude_deg) {
+  return try_project(projection, latitude_deg, longitude_deg).or_throw();
 }
 
 void write_projection(const Projection& projection, const crg::ReferenceLine& line,

@@ -15,7 +15,6 @@
 #include "find_road.h"
 #include "fork.h"
 #include "guide_rows.h"
-#include "mesh/error.h"
 #include "middles.h"
 #include "road/road_graph.h"
 #include "start_of_line.h"

@@ -11,7 +11,6 @@
 #include <unordered_map>
 
 #include "base/statistics.h"
-#include "mesh/error.h"
 #include "walk_along.h"
 
 namespace road {

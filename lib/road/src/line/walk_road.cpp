@@ -10,7 +10,6 @@
 #include <optional>
 #include <unordered_map>
 
-#include "mesh/error.h"
 
 namespace road {
 namespace {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
-#include "mesh/error.h"
 #include "outliers.h"
 #include "point_fits.h"
 
@@ -67,35 +67,41 @@ void take_apart(const Similarity& T, const Eigen::Vector3d& about_m, AlignReport
   report.scale = T.scale;
 }
 
+/// Why, where the points lie too near to each other to fix a rotation.
+std::optional<base::Refusal> too_narrow(const std::vector<ControlPoint>& points,
+                                        const Indices& used) {
+  const double spread_m = spread(points, used);
+  if (spread_m >= kSmallestSpread_m) return std::nullopt;
+  return base::Refusal(
+      fmt::format("the control points lie within {:.2f} m of each other; wanted at least {} m so "
+                  "that they fix a rotation",
+                  spread_m, kSmallestSpread_m));
+}
+
 }  // namespace
 
-AlignReport fit_alignment(const std::vector<ControlPoint>& points, const AlignOptions& options) {
+base::Answer<AlignReport> try_fit_alignment(const std::vector<ControlPoint>& points,
+                                            const AlignOptions& options) {
   const bool free = options.rotation == AlignOptions::Rotation::free;
   if (points.size() < (free ? 3 : 2)) {
-    throw Error(
+    return base::Refusal(
         free ? fmt::format(
                    "{} control points; a free rotation needs at least 3, not all on one line",
                    points.size())
              : fmt::format("{} control points; an alignment needs at least 2", points.size()));
   }
   const Indices all = all_of(points.size());
-  const auto refuse_narrow = [&](const Indices& used) {
-    const double spread_m = spread(points, used);
-    if (!(spread_m >= kSmallestSpread_m)) {
-      throw Error(
-          fmt::format("the control points lie within {:.2f} m of each other; wanted at least {} m "
-                      "so that they fix a "
-                      "rotation",
-                      spread_m, kSmallestSpread_m));
-    }
-    return spread_m;
-  };
-  refuse_narrow(all);
-  fit_as(options, points, all);  // refuses points on one line before any is left out
-  const Indices used = inliers(points, options);
-  const double spread_m = refuse_narrow(used);
-
-  const Similarity motion = fit_as(options, points, used);
+  if (auto narrow = too_narrow(points, all)) return *std::move(narrow);
+  const auto of_all = fit_as(options, points, all);
+  if (!of_all) return of_all.refusal();  // points on one line, before any is left out
+  const auto kept = inliers(points, options);
+  if (!kept) return kept.refusal();
+  const Indices& used = *kept;
+  if (auto narrow = too_narrow(points, used)) return *std::move(narrow);
+  const double spread_m = spread(points, used);
+  const auto fitted = fit_as(options, points, used);
+  if (!fitted) return fitted.refusal();
+  const Similarity& motion = *fitted;
   AlignReport report;
   report.rms_m = rms(motion, points, used);
   Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();
@@ -106,7 +112,7 @@ AlignReport fit_alignment(const std::vector<ControlPoint>& points, const AlignOp
   }
   const double worst_m = std::max(kWorstFit_m, kWorstFit * spread_m);
   if (report.rms_m > worst_m) {
-    throw Error(
+    return base::Refusal(
         fmt::format("no rotation and translation fits the {} control points: {:.2f} m rms left "
                     "over {:.0f} m; wanted at most "
                     "{:.2f} m; {}",
@@ -115,7 +121,7 @@ AlignReport fit_alignment(const std::vector<ControlPoint>& points, const AlignOp
   }
   if (free || options.scale) take_apart(motion, middle_m, report);
   if (free && report.tilt_rad > kSteepestTilt_rad) {
-    throw Error(
+    return base::Refusal(
         fmt::format("the {} control points tilt the mesh by {:.1f} degrees; wanted at most {:.0f}; "
                     "look for another axis that points "
                     "up (--up), or latitude and longitude swapped",
@@ -123,7 +129,7 @@ AlignReport fit_alignment(const std::vector<ControlPoint>& points, const AlignOp
                     kSteepestTilt_rad * 180.0 / std::numbers::pi));
   }
   if (options.scale && !(motion.scale <= kLargestScale && motion.scale >= 1.0 / kLargestScale)) {
-    throw Error(
+    return base::Refusal(
         fmt::format("the {} control points scale the mesh by {:.4g}; wanted {} to {}; look for a "
                     "wrong unit (--unit)",
                     used.size(), motion.scale, 1.0 / kLargestScale, kLargestScale));
@@ -132,17 +138,19 @@ AlignReport fit_alignment(const std::vector<ControlPoint>& points, const AlignOp
   report.tilt_rad = std::numeric_limits<double>::quiet_NaN();
   if (!options.scale) report.T_global_mesh = fit(points, used);
   if (used.size() >= 3) {
-    std::vector<ControlPoint> kept;
-    for (const std::size_t i : used) kept.push_back(points[i]);
-    try {
-      const Similarity check = fit_similarity(kept, true);
-      report.scale = options.scale ? motion.scale : check.scale;
-      report.tilt_rad = std::acos(std::clamp(check.rotation(2, 2), -1.0, 1.0));
-    } catch (const Error&) {
-      // On a line: what was not applied stays NaN, as the header says.
+    std::vector<ControlPoint> some;
+    for (const std::size_t i : used) some.push_back(points[i]);
+    // On a line: what was not applied stays NaN, as the header says.
+    if (const auto check = fit_similarity(some, true)) {
+      report.scale = options.scale ? motion.scale : check->scale;
+      report.tilt_rad = std::acos(std::clamp(check->rotation(2, 2), -1.0, 1.0));
     }
   }
   return report;
+}
+
+AlignReport fit_alignment(const std::vector<ControlPoint>& points, const AlignOptions& options) {
+  return try_fit_alignment(points, options).or_throw();
 }
 
 void apply_to_mesh(const TiltAndScale& tilt_and_scale, Mesh& mesh) {

@@ -62,20 +62,22 @@ std::vector<Indices> smallest_sets(const AlignOptions& options,
 
 }  // namespace
 
-Indices inliers(const std::vector<ControlPoint>& points, const AlignOptions& options) {
+base::Answer<Indices> inliers(const std::vector<ControlPoint>& points,
+                              const AlignOptions& options) {
   Indices all = all_of(points.size());
   const std::size_t least = options.rotation == Rotation::free ? 3 : 2;
   if (!options.reject_outliers || points.size() < least + 2) return all;
   double best = std::numeric_limits<double>::infinity();
   Similarity best_T;
   for (const Indices& set : smallest_sets(options, points)) {
-    const Similarity T = fit_as(options, points, set);
+    const auto T = fit_as(options, points, set);
+    if (!T) return T.refusal();
     std::vector<double> distances;
-    for (const ControlPoint& point : points) distances.push_back(residual(T, point));
+    for (const ControlPoint& point : points) distances.push_back(residual(*T, point));
     const double middle = base::median(std::move(distances));
     if (middle < best) {
       best = middle;
-      best_T = T;
+      best_T = *T;
     }
   }
   Indices used;
@@ -89,7 +91,9 @@ Indices inliers(const std::vector<ControlPoint>& points, const AlignOptions& opt
       if (residual(best_T, points[i]) <= limit_m) used.push_back(i);
     }
     if (used.size() < least) break;
-    best_T = fit_as(options, points, used);
+    const auto T = fit_as(options, points, used);
+    if (!T) return T.refusal();
+    best_T = *T;
     for (const std::size_t i : used) distances.push_back(residual(best_T, points[i]));
     best = base::median(std::move(distances));
   }

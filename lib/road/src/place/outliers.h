@@ -9,6 +9,6 @@ namespace road {
 
 /// Least median of squares (Rousseeuw 1984) over the smallest sets, then least squares over what
 /// agrees with it.
-Indices inliers(const std::vector<ControlPoint>& points, const AlignOptions& options);
+base::Answer<Indices> inliers(const std::vector<ControlPoint>& points, const AlignOptions& options);
 
 }  // namespace road

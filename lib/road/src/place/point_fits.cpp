@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "mesh/error.h"
 
 namespace road {
 
@@ -64,8 +63,8 @@ double rms(const Similarity& T, const std::vector<ControlPoint>& points, const I
   return std::sqrt(sum / static_cast<double>(used.size()));
 }
 
-Similarity fit_as(const AlignOptions& options, const std::vector<ControlPoint>& points,
-                  const Indices& used) {
+base::Answer<Similarity> fit_as(const AlignOptions& options,
+                                const std::vector<ControlPoint>& points, const Indices& used) {
   if (options.rotation == AlignOptions::Rotation::free) {
     std::vector<ControlPoint> some;
     for (const std::size_t i : used) some.push_back(points[i]);
@@ -109,7 +108,7 @@ Eigen::Quaterniond best_rotation(const Eigen::Matrix3Xd& a, const Eigen::Matrix3
 
 }  // namespace
 
-Similarity fit_similarity(const std::vector<ControlPoint>& points, bool with_scale) {
+base::Answer<Similarity> fit_similarity(const std::vector<ControlPoint>& points, bool with_scale) {
   const auto count = static_cast<Eigen::Index>(points.size());
   Eigen::Matrix3Xd mesh(3, count), global(3, count);
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -138,7 +137,7 @@ Similarity fit_similarity(const std::vector<ControlPoint>& points, bool with_sca
       return out;
     }
   }
-  throw Error(fmt::format(
+  return base::Refusal(fmt::format(
       "{} control points that span no plane; a free rotation needs at least 3, not all on one line",
       points.size()));
 }

@@ -28,8 +28,8 @@ double rms(const RotoTranslation& T, const std::vector<ControlPoint>& points, co
            double mirror = 1.0);
 double rms(const Similarity& T, const std::vector<ControlPoint>& points, const Indices& used);
 
-/// Least squares over the points used, as the options want it. Throws Error on a degenerate set.
-Similarity fit_as(const AlignOptions& options, const std::vector<ControlPoint>& points,
-                  const Indices& used);
+/// Least squares over the points used, as the options want it. A refusal of a degenerate set.
+base::Answer<Similarity> fit_as(const AlignOptions& options,
+                                const std::vector<ControlPoint>& points, const Indices& used);
 
 }  // namespace road

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "base/csv.h"
@@ -168,12 +169,12 @@ double turned_by(const RotoTranslation& a, const RotoTranslation& b) {
   return std::abs(std::remainder(a.yaw_rad - b.yaw_rad, 2.0 * std::numbers::pi));
 }
 
-/// Throws Error where the best way to lie is none, or another one is about as good.
-void check_fit(const std::vector<AlignReport>& ended, double length_m) {
+/// Why, where the best way to lie is none, or another one is about as good.
+std::optional<base::Refusal> doubt_of_fit(const std::vector<AlignReport>& ended, double length_m) {
   const AlignReport& report = ended.front();
   const double worst_m = std::max(10.0, 0.01 * length_m);
   if (!(report.rms_m <= worst_m)) {
-    throw Error(
+    return base::Refusal(
         fmt::format("the trajectory does not follow this road: {:.1f} m rms beside its middle; "
                     "wanted at most {:.1f} m; check that both are the same track",
                     report.rms_m, worst_m));
@@ -182,19 +183,21 @@ void check_fit(const std::vector<AlignReport>& ended, double length_m) {
     const double turned = turned_by(other.T_global_mesh, report.T_global_mesh);
     if (turned > kOtherWayRound_rad &&
         other.rms_m < kClearlyWorse * report.rms_m + std::min(kDriven_m, 0.002 * length_m))
-      throw Error(fmt::format(
+      return base::Refusal(fmt::format(
           "the road's shape is the same when it is turned by {:.0f} deg, so its line alone does "
           "not tell how it lies ({:.2f} and {:.2f} m rms); give control points",
           180.0 / std::numbers::pi * turned, report.rms_m, other.rms_m));
   }
+  return std::nullopt;
 }
 
 }  // namespace
 
-AlignReport fit_to_trajectory(const std::vector<Eigen::Vector3d>& middle_m, bool closed,
-                              const std::vector<Eigen::Vector3d>& trajectory_m) {
+base::Answer<AlignReport> fit_to_trajectory(const std::vector<Eigen::Vector3d>& middle_m,
+                                            bool closed,
+                                            const std::vector<Eigen::Vector3d>& trajectory_m) {
   if (middle_m.size() < 10 || trajectory_m.size() < 10) {
-    throw Error(
+    return base::Refusal(
         fmt::format("{} points of the road and {} of the trajectory; wanted at least 10 of each",
                     middle_m.size(), trajectory_m.size()));
   }
@@ -212,10 +215,10 @@ AlignReport fit_to_trajectory(const std::vector<Eigen::Vector3d>& middle_m, bool
     begun.push_back(one.T);
     ended.push_back(refined(one.T, middle_m, closed, trajectory_m, length_m));
   }
-  if (ended.empty()) throw Error("the trajectory is longer than this road");
+  if (ended.empty()) return base::Refusal("the trajectory is longer than this road");
   std::stable_sort(ended.begin(), ended.end(),
                    [](const AlignReport& a, const AlignReport& b) { return a.rms_m < b.rms_m; });
-  check_fit(ended, length_m);
+  if (auto doubt = doubt_of_fit(ended, length_m)) return *std::move(doubt);
   return ended.front();
 }
 

@@ -9,7 +9,6 @@
 #include <unordered_map>
 
 #include "guide_rows.h"
-#include "mesh/error.h"
 #include "mesh/ray_surface.h"
 #include "road_looks.h"
 #include "stations.h"

@@ -10,7 +10,6 @@
 #include "clean_classes.h"
 #include "cleaning.h"
 #include "fork.h"
-#include "mesh/error.h"
 #include "mesh_topology.h"
 #include "road/centreline.h"
 #include "road/road_graph.h"
