@@ -87,4 +87,14 @@ TEST(MissingPiece, IsDoubtedAndTheSuggestionLeadsToTheClosedRoad) {
   EXPECT_NEAR(line.length_m, 628.3, 1.0);
 }
 
+// Whatever else is thrown while a bridge is tried is a fault, and no sign that none is there.
+TEST(MissingPiece, AFaultOfTheTrialIsNoMissingRoad) {
+  const road::Centreline line = part_of_a_ring(30.0);
+  const road::Mesh mesh = mesh_of(line);
+  EXPECT_THAT(road::doubt_about_ends(line, mesh, {}).value_or(""), HasSubstr("--bridge-gap-m 32"));
+  road::CleanOptions faulty;
+  faulty.name_rules = {{road::NameRule::Field::object, "(road", road::SurfaceClass::road}};
+  EXPECT_THROW(road::doubt_about_ends(line, mesh, faulty), road::Error);
+}
+
 }  // namespace missing_piece_test

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "base/answer.h"
 #include "crg/reference_line.h"
 #include "make/recipe.h"
 #include "road/align.h"
@@ -43,13 +44,17 @@ Guide guide_on_the_earth(const Recipe& recipe, Projection& projection);
 
 /// fit_to_trajectory() with a guide as the trajectory. Heights count where the guide has all of
 /// them; otherwise the road keeps its own.
-AlignReport fit_guide(const std::vector<Eigen::Vector3d>& middle_m, bool closed,
-                      const Guide& guide);
+base::Answer<AlignReport> fit_guide(const std::vector<Eigen::Vector3d>& middle_m, bool closed,
+                                    const Guide& guide);
 
 /// Puts the recipe's guide into the options of cleaning.
 void set_guide(Recipe& recipe, const std::optional<Placement>& placement);
 
-/// The same, or from the recipe's trajectory. `line` is the road's
+/// What cleaning the mesh tells, for those who look at it. A refusal of cleaning, and of a file
+/// that the recipe names beside the mesh.
+base::Answer<CleanReport> report_of_cleaning(Recipe recipe, const Mesh& mesh);
+
+/// As place_mesh(), or from the recipe's trajectory. `line` is the road's
 /// in the frame of the mesh, its z_m may be empty (a trajectory then fits in plan, and its mean
 /// height is not used). Throws Error as fit_alignment() and fit_to_trajectory(), naming the file.
 std::optional<Placement> place_road(const Recipe& recipe, const crg::ReferenceLine& line);

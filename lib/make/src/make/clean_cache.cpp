@@ -187,12 +187,9 @@ void write_clean_cache(const Cleaned& cleaned, const std::string& key, const std
 
 std::optional<Cleaned> read_clean_cache(const std::string& key, const std::string& path) {
   if (!std::filesystem::exists(path)) return std::nullopt;
-  std::string bytes;
-  try {
-    bytes = base::read_file(path, kLargestCache);
-  } catch (const base::Error&) {
-    return std::nullopt;  // it can be made again
-  }
+  const auto file = base::try_read_file(path, kLargestCache);
+  if (!file) return std::nullopt;  // it can be made again
+  const std::string& bytes = *file;
   if (bytes.size() < kHashDigits) return std::nullopt;
   const std::string_view body = std::string_view(bytes).substr(0, bytes.size() - kHashDigits);
   if (bytes.substr(body.size()) != base::sha256(body)) return std::nullopt;

@@ -98,35 +98,33 @@ Mesh read_or_ask(Prepared& prepared, BuildSummary& summary) {
   }
 }
 
-/// Runs a stage that finds the road. Where it refuses, and nobody has said yet which road is meant,
-/// says in which other unit there is a road; or asks, with a picture of the answers.
-template <typename Body>
-auto asking(const Mesh& mesh, double metres_per_unit, const Recipe& recipe,
-            const std::string& picture_path, const Body& body) {
-  try {
-    return body();
-  } catch (const Error& refused) {
-    if (recipe.clean.guide || !recipe.clean.route_m.empty()) throw;
-    const std::string other =
-        recipe.read.scale == 1.0 ? unit_with_a_road(mesh, metres_per_unit, recipe.clean) : "";
-    if (!other.empty()) throw Error(refused.what() + other);
-    std::vector<Candidate> could_be = candidates(mesh, recipe);
-    if (could_be.empty())
-      throw Error(
-          fmt::format("{}; or give a rough line along the road that is meant: --guide FILE (CSV, "
-                      "GPX, KML, GeoJSON)",
-                      refused.what()));
-    base::write_file(picture_path,
-                     question_picture(recipe.name + ": which road is meant?", mesh, could_be));
-    const std::string question = fmt::format("{}; which road is meant? {} shows {} that could be",
-                                             refused.what(), picture_path, could_be.size());
-    throw Question(question, std::move(could_be));
-  }
+/// What a stage has found of the road. Where it refuses, and nobody has said yet which road is
+/// meant, says in which other unit there is a road; or asks, with a picture of the answers.
+template <typename Found>
+Found found_or_asked(base::Answer<Found> found, const Mesh& mesh, double metres_per_unit,
+                     const Recipe& recipe, const std::string& picture_path) {
+  if (found || recipe.clean.guide || !recipe.clean.route_m.empty())
+    return std::move(found).or_throw();
+  const std::string& refused = found.refusal().message;
+  const std::string other =
+      recipe.read.scale == 1.0 ? unit_with_a_road(mesh, metres_per_unit, recipe.clean) : "";
+  if (!other.empty()) throw Error(refused + other);
+  std::vector<Candidate> could_be = candidates(mesh, recipe);
+  if (could_be.empty())
+    throw Error(
+        fmt::format("{}; or give a rough line along the road that is meant: --guide FILE (CSV, "
+                    "GPX, KML, GeoJSON)",
+                    refused));
+  base::write_file(picture_path,
+                   question_picture(recipe.name + ": which road is meant?", mesh, could_be));
+  const std::string question = fmt::format("{}; which road is meant? {} shows {} that could be",
+                                           refused, picture_path, could_be.size());
+  throw Question(question, std::move(could_be));
 }
 
 /// Cleans the mesh, or takes what was kept of the last time.
-RoadMesh cleaned_mesh(const Recipe& recipe, const Prepared& prepared, const MakeOptions& options,
-                      MadeRoad& built) {
+base::Answer<RoadMesh> cleaned_mesh(const Recipe& recipe, const Prepared& prepared,
+                                    const MakeOptions& options, MadeRoad& built) {
   std::vector<InputFile> mesh_files;
   for (const InputFile& input : built.summary.inputs)
     if (input.role == "mesh" || input.role == kMeshFile) mesh_files.push_back(input);
@@ -138,7 +136,9 @@ RoadMesh cleaned_mesh(const Recipe& recipe, const Prepared& prepared, const Make
   built.clean_reused = cleaned.has_value();
   if (!cleaned) {
     cleaned.emplace();
-    cleaned->road = clean(built.mesh, prepared.recipe.clean, &cleaned->report);
+    auto road = try_clean(built.mesh, prepared.recipe.clean, &cleaned->report);
+    if (!road) return road;
+    cleaned->road = *std::move(road);
     if (built.mesh.triangles.size() >= kTrianglesWorthKeeping && !options.clean_staged_path.empty())
       write_clean_cache(*cleaned, key, options.clean_staged_path);
   }
@@ -176,7 +176,8 @@ void put_on_the_earth(const Recipe& recipe, MadeRoad& built) {
     for (std::size_t i = 0; i < line.size(); ++i)
       middle_m.emplace_back(line.x_m[i], line.y_m[i], line.z_m[i]);
     placement->align =
-        fit_guide(middle_m, line.closed, guide_on_the_earth(recipe, placement->projection));
+        fit_guide(middle_m, line.closed, guide_on_the_earth(recipe, placement->projection))
+            .or_throw();
   }
   if (!placement) return;
   apply_alignment(placement->align.T_global_mesh, built.line);
@@ -221,8 +222,8 @@ MadeRoad make_road(const Recipe& recipe, const std::vector<InputFile>& inputs,
         "summary.json)");
   const auto finding = [&](const char* name, const auto& body) {
     return stage(name, [&] {
-      return asking(built.mesh, summary.read.metres_per_unit, prepared.recipe,
-                    options.question_path, body);
+      return found_or_asked(body(), built.mesh, summary.read.metres_per_unit, prepared.recipe,
+                            options.question_path);
     });
   };
   built.mesh = stage("read", [&] { return read_or_ask(prepared, summary); });
@@ -233,9 +234,9 @@ MadeRoad make_road(const Recipe& recipe, const std::vector<InputFile>& inputs,
     });
   built.road = finding("clean", [&] { return cleaned_mesh(recipe, prepared, options, built); });
   built.centreline = finding(
-      "centreline", [&] { return trace_centreline(built.road, prepared.recipe.centreline); });
+      "centreline", [&] { return try_trace_centreline(built.road, prepared.recipe.centreline); });
   built.line = finding("reference_line", [&] {
-    return fit_reference_line(built.centreline, recipe.reference_line, &summary.reference_line);
+    return try_fit_reference_line(built.centreline, recipe.reference_line, &summary.reference_line);
   });
   const RaySurface surface(built.road.mesh);
   built.sampled =

@@ -4,8 +4,6 @@
 
 #include <cmath>
 
-#include "mesh/error.h"
-
 namespace road {
 namespace {
 
@@ -30,11 +28,10 @@ Eigen::Vector2d direction(const Centreline& line, bool at_end) {
 /// The line with gaps bridged up to `gap_m`; empty where none comes out.
 std::optional<Centreline> bridged(const Mesh& mesh, CleanOptions options, double gap_m) {
   options.max_gap_m = gap_m;
-  try {
-    return trace_centreline(clean(mesh, options));
-  } catch (const Error&) {
-    return std::nullopt;
-  }
+  auto line = try_clean(mesh, options).and_then([](const RoadMesh& road) {
+    return try_trace_centreline(road);
+  });
+  return line ? std::optional<Centreline>(*std::move(line)) : std::nullopt;
 }
 
 }  // namespace

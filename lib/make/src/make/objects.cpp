@@ -7,7 +7,6 @@
 #include <array>
 
 #include "make/place.h"
-#include "mesh/error.h"
 #include "mesh/ray_surface.h"
 #include "mesh/read_mesh.h"
 #include "road/clean.h"
@@ -53,24 +52,6 @@ std::string words_of(const NameRule& rule) {
                      rule.pattern);
 }
 
-struct Told {
-  CleanReport report;
-  std::string by, refusal;
-};
-
-Told told_about(Recipe recipe, const Mesh& mesh) {
-  Told out;
-  try {
-    set_guide(recipe, place_mesh(recipe));
-    clean(mesh, recipe.clean, &out.report);
-    out.by = told_by(out.report);
-  } catch (const Error& refused) {
-    out.report = {};
-    out.refusal = refused.what();
-  }
-  return out;
-}
-
 std::vector<std::vector<std::uint32_t>> triangles_of_objects(const Mesh& mesh) {
   std::vector<std::vector<std::uint32_t>> out(mesh.objects.size());
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
@@ -106,17 +87,19 @@ ObjectTable objects_of(const Recipe& recipe) {
   ObjectTable out;
   MeshReadReport read;
   const Mesh mesh = read_mesh(recipe.mesh_path, read_to_clean(recipe.read, recipe.clean), &read);
-  const Told told = told_about(recipe, mesh);
-  const std::vector<SurfaceClass>& classes = told.report.class_of_triangle;
+  const auto told = report_of_cleaning(recipe, mesh);
+  const CleanReport report = told ? *told : CleanReport{};
+  const std::string by = told ? told_by(report) : "";
+  const std::vector<SurfaceClass>& classes = report.class_of_triangle;
   const auto rules = rules_of(mesh.objects, recipe.clean.name_rules);
   const auto triangles = triangles_of_objects(mesh);
   std::optional<RaySurface> road;
   if (!classes.empty()) road.emplace(road_of(mesh, classes));
   for (std::size_t k = 0; k < mesh.objects.size(); ++k) {
-    ObjectRow row{mesh.objects[k].name, mesh.objects[k].material, "unknown", told.by, 0, 0.0, {}};
+    ObjectRow row{mesh.objects[k].name, mesh.objects[k].material, "unknown", by, 0, 0.0, {}};
     const NameRule* rule = rules[k] ? &recipe.clean.name_rules[*rules[k]] : nullptr;
     if (rule != nullptr) row.surface_class = to_string(rule->surface_class);
-    if (told.report.by_names || classes.empty())
+    if (report.by_names || classes.empty())
       row.why = rule != nullptr ? words_of(*rule) : "no rule matches";
     row.triangles = triangles[k].size();
     measure(mesh, triangles[k], classes, row);
@@ -129,9 +112,9 @@ ObjectTable objects_of(const Recipe& recipe) {
   });
   out.up = read.up;
   out.unit = read.unit;
-  out.refusal = told.refusal;
+  if (!told) out.refusal = told.refusal().message;
   out.remarks = read.remarks;
-  out.remarks.insert(out.remarks.end(), told.report.remarks.begin(), told.report.remarks.end());
+  out.remarks.insert(out.remarks.end(), report.remarks.begin(), report.remarks.end());
   return out;
 }
 

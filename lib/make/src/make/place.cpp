@@ -27,43 +27,43 @@ auto naming(const std::string& path, const Body& body) {
 /// Whether the points fit when their latitudes and longitudes are changed like this.
 template <class Change>
 bool fits_when(ControlPoints file, const AlignOptions& options, const Change& change) {
-  try {
-    for (std::size_t i = 0; i < file.points.size(); ++i) {
-      const Eigen::Vector2d at = change(file.latitude_longitude_deg[i]);
-      if (i == 0) file.projection = projection_at(file.projection.kind, at.x(), at.y());
-      file.points[i].global_m.head<2>() = project(file.projection, at.x(), at.y());
+  for (std::size_t i = 0; i < file.points.size(); ++i) {
+    const Eigen::Vector2d at = change(file.latitude_longitude_deg[i]);
+    if (i == 0) {
+      const auto projection = try_projection_at(file.projection.kind, at.x(), at.y());
+      if (!projection) return false;
+      file.projection = *projection;
     }
-    fit_alignment(file.points, options);
-    return true;
-  } catch (const Error&) {
-    return false;
+    const auto map_m = try_project(file.projection, at.x(), at.y());
+    if (!map_m) return false;
+    file.points[i].global_m.head<2>() = *map_m;
   }
+  return static_cast<bool>(try_fit_alignment(file.points, options));
 }
 
-AlignReport fit_naming_the_reason(const ControlPoints& file, const AlignOptions& options) {
-  try {
-    return fit_alignment(file.points, options);
-  } catch (const Error& error) {
-    if (file.latitude_longitude_deg.empty()) throw;
-    using Degrees = Eigen::Vector2d;
-    if (fits_when(file, options, [](const Degrees& at) { return Degrees(at.y(), at.x()); }))
-      throw Error(
-          "no rotation and translation fits, but it does with latitude and longitude swapped; "
-          "exchange the two columns");
-    // North for south and east for west are the same mirror, half a turn apart.
-    if (fits_when(file, options, [](const Degrees& at) { return Degrees(-at.x(), at.y()); }))
-      throw Error(
-          "no rotation and translation fits, but it does in another hemisphere; check the signs of "
-          "lat_deg and lon_deg");
-    throw;
-  }
+base::Answer<AlignReport> fit_naming_the_reason(const ControlPoints& file,
+                                                const AlignOptions& options) {
+  auto fitted = try_fit_alignment(file.points, options);
+  if (fitted || file.latitude_longitude_deg.empty()) return fitted;
+  using Degrees = Eigen::Vector2d;
+  if (fits_when(file, options, [](const Degrees& at) { return Degrees(at.y(), at.x()); }))
+    return base::Refusal(
+        "no rotation and translation fits, but it does with latitude and longitude swapped; "
+        "exchange the two columns");
+  // North for south and east for west are the same mirror, half a turn apart.
+  if (fits_when(file, options, [](const Degrees& at) { return Degrees(-at.x(), at.y()); }))
+    return base::Refusal(
+        "no rotation and translation fits, but it does in another hemisphere; check the signs of "
+        "lat_deg and lon_deg");
+  return fitted;
 }
 
 Placement by_control_points(const Recipe& recipe, const std::string& path) {
   Placement placement;
   placement.by = "control_points";
   const ControlPoints file = read_control_point_file(path, recipe.projection);
-  placement.align = naming(path, [&] { return fit_naming_the_reason(file, recipe.align); });
+  placement.align =
+      naming(path, [&] { return fit_naming_the_reason(file, recipe.align).or_throw(); });
   placement.projection = file.projection;
   for (const ControlPoint& point : file.points) placement.point_names.push_back(point.name);
   return placement;
@@ -87,7 +87,8 @@ Placement by_trajectory(const Recipe& recipe, const std::string& path,
     middle.emplace_back(line.x_m[i], line.y_m[i], line.z_m.empty() ? 0.0 : line.z_m[i]);
   for (std::size_t i = 0; i < file.points_m.size(); i += thin(file.points_m.size()))
     driven.push_back(file.points_m[i]);
-  placement.align = naming(path, [&] { return fit_to_trajectory(middle, line.closed, driven); });
+  placement.align =
+      naming(path, [&] { return fit_to_trajectory(middle, line.closed, driven).or_throw(); });
   placement.align.residual_m.clear();
   placement.projection = file.projection;
   return placement;
@@ -170,6 +171,17 @@ Guide guide_on_the_earth(const Recipe& recipe, Projection& projection) {
 
 void set_guide(Recipe& recipe, const std::optional<Placement>& placement) {
   recipe.clean.guide = place_guide(recipe, placement);
+}
+
+base::Answer<CleanReport> report_of_cleaning(Recipe recipe, const Mesh& mesh) {
+  try {
+    set_guide(recipe, place_mesh(recipe));
+  } catch (const Error& error) {  // a file beside the mesh: that can be looked at all the same
+    return base::Refusal(error.what());
+  }
+  CleanReport report;
+  const auto road = try_clean(mesh, recipe.clean, &report);
+  return road ? base::Answer<CleanReport>(std::move(report)) : road.refusal();
 }
 
 std::optional<Placement> place_road(const Recipe& recipe, const crg::ReferenceLine& line) {

@@ -58,12 +58,12 @@ std::optional<Laid> laid_along(const Way& way, const Guide& guide, std::string& 
       length_in_plan_m(guide.points_m, guide.closed) / length_in_plan_m(way.points_m, way.closed);
   if (!(ratio > kAlikeLengths && ratio < 1.0 / kAlikeLengths)) return std::nullopt;
   Laid laid;
-  try {
-    laid.align = fit_guide(way.points_m, way.closed, guide);
-  } catch (const Error& refused) {
-    why_not = refused.what();
+  auto align = fit_guide(way.points_m, way.closed, guide);
+  if (!align) {
+    why_not = align.refusal().message;
     return std::nullopt;
   }
+  laid.align = *std::move(align);
   if (!(laid.align.rms_m <= 0.5 * way.width_m + kGuideOff_m)) return std::nullopt;
   Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : way.points_m)
@@ -76,18 +76,17 @@ std::optional<Laid> laid_along(const Way& way, const Guide& guide, std::string& 
 
 /// What the build finds without the guide first; it may be right, and then nothing else is tried.
 std::vector<Way> way_without_guide(const Mesh& mesh, const Recipe& recipe) {
-  try {
-    const Centreline line = trace_centreline(clean(mesh, recipe.clean), recipe.centreline);
-    return {{line.points_m, 2.0 * base::median(line.half_width_m), line.closed}};
-  } catch (const Error&) {
-    return {};
-  }
+  const auto line = try_clean(mesh, recipe.clean).and_then([&](const RoadMesh& road) {
+    return try_trace_centreline(road, recipe.centreline);
+  });
+  if (!line) return {};
+  return {{line->points_m, 2.0 * base::median(line->half_width_m), line->closed}};
 }
 
 }  // namespace
 
-AlignReport fit_guide(const std::vector<Eigen::Vector3d>& middle_m, bool closed,
-                      const Guide& guide) {
+base::Answer<AlignReport> fit_guide(const std::vector<Eigen::Vector3d>& middle_m, bool closed,
+                                    const Guide& guide) {
   std::vector<Eigen::Vector3d> middle = thinned(middle_m), driven = thinned(guide.points_m);
   if (guide.closed) driven.push_back(driven.front());
   const bool heights = std::none_of(driven.begin(), driven.end(),
@@ -95,8 +94,8 @@ AlignReport fit_guide(const std::vector<Eigen::Vector3d>& middle_m, bool closed,
   if (!heights)
     for (auto* points : {&middle, &driven})
       for (Eigen::Vector3d& p : *points) p.z() = 0.0;
-  AlignReport report = fit_to_trajectory(middle, closed, driven);
-  report.residual_m.clear();
+  auto report = fit_to_trajectory(middle, closed, driven);
+  if (report) report->residual_m.clear();
   return report;
 }
 

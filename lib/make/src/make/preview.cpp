@@ -13,7 +13,6 @@
 
 #include "base/parallel.h"
 #include "make/place.h"
-#include "mesh/error.h"
 #include "mesh/read_mesh.h"
 #include "road/clean.h"
 
@@ -176,17 +175,14 @@ void append_chunk(std::string& glb, const char* kind, std::string bytes, char pa
 }
 
 /// Of a mesh that is refused: empty, and the reason in `out`.
-CleanReport cleaned_by(Recipe recipe, const Mesh& mesh, Preview& out) {
-  CleanReport report;
-  try {
-    set_guide(recipe, place_mesh(recipe));
-    clean(mesh, recipe.clean, &report);
-    out.told_by = told_by(report);
-    return report;
-  } catch (const Error& refused) {
-    out.refusal = refused.what();
+CleanReport cleaned_by(const Recipe& recipe, const Mesh& mesh, Preview& out) {
+  auto report = report_of_cleaning(recipe, mesh);
+  if (!report) {
+    out.refusal = report.refusal().message;
     return {};
   }
+  out.told_by = told_by(*report);
+  return *std::move(report);
 }
 
 }  // namespace

@@ -38,21 +38,26 @@ std::string flags_of(const std::vector<Vector2d>& points, bool by_shape) {
   return flags + (by_shape ? " --use-names false" : "");
 }
 
+struct Found {
+  CleanReport report;
+  Centreline line;
+};
+
 /// The road that a recipe leads to; nothing where it refuses, or something speaks against it.
-std::optional<Candidate> road_with(const std::string& flags, const Mesh& mesh,
-                                   const Recipe& recipe) {
-  try {
-    CleanReport report;
-    const RoadMesh road = clean(mesh, recipe.clean, &report);
-    const Centreline line = trace_centreline(road, recipe.centreline);
-    fit_reference_line(line, recipe.reference_line);
-    if (!doubts_about(line, RaySurface(road.mesh), road.mesh, mesh, report).empty())
-      return std::nullopt;
-    return Candidate{flags, line.points_m, line.length_m, 2.0 * base::median(line.half_width_m),
-                     line.closed};
-  } catch (const Error&) {  // no answer that leads on
+std::optional<Found> road_with(const Mesh& mesh, const Recipe& recipe) {
+  Found found;
+  const auto road = try_clean(mesh, recipe.clean, &found.report);
+  if (!road) return std::nullopt;
+  auto line = try_trace_centreline(*road, recipe.centreline);
+  if (!line || !try_fit_reference_line(*line, recipe.reference_line)) return std::nullopt;
+  if (!doubts_about(*line, RaySurface(road->mesh), road->mesh, mesh, found.report).empty())
     return std::nullopt;
-  }
+  found.line = *std::move(line);
+  return found;
+}
+
+Candidate candidate_of(const std::string& flags, const Centreline& line) {
+  return {flags, line.points_m, line.length_m, 2.0 * base::median(line.half_width_m), line.closed};
 }
 
 }  // namespace
@@ -64,8 +69,8 @@ std::vector<Candidate> candidates_of_up(const Recipe& recipe, const std::vector<
     tried.read.up = up;
     const Mesh mesh = read_mesh(tried.mesh_path, read_to_clean(tried.read, tried.clean));
     if (mesh.triangles.size() > kMostTrianglesToTry) return {};
-    if (auto road = road_with(fmt::format("--up {}", name_of(up)), mesh, tried))
-      found.push_back(std::move(*road));
+    if (const auto road = road_with(mesh, tried))
+      found.push_back(candidate_of(fmt::format("--up {}", name_of(up)), road->line));
   }
   return found;
 }
@@ -90,24 +95,18 @@ std::vector<Candidate> candidates(const Mesh& mesh, const Recipe& recipe, std::s
       Recipe tried = recipe;
       tried.clean.route_m = points;
       if (g > 0) tried.clean.use_names = UseNames::no;
-      try {
-        CleanReport report;
-        const RoadMesh road = clean(mesh, tried.clean, &report);
-        const Centreline line = trace_centreline(road, tried.centreline);
-        fit_reference_line(line, tried.reference_line);
-        if (!doubts_about(line, RaySurface(road.mesh), road.mesh, mesh, report).empty()) continue;
-        if (!line.closed && same_material_elsewhere(line, mesh, report)) continue;
-        const auto is_this = [&](const Centreline& other) {
-          return other.closed == line.closed && goes_along(line, other) && goes_along(other, line);
-        };
-        if (std::any_of(lines.begin(), lines.end(), is_this))
-          continue;  // names and shape may find one road
-        lines.push_back(line);
-        found.push_back({flags_of(points, g > 0 && recipe.clean.use_names != UseNames::no),
-                         line.points_m, line.length_m, 2.0 * base::median(line.half_width_m),
-                         line.closed});
-      } catch (const Error&) {  // no answer that leads on
-      }
+      const auto road = road_with(mesh, tried);
+      if (!road) continue;
+      const Centreline& line = road->line;
+      if (!line.closed && same_material_elsewhere(line, mesh, road->report)) continue;
+      const auto is_this = [&](const Centreline& other) {
+        return other.closed == line.closed && goes_along(line, other) && goes_along(other, line);
+      };
+      if (std::any_of(lines.begin(), lines.end(), is_this))
+        continue;  // names and shape may find one road
+      lines.push_back(line);
+      found.push_back(
+          candidate_of(flags_of(points, g > 0 && recipe.clean.use_names != UseNames::no), line));
     }
   }
   std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "base/statistics.h"
-#include "mesh/error.h"
 #include "mesh/read_mesh.h"
 #include "road/centreline.h"
 
@@ -32,11 +31,10 @@ struct Trial {
 std::optional<Centreline> road_in(Mesh mesh, double factor, const CleanOptions& options) {
   mesh.origin_m *= factor;
   for (Eigen::Vector3d& v : mesh.vertices_m) v *= factor;
-  try {
-    return trace_centreline(clean(mesh, options));
-  } catch (const Error&) {
-    return std::nullopt;
-  }
+  auto line = try_clean(mesh, options).and_then([](const RoadMesh& road) {
+    return try_trace_centreline(road);
+  });
+  return line ? std::optional<Centreline>(*std::move(line)) : std::nullopt;
 }
 
 double typical_width_m(const Centreline& line) { return 2.0 * base::median(line.half_width_m); }

@@ -10,7 +10,6 @@
 #include "base/one_line.h"
 #include "base/sha256.h"
 #include "grid_stage.h"
-#include "mesh/error.h"
 #include "stage_json.h"
 
 namespace road {
@@ -45,11 +44,8 @@ std::string finished(Json& out, const Summary& summary) {
 
 /// Empty for a file that cannot be read, as MeshFile has it.
 std::string sha256_if_there(const std::string& path) {
-  try {
-    return base::sha256_of_file(path);
-  } catch (const Error&) {
-    return "";
-  }
+  const auto hash = base::try_sha256_of_file(path);
+  return hash ? *hash : "";
 }
 
 }  // namespace
@@ -113,8 +109,6 @@ std::optional<std::string> unchanged_summary(const std::string& path, const Buil
     failures_in_summary(text);
     return text;
   } catch (const Json::exception&) {
-    return std::nullopt;
-  } catch (const Error&) {
     return std::nullopt;
   }
 }
