@@ -6,7 +6,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "base/error.h"
 #include "base/json_text.h"
 #include "base/one_line.h"
 #include "base/sha256.h"
@@ -121,13 +120,9 @@ std::optional<identify::DriveFit> mass_where_seen(const ReadDrive& drive,
   identify::MassFitOptions options;
   options.fuel_kg = drive.fuel_kg;
   options.body_axes = drive.options.body_axes;
-  try {
-    identify::DriveFit fit = identify::fit_mass(drive.car, drive.vehicle.prior, windows, options);
-    if (fit.doubts.empty() && fit.at("mass_kg").unseen.empty()) return fit;
-  } catch (
-      const base::Error&) {  // too few windows: the vehicle file's mass stands in, and is named
-  }
-  return std::nullopt;
+  auto fit = identify::try_fit_mass(drive.car, drive.vehicle.prior, windows, options);
+  if (fit && fit->doubts.empty() && fit->at("mass_kg").unseen.empty()) return *std::move(fit);
+  return std::nullopt;  // the vehicle file's mass stands in, and is named
 }
 
 int tell(const DriveCommand& command, const ReadDrive& drive, const identify::DriveWindows& windows,

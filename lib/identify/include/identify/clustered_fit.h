@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/answer.h"
+
 namespace identify {
 
 /// One equation: columns[k][row] times its weight, summed over k, is wanted[row].
@@ -26,10 +28,14 @@ struct ClusteredFit {
 
 /// Least squares of each equation by itself; all share their rows, and row r belongs to block[r].
 /// The covariance is that of the jackknife that leaves out one block at a time (M. H. Quenouille
-/// 1956, J. W. Tukey 1958): errors within a block may follow each other as they like. Throws
-/// base::Error with less than two blocks more than there are columns in an equation, or where the
+/// 1956, J. W. Tukey 1958): errors within a block may follow each other as they like. A refusal
+/// with less than two blocks more than there are columns in an equation, or where the
 /// columns cannot be told apart (condition of the scaled columns above 1e6) with any block left
 /// out.
+base::Answer<ClusteredFit> try_clustered_fit(const std::vector<Equation>& equations,
+                                             const std::vector<std::size_t>& block);
+
+/// The same for those who have nothing else to give: throws the refusal as base::Error.
 ClusteredFit clustered_fit(const std::vector<Equation>& equations,
                            const std::vector<std::size_t>& block);
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "base/answer.h"
 #include "identify/drive_fit.h"
 #include "identify/drive_windows.h"
 #include "vehicle/parameters.h"
@@ -23,8 +24,13 @@ struct MassFitOptions {
 /// inertia, ride height maps and how far springs and tyres give way are those of `car`; `prior` is
 /// how far its parameters may be off (vehicle::Vehicle). Found: mass_kg (with fuel, at the middle
 /// of the drive), mass_rate_kgps, cog_behind_front_m, cog_height_m (with fuel, standing),
-/// front_lift_area_m2, rear_lift_area_m2. Throws base::Error where there are no loads, no
-/// accelerations, or too few windows.
+/// front_lift_area_m2, rear_lift_area_m2. A refusal where there are no loads, no accelerations, or
+/// too few windows.
+base::Answer<DriveFit> try_fit_mass(const vehicle::Car<double>& car,
+                                    const std::array<double, vehicle::kParameterCount>& prior,
+                                    const DriveWindows& drive, const MassFitOptions& options = {});
+
+/// The same for those who ask for the mass: throws the refusal as base::Error.
 DriveFit fit_mass(const vehicle::Car<double>& car,
                   const std::array<double, vehicle::kParameterCount>& prior,
                   const DriveWindows& drive, const MassFitOptions& options = {});

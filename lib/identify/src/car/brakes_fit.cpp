@@ -6,7 +6,6 @@
 #include <cmath>
 #include <vector>
 
-#include "base/error.h"
 #include "brakes_rows.h"
 #include "identify/clustered_fit.h"
 #include "sheet_line.h"
@@ -22,8 +21,8 @@ constexpr std::array<double, 5> kBar{5.0, 20.0, 40.0, 60.0, 200.0};
 constexpr std::array<double, 4> kKelvin{250.0, 500.0, 700.0, 1500.0};
 
 /// One factor of each axle, or one of both.
-ClusteredFit solve_brakes(const vehicle::Car<double>& car, const Windows& windows, bool apart,
-                          bool by_speed, const BrakesGranted& granted) {
+base::Answer<ClusteredFit> solve_brakes(const vehicle::Car<double>& car, const Windows& windows,
+                                        bool apart, bool by_speed, const BrakesGranted& granted) {
   Equation e;
   e.columns.resize(apart ? 2 : 1);
   std::vector<std::size_t> block;
@@ -35,7 +34,7 @@ ClusteredFit solve_brakes(const vehicle::Car<double>& car, const Windows& window
     e.wanted.push_back(braking_force(car, *w, by_speed, granted));
     block.push_back(w->block);
   }
-  return clustered_fit({e}, block);
+  return try_clustered_fit({e}, block);
 }
 
 struct BrakesBase {
@@ -54,23 +53,24 @@ Found factor(const BrakesBase& base, const std::string& name, const Windows& win
         fmt::format("{} windows at {} places, wanted 6 at 5", windows.size(), blocks_of(windows));
     return f;
   }
-  try {
-    const ClusteredFit fit = solve_brakes(base.car, windows, apart, base.by_speed, base.is);
-    f.value = fit.value[k];
-    f.sd_drive = fit.sd(k);
-    double square = 0.0;
-    for (const BrakesGranted& g : base.moved)
-      square += std::pow(
-          solve_brakes(base.car, windows, apart, base.by_speed, g).value[k] - f.value, 2.0);
-    f.sd = std::hypot(f.sd_drive, std::sqrt(square));
-    f.within = std::hypot(t90(static_cast<double>(fit.blocks - fit.value.size())) * f.sd_drive,
-                          1.645 * std::sqrt(square));
-    if (f.within > most_share * std::abs(f.value))
-      f.unseen = fmt::format("its 90 % interval would be {:.2g} either way{}", f.within,
-                             apart ? ": front and rear pressures go together" : "");
-  } catch (const base::Error&) {
-    f.unseen = "front and rear pressures go together: only both are seen";
+  f.unseen = "front and rear pressures go together: only both are seen";
+  const auto fit = solve_brakes(base.car, windows, apart, base.by_speed, base.is);
+  if (!fit) return f;
+  f.value = fit->value[k];
+  f.sd_drive = fit->sd(k);
+  double square = 0.0;
+  for (const BrakesGranted& g : base.moved) {
+    const auto moved = solve_brakes(base.car, windows, apart, base.by_speed, g);
+    if (!moved) return f;
+    square += std::pow(moved->value[k] - f.value, 2.0);
   }
+  f.unseen.clear();
+  f.sd = std::hypot(f.sd_drive, std::sqrt(square));
+  f.within = std::hypot(t90(static_cast<double>(fit->blocks - fit->value.size())) * f.sd_drive,
+                        1.645 * std::sqrt(square));
+  if (f.within > most_share * std::abs(f.value))
+    f.unseen = fmt::format("its 90 % interval would be {:.2g} either way{}", f.within,
+                           apart ? ": front and rear pressures go together" : "");
   return f;
 }
 

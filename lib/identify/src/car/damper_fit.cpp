@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "base/error.h"
 #include "base/statistics.h"
 #include "identify/clustered_fit.h"
 #include "vehicle/laws/suspension.h"
@@ -230,11 +229,11 @@ void find_dampers(const vehicle::Car<double>& car, const Collected& axle, std::s
     why = fmt::format("travels' rates vary by {:.0f} mm/s, wanted 20", 1e3 * spread);
   ClusteredFit fit;
   if (why.empty()) {
-    try {
-      fit = clustered_fit({axle.equation}, axle.block);
-    } catch (const base::Error& error) {
-      why = error.what();
-    }
+    auto fitted = try_clustered_fit({axle.equation}, axle.block);
+    if (fitted)
+      fit = *std::move(fitted);
+    else
+      why = fitted.refusal().message;
   }
   for (const bool bump : {true, false}) {
     const std::string what = bump ? "bump" : "rebound";

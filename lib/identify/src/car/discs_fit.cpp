@@ -6,7 +6,6 @@
 #include <cmath>
 #include <vector>
 
-#include "base/error.h"
 #include "base/statistics.h"
 #include "identify/clustered_fit.h"
 #include "identify/least_squares.h"
@@ -173,7 +172,7 @@ std::vector<Unknown> unknowns_of(const Model& model) {
 }
 
 /// Covariance of the unknowns at the least sum of squares, by leaving out stretches of time.
-ClusteredFit around(const Model& model, const std::vector<Unknown>& unknowns) {
+base::Answer<ClusteredFit> around(const Model& model, const std::vector<Unknown>& unknowns) {
   std::vector<double> at, left, moved;
   for (const Unknown& u : unknowns) at.push_back(u.value);
   std::vector<std::size_t> block;
@@ -189,7 +188,7 @@ ClusteredFit around(const Model& model, const std::vector<Unknown>& unknowns) {
   }
   for (double& v : left) v = -v;
   e.wanted = left;
-  return clustered_fit({e}, block);
+  return try_clustered_fit({e}, block);
 }
 
 void find_discs(const vehicle::Car<double>& car, double share_sd, const Model& model,
@@ -199,13 +198,10 @@ void find_discs(const vehicle::Car<double>& car, double share_sd, const Model& m
       unknowns,
       [&](const std::vector<double>& v, std::vector<double>& left) { model.left_over(v, left); });
   std::string why = fitted.converged ? std::string() : "the search did not end";
-  ClusteredFit fit;
-  try {
-    fit = around(model, unknowns);
-  } catch (const base::Error& error) {
-    why = error.what();
-  }
+  const auto spread = around(model, unknowns);
+  if (!spread) why = spread.refusal().message;
   if (!why.empty()) return empty_axle(model.axle, car, why, out);
+  const ClusteredFit& fit = *spread;
   const double t = t90(static_cast<double>(fit.blocks) - static_cast<double>(unknowns.size()));
   for (std::size_t k = 0; k < kOf.size(); ++k) {
     const double stated = car.parameters.axle(model.axle, kOf[k]);

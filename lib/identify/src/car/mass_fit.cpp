@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/error.h"
 #include "base/statistics.h"
@@ -37,7 +38,8 @@ double wheels_kg_m(const vehicle::Car<double>& car) {
   return car.terms[Term::wheel_reaction] * out;
 }
 
-Loads solve_loads(const vehicle::Car<double>& car, const DriveWindows& drive, bool with_rate) {
+base::Answer<Loads> solve_loads(const vehicle::Car<double>& car, const DriveWindows& drive,
+                                bool with_rate) {
   const auto& p = car.parameters;
   const double length = p[P::chassis_wheelbase_m], half = 0.5 * p[P::aero_density_kgpm3];
   const double middle_s = 0.5 * (drive.begin_s + drive.end_s);
@@ -68,7 +70,9 @@ Loads solve_loads(const vehicle::Car<double>& car, const DriveWindows& drive, bo
         both[a].wanted.push_back(w.load_n[2 * a] + w.load_n[2 * a + 1] + (a == 0 ? known : -known));
       }
     }
-    out.fit = clustered_fit(both, block);
+    auto fit = try_clustered_fit(both, block);
+    if (!fit) return fit.refusal();
+    out.fit = *std::move(fit);
     out.mass_kg = out.axle(0, 0) + out.axle(1, 0);
     out.cog_m = length * out.axle(1, 0) / out.mass_kg;
   }
@@ -173,17 +177,20 @@ double spread(const DriveWindows& drive, double DriveWindow::*what, double low, 
   return base::quantile(values, high) - base::quantile(values, low);
 }
 
-void refuse_what_cannot_tell(const DriveWindows& drive) {
+/// Why, where the windows cannot tell the mass.
+std::optional<base::Refusal> cannot_tell(const DriveWindows& drive) {
   if (!drive.loads)
-    throw base::Error(
+    return base::Refusal(
         "not observable: mass, centre of mass and lift: the recording has no wheel loads (fz_fl_n, "
         "fz_fr_n, fz_rl_n, fz_rr_n)");
   if (!drive.accelerations)
-    throw base::Error("the recording has no channel ax_mps2: wanted to tell transfer from weight");
+    return base::Refusal(
+        "the recording has no channel ax_mps2: wanted to tell transfer from weight");
   if (drive.windows.size() < 20)
-    throw base::Error(fmt::format(
+    return base::Refusal(fmt::format(
         "{} stretches of half a second with loads remain above the least speed: wanted 20",
         drive.windows.size()));
+  return std::nullopt;
 }
 
 /// The results' names and what the vehicle file has in their place, with its fuel.
@@ -261,19 +268,23 @@ void doubt_results(const Loads& l, const DriveWindows& drive, double length_m, D
 
 }  // namespace
 
-DriveFit fit_mass(const vehicle::Car<double>& car,
-                  const std::array<double, vehicle::kParameterCount>& prior,
-                  const DriveWindows& drive, const MassFitOptions& options) {
-  refuse_what_cannot_tell(drive);
+base::Answer<DriveFit> try_fit_mass(const vehicle::Car<double>& car,
+                                    const std::array<double, vehicle::kParameterCount>& prior,
+                                    const DriveWindows& drive, const MassFitOptions& options) {
+  if (auto refused = cannot_tell(drive)) return *std::move(refused);
   const double length = car.parameters[P::chassis_wheelbase_m];
   const bool with_rate = drive.end_s - drive.begin_s > options.least_rate_s;
-  const Loads l = solve_loads(car, drive, with_rate);
+  const auto loads = solve_loads(car, drive, with_rate);
+  if (!loads) return loads.refusal();
+  const Loads& l = *loads;
   const std::array<double, 6> value = values_of(l), sd_drive = drive_sd(car, l);
   std::array<double, 6> of_file{};  // variance that the vehicle file brings in
   for (const P parameter : kMassLeansOn) {
     vehicle::Car<double> other = car;
     other.parameters[parameter] += off_by(car, parameter, prior);
-    const std::array<double, 6> moved = values_of(solve_loads(other, drive, with_rate));
+    const auto with_other = solve_loads(other, drive, with_rate);
+    if (!with_other) return with_other.refusal();
+    const std::array<double, 6> moved = values_of(*with_other);
     for (std::size_t k = 0; k < 6; ++k) of_file[k] += (moved[k] - value[k]) * (moved[k] - value[k]);
   }
   const double t = t90(static_cast<double>(l.fit.blocks - l.columns));
@@ -293,6 +304,12 @@ DriveFit fit_mass(const vehicle::Car<double>& car,
   doubt(l, drive, out);
   doubt_results(l, drive, length, out);
   return out;
+}
+
+DriveFit fit_mass(const vehicle::Car<double>& car,
+                  const std::array<double, vehicle::kParameterCount>& prior,
+                  const DriveWindows& drive, const MassFitOptions& options) {
+  return try_fit_mass(car, prior, drive, options).or_throw();
 }
 
 std::string mass_sheet(const vehicle::Car<double>& car, const DriveFit& fit, double fuel_kg) {

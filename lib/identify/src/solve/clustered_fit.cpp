@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/error.h"
-
 namespace identify {
 namespace {
 
@@ -55,15 +53,15 @@ Sums sums_of(const Equation& e, const MatrixXd& a, const std::vector<std::size_t
   return out;
 }
 
-/// Throws where the columns cannot be told apart.
-VectorXd solve(const MatrixXd& normal, const VectorXd& right) {
+/// A refusal where the columns cannot be told apart.
+base::Answer<VectorXd> solve(const MatrixXd& normal, const VectorXd& right) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> e(normal);
   const VectorXd& lambda = e.eigenvalues();
   if (!(lambda(0) > 1e-12 * lambda(lambda.size() - 1)))
-    throw base::Error(
+    return base::Refusal(
         "what is asked for cannot be told apart: the recording does not vary enough, or only at "
         "one place; wanted more of the lap, at other speeds");
-  return e.eigenvectors() * (e.eigenvectors().transpose() * right).cwiseQuotient(lambda);
+  return VectorXd(e.eigenvectors() * (e.eigenvectors().transpose() * right).cwiseQuotient(lambda));
 }
 
 }  // namespace
@@ -78,8 +76,8 @@ double ClusteredFit::sd_of(const std::vector<double>& slope) const {
   return std::sqrt(std::max(0.0, sum));
 }
 
-ClusteredFit clustered_fit(const std::vector<Equation>& equations,
-                           const std::vector<std::size_t>& block) {
+base::Answer<ClusteredFit> try_clustered_fit(const std::vector<Equation>& equations,
+                                             const std::vector<std::size_t>& block) {
   std::vector<std::size_t> names = block;  // blocks without a row do not count
   std::sort(names.begin(), names.end());
   names.erase(std::unique(names.begin(), names.end()), names.end());
@@ -92,7 +90,7 @@ ClusteredFit clustered_fit(const std::vector<Equation>& equations,
   Index size = 0;
   for (const Equation& e : equations) {
     if (out.blocks < e.columns.size() + 2)
-      throw base::Error(fmt::format(
+      return base::Refusal(fmt::format(
           "{} places or stretches of the drive remain, {} numbers are asked for: wanted at least "
           "{}; give a longer drive",
           out.blocks, e.columns.size(), e.columns.size() + 2));
@@ -105,15 +103,19 @@ ClusteredFit clustered_fit(const std::vector<Equation>& equations,
     VectorXd scale;
     const MatrixXd a = scaled_columns(e, scale);
     const Sums sums = sums_of(e, a, place, out.blocks);
-    const VectorXd found = solve(sums.all, sums.all_right);
+    const auto solved = solve(sums.all, sums.all_right);
+    if (!solved) return solved.refusal();
+    const VectorXd& found = *solved;
     const auto wanted =
         Eigen::Map<const VectorXd>(e.wanted.data(), static_cast<Index>(e.wanted.size()));
     out.rms.push_back(
         std::sqrt((wanted - a * found).squaredNorm() / static_cast<double>(e.wanted.size())));
     value.segment(first, a.cols()) = found.cwiseQuotient(scale);
-    for (std::size_t b = 0; b < out.blocks; ++b)
-      without.col(static_cast<Index>(b)).segment(first, a.cols()) =
-          solve(sums.all - sums.normal[b], sums.all_right - sums.right[b]).cwiseQuotient(scale);
+    for (std::size_t b = 0; b < out.blocks; ++b) {
+      const auto left = solve(sums.all - sums.normal[b], sums.all_right - sums.right[b]);
+      if (!left) return left.refusal();
+      without.col(static_cast<Index>(b)).segment(first, a.cols()) = left->cwiseQuotient(scale);
+    }
     first += a.cols();
   }
   const MatrixXd off = without.colwise() - value;
@@ -122,6 +124,11 @@ ClusteredFit clustered_fit(const std::vector<Equation>& equations,
   out.value.assign(value.data(), value.data() + size);
   out.covariance.assign(covariance.data(), covariance.data() + size * size);
   return out;
+}
+
+ClusteredFit clustered_fit(const std::vector<Equation>& equations,
+                           const std::vector<std::size_t>& block) {
+  return try_clustered_fit(equations, block).or_throw();
 }
 
 double t90(double freedom) {
