@@ -81,8 +81,11 @@ const std::string& sha256_of_program() {
     // In a Python module the running program is the interpreter: not that, but the file that this
     // code was loaded from.
     Dl_info here{}, program{};
+    // getauxval() gives addresses as numbers.
+    // NOLINTBEGIN(performance-no-int-to-ptr)
     const bool known = ::dladdr(reinterpret_cast<void*>(&sha256_of_program), &here) != 0 &&
                        ::dladdr(reinterpret_cast<void*>(::getauxval(AT_PHDR)), &program) != 0;
+    // NOLINTEND(performance-no-int-to-ptr)
     const bool in_module = known && here.dli_fbase != program.dli_fbase;
     return sha256_of_file(in_module ? here.dli_fname : "/proc/self/exe");
   }();

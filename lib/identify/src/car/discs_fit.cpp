@@ -157,6 +157,7 @@ void empty_axle(std::size_t axle, const vehicle::Car<double>& car, const std::st
 /// The unknowns where the search begins.
 std::vector<Unknown> unknowns_of(const Model& model) {
   std::vector<Unknown> out;
+  out.reserve(kKeys.size() + 2 * model.fed.size());
   for (const char* const key : kKeys) out.push_back({key, 1.0, 0.1, 10.0, 1.0});
   for (const auto& rows : model.fed) {
     double first = rows.front().seen_k;

@@ -10,7 +10,6 @@
 #include <optional>
 #include <unordered_map>
 
-
 namespace road {
 namespace {
 

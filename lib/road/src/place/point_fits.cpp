@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numeric>
 
-
 namespace road {
 
 Indices all_of(std::size_t count) {

@@ -12,7 +12,6 @@
 #include <unordered_map>
 #include <unordered_set>
 
-
 namespace road {
 namespace {
 
