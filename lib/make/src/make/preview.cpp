@@ -143,6 +143,7 @@ std::vector<Group> groups_of(const Mesh& mesh, const std::vector<SurfaceClass>* 
     last->second.push_back(t);
   }
   std::vector<Group> out;
+  out.reserve(groups.size());
   for (auto& [which, triangles] : groups)
     out.push_back({which.first, which.second, std::move(triangles)});
   return out;
