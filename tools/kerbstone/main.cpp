@@ -1,16 +1,31 @@
-// What is about all other tools; options in, one call, exit code.
+// One name for all tools, and what is about all of them; options in, one call, exit code.
 #include <functional>
+#include <string>
+#include <vector>
 
 #include "command/program.h"
 #include "commands.h"
+#include "verbs.h"
 
 int main(int argc, char** argv) {
-  CLI::App app{
-      "The page of Kerbstone (docs/view.md), and what the jobs of a campaign gave "
-      "(docs/campaigns.md)",
-      "kerbstone"};
-  app.require_subcommand(1);
   command::Terminal terminal("kerbstone");
+  std::vector<std::string> words = {argv + 1, argv + argc};
+  if (!words.empty() && words[0] == "help") {
+    words.erase(words.begin());
+    words.emplace_back("--help");
+  }
+  if (const std::vector<std::string> owner = kerbstone::words_of_owner(words); !owner.empty()) {
+    kerbstone::make_tools_found(kerbstone::own_folder());
+    terminal.error(kerbstone::become(owner));
+    return command::kFailed;
+  }
+  CLI::App app{"Roads from meshes and scans, cars on them, and what recordings say of both",
+               "kerbstone"};
+  app.require_subcommand(1);
+  app.footer(kerbstone::verbs_text() +
+             "\nFirst steps:\n  kerbstone build track.obj -o out    a road; then look at "
+             "out/track.png\n  kerbstone build --help              options and examples of a verb\n"
+             "  kerbstone view                      the page that shows all of it");
   app.option_defaults()->always_capture_default();  // so that --help shows them
   std::function<int()> run;
 
@@ -46,5 +61,11 @@ int main(int argc, char** argv) {
       "Examples:\n  kerbstone view\n  kerbstone view tracks/kerbstone-ring/track.yaml --no-open");
   view_app->callback([&] { run = [&] { return kerbstone::view(view, terminal); }; });
 
-  return command::run(app, terminal, argc, argv, [&] { return run(); });
+  command::Advice advice;
+  for (const kerbstone::Verb& verb : kerbstone::verbs()) advice.elsewhere.emplace_back(verb.name);
+  std::vector<char*> arguments = {argv[0]};
+  for (std::string& word : words) arguments.push_back(word.data());
+  return command::run(
+      app, terminal, static_cast<int>(arguments.size()), arguments.data(), [&] { return run(); },
+      advice);
 }

@@ -16,30 +16,13 @@
 #include "base/json_text.h"
 #include "command/exit_code.h"
 #include "commands.h"
+#include "verbs.h"
 #include "view/server.h"
 
 namespace kerbstone {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Where this program lies: the others lie beside it.
-std::string folder_of_tools() {
-  std::error_code error;
-  const fs::path self = fs::read_symlink("/proc/self/exe", error);
-  return error ? std::string() : self.parent_path().string();
-}
-
-/// In a tree that was built and not installed each tool has a folder of its own.
-void make_tools_found(const std::string& own) {
-  std::string path;
-  for (const char* const tool : {"crgbuild", "crgdrive", "crgexplain", "lidar2mesh", "crgsim"}) {
-    const fs::path folder = fs::path(own).parent_path() / tool;
-    if (fs::exists(folder / tool)) path += folder.string() + ":";
-  }
-  const char* const known = ::getenv("PATH");
-  if (!path.empty()) ::setenv("PATH", (path + (known == nullptr ? "" : known)).c_str(), 1);
-}
 
 /// The circuit of the tour: of a package, or of the tree in which this was built; empty: neither.
 std::string demo_circuit(const std::string& own) {
@@ -91,7 +74,7 @@ int view(const ViewCommand& command, command::Terminal& terminal) {
                    [](unsigned char c) { return std::isalnum(c) != 0; }))
     throw base::Error(
         fmt::format("--token: at least {} letters and digits wanted", ::view::kShortestToken));
-  options.tools = folder_of_tools();
+  options.tools = own_folder();
   make_tools_found(options.tools);
   options.demo = demo_circuit(options.tools);
   std::thread clock;

@@ -45,6 +45,7 @@ struct Advice {
   std::string memory;      ///< how to need less of it
   std::string file;        ///< what is done with a file whose command was left out, before its name
   std::string built = {};  ///< with or without what this was built: a line of --version
+  std::vector<std::string> elsewhere = {};  ///< commands that other programs do
 };
 
 /// Everything from the command line to the exit code. Adds -q/--quiet, --json, --version, a place
