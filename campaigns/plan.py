@@ -81,7 +81,7 @@ class _Section:
         return value
 
     def options(self):
-        """Flags for the command: {"--u-step-m": 0.2, "--friction": true}."""
+        """Flags for the command: {"--u-step-m": 0.2, "--grip": true}."""
         words = []
         options = self.get("options", dict, "flags and their values") or {}
         for flag, value in options.items():
@@ -188,7 +188,7 @@ class _Planner:
             base = self.file(f"{where}: scans: base", scans.need("base", str, "a road or a mesh"))
             clouds = sorted(entry.path for entry in os.scandir(folder) if entry.is_file())
             inputs, after = clouds + [trajectory, base], []
-        scanned = [folder, "--trajectory", trajectory, "--base", base]
+        scanned = [folder, "--trajectory", trajectory, "--road", base]
         if "tiles" in track.value:
             self.tiles(name, track, scanned, threads, inputs, after)
         else:
@@ -273,7 +273,7 @@ class _Planner:
     def drive(self, subject, track, car, words, options):
         road, after = self.roads[track]
         vehicle, files, settings = self.cars[car]
-        return self.add("lap", subject, ["crgdrive", "lap", "--vehicle", vehicle, "--track", road, *settings, *words,
+        return self.add("lap", subject, ["crgdrive", "lap", "--car", vehicle, "--road", road, *settings, *words,
                                          "-o", f"lap/{subject}/lap.csv", *options],
                         files + ([] if after else [road]), after)
 
@@ -286,7 +286,7 @@ class _Planner:
                 lap = self.drive(subject, track, car, [], section.options())
                 road, after = self.roads[track]
                 page = f"lap-page/{subject}/page.html"
-                self.add("lap-page", subject, ["crgdrive", "report", f"lap/{subject}/lap.csv", "--track", road,
+                self.add("lap-page", subject, ["crgdrive", "report", f"lap/{subject}/lap.csv", "--road", road,
                                                "-o", page],
                          [] if after else [road], [lap, *after], page=page)
 
@@ -304,7 +304,7 @@ class _Planner:
                 vehicle, files, settings = self.cars[car]
                 mapped = ["--mapping", mapping] if mapping else []
                 self.add("replay", subject,
-                         ["crgdrive", "replay", "--vehicle", vehicle, "--track", road, *settings, "--recording", log,
+                         ["crgdrive", "replay", "--car", vehicle, "--road", road, *settings, "--log", log,
                           *mapped, f"--window-s={window}", "-o", f"replay/{subject}", *section.options()],
                          files + ([] if driven else [log]) + ([mapping] if mapping else []) + ([] if after else [road]),
                          driven + after)
@@ -327,7 +327,7 @@ class _Planner:
             road, after = self.roads[track]
             vehicle, files, _ = self.cars[car]
             self.add("explain", subject,
-                     ["crgexplain", "run", "--track", road, "--vehicle", vehicle, "--recordings", *logs,
+                     ["crgexplain", "run", "--road", road, "--car", vehicle, "--log", *logs,
                       *(["--mapping", mapping] if mapping else []), "-o", f"explain/{subject}", *section.options(),
                       f"--threads={threads}"],
                      files + [log for log, driven in entries if not driven] + ([mapping] if mapping else [])
@@ -347,7 +347,7 @@ class _Planner:
             vehicle, files, _ = self.cars[car]
             file = f"summary/{name}/drive.summary"
             job = self.add("summary", name,
-                           ["crgexplain", "summary", log, "--track", road, "--vehicle", vehicle,
+                           ["crgexplain", "summary", log, "--road", road, "--car", vehicle,
                             *(["--mapping", mapping] if mapping else []), "-o", file, *section.options(),
                             f"--threads={threads}"],
                            files + ([] if driven else [log]) + ([mapping] if mapping else []) + ([] if after else [road]),

@@ -87,7 +87,7 @@ TEST_F(Script, GoesOnAfterAFailureAndGivesTheBytesOfTheCommands) {
   fs::create_directories(hand + "/lap/good+av21");
   const ToolRun by_hand = shell(fmt::format(
       "cd '{0}' && '{1}' build '{2}' -o road/good --name good --u-step-m 0.25 --v-step-m 0.25 "
-      "--threads 1 && '{3}' lap --vehicle '{4}' --track road/good/good.crg -o "
+      "--threads 1 && '{3}' lap --car '{4}' --road road/good/good.crg -o "
       "lap/good+av21/lap.csv --rate-hz 20",
       hand, places::crgbuild(), folder / "meshes/good.obj", places::crgdrive(), car));
   ASSERT_EQ(by_hand.code, 0) << by_hand.err;

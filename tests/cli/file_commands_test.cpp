@@ -115,8 +115,8 @@ TEST(FileCommands, ExportWritesOneFormatAtATimeBesideTheCrg) {
   const Ran place = crgbuild({"export", folder / "road.crg", "--kml", "-o", folder / "road.kml"});
   EXPECT_EQ(place.code, 1);
   EXPECT_THAT(place.err, HasSubstr("where on the Earth"));
-  EXPECT_EQ(crgbuild({"export", folder / "road.crg", "--svg", "--friction", folder / "road.crg",
-                      "-o", folder / "x"})
+  EXPECT_EQ(crgbuild({"export", folder / "road.crg", "--svg", "--grip", folder / "road.crg", "-o",
+                      folder / "x"})
                 .code,
             2);
 }

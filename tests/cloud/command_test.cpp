@@ -43,14 +43,14 @@ TEST(SlowCommand, TheMeshItWritesIsABaseForTheNextRun) {
                                    " --from-m 20 --to-m 180 --azimuths 128 --v-m -1 1");
   ASSERT_EQ(ran.code, 0) << ran.err;
   const std::string scans = at("scans") + " --trajectory " + at("scans/trajectory.csv");
-  ran = lidar2mesh(folder, "map " + scans + " --base " + at("road.crg") + " -o " + at("first"));
+  ran = lidar2mesh(folder, "map " + scans + " --road " + at("road.crg") + " -o " + at("first"));
   ASSERT_EQ(ran.code, 0) << ran.err;
   const auto report = nlohmann::json::parse(folder.read("first/report.json"));
   ASSERT_EQ(report["extra"].size(), 3u);
   EXPECT_EQ(report["extra"][1]["title"], "The trajectory's drift");
   EXPECT_EQ(report["comparisons"][0]["key"], "against");
 
-  ran = lidar2mesh(folder, "map " + scans + " --base " + at("first/refined.ply") + " -o " +
+  ran = lidar2mesh(folder, "map " + scans + " --road " + at("first/refined.ply") + " -o " +
                                at("second") + " --stl --no-report");
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_TRUE(std::filesystem::exists(folder.path("second/refined.stl")));
@@ -60,7 +60,7 @@ TEST(SlowCommand, TheMeshItWritesIsABaseForTheNextRun) {
   EXPECT_LT(summary["registration"]["rms_after_m"], 0.004);
   EXPECT_GT(summary["grid"]["from_points"], 50000);
 
-  ran = lidar2mesh(folder, "map " + scans + " --base " + at("first/refined.ply") +
+  ran = lidar2mesh(folder, "map " + scans + " --road " + at("first/refined.ply") +
                                " --unit cm -o " + at("third"));
   EXPECT_EQ(ran.code, 1);
   EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
@@ -71,7 +71,7 @@ TEST(SlowCommand, TheMeshItWritesIsABaseForTheNextRun) {
   EXPECT_GT(crg::read(folder.path("points_alone/refined.crg")).grid.rows(), 1500u);
 
   // Into the folder of an earlier map: what this one does not make goes, and the set is whole.
-  ran = lidar2mesh(folder, "map " + scans + " --base " + at("road.crg") + " -o " + at("first") +
+  ran = lidar2mesh(folder, "map " + scans + " --road " + at("road.crg") + " -o " + at("first") +
                                " --stl --no-report");
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_FALSE(std::filesystem::exists(folder.path("first/refined.ply")));
@@ -110,7 +110,7 @@ TEST(Command, ADriftThatDoesNotConvergeIsNotValid) {
   ASSERT_EQ(ran.code, 0) << ran.err;
   for (const char* flag : {"", " --json", " --quiet"}) {
     ran = lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
-                                 " --base " + at("road.crg") + " --drift-m 1 --drift-rad 0.05 -o " +
+                                 " --road " + at("road.crg") + " --drift-m 1 --drift-rad 0.05 -o " +
                                  at("out") + flag);
     EXPECT_EQ(ran.code, 3) << flag;
     EXPECT_THAT(ran.err, HasSubstr("out/refined.crg: the drift had not converged after ")) << flag;
@@ -133,7 +133,7 @@ TEST(Command, AFullDiskLeavesNoHalfFile) {
   // Files of more than 64 KB are refused by the system as on a full disk.
   ran = lidar2mesh(folder,
                    "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
-                       " --base " + at("road.crg") + " -o " + at("out"),
+                       " --road " + at("road.crg") + " -o " + at("out"),
                    "ulimit -f 64;");
   EXPECT_EQ(ran.code, 1);
   EXPECT_THAT(ran.err, HasSubstr("refined.crg"));
@@ -190,7 +190,7 @@ TEST(Command, OutputsNameWhatTheyRestOn) {
   EXPECT_EQ(made["options"]["noise-m"], 0.005);
 
   ran = lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
-                               " --base " + at("road.crg") + " --gate-m 0.4 -o " + at("out"));
+                               " --road " + at("road.crg") + " --gate-m 0.4 -o " + at("out"));
   ASSERT_EQ(ran.code, 0) << ran.err;
   const auto summary = nlohmann::json::parse(folder.read("out/summary.json"));
   expect_inputs(summary, {{"scan", "scans/scan_000.ply"},
@@ -232,7 +232,7 @@ TEST(Command, RangePointsAndNodesAreAsTold) {
     EXPECT_EQ(ran.code, 0) << ran.err;
     return nlohmann::json::parse(folder.read("out/summary.json"));
   };
-  const std::string base = "--base " + at("road.crg");
+  const std::string base = "--road " + at("road.crg");
   const auto all = mapped(base), near = mapped(base + " --max-range-m 10");
   EXPECT_EQ(near["options"]["max-range-m"], 10);
   std::size_t within = 0;
@@ -263,7 +263,7 @@ TEST(Command, TheDemoMendsARoad) {
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("base.crg: no kerbs, no bumps"));
   ran = lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
-                               " --base " + at("scans/base.crg") + " --no-report -o " + at("out"));
+                               " --road " + at("scans/base.crg") + " --no-report -o " + at("out"));
   ASSERT_EQ(ran.code, 0) << ran.err << ran.out;
   const crg::Crg truth = crg::read(folder.path("scans/truth.crg")),
                  base = crg::read(folder.path("scans/base.crg")),

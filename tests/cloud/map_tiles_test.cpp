@@ -96,7 +96,7 @@ class Split : public ::testing::Test {
     split();
   }
   Words command(const std::string& to, const Words& more = {}, const char* tiles = "3") const {
-    Words words{"split", scans_,    "--trajectory", poses_, "--base",
+    Words words{"split", scans_,    "--trajectory", poses_, "--road",
                 road_,   "--tiles", tiles,          "-o",   to};
     words.insert(words.end(), more.begin(), more.end());
     return words;
@@ -124,9 +124,9 @@ TEST(SlowMapTiles, EightMakeWhatTheWholeMakes) {
                     whole = folder.path("whole"), joined = folder.path("joined");
   must({"synth", places::source() + "/tracks/kerbstone-ring/circuit.yaml", "-o", scans, "--from-m",
         "180", "--to-m", "380", "--azimuths", "128", "--grass-m", "0.03", "--scenery-m", "12"});
-  must({"map", scans, "--trajectory", scans + "/trajectory.csv", "--base", scans + "/base.crg",
+  must({"map", scans, "--trajectory", scans + "/trajectory.csv", "--road", scans + "/base.crg",
         "--no-report", "-o", whole});
-  must({"split", scans, "--trajectory", scans + "/trajectory.csv", "--base", scans + "/base.crg",
+  must({"split", scans, "--trajectory", scans + "/trajectory.csv", "--road", scans + "/base.crg",
         "-o", tiles});
   for (int step = 1; step <= kTileSteps; ++step) {
     read_tiles(tiles, step, 8);
@@ -184,7 +184,7 @@ TEST_F(Split, ThreadsDoNotMatterAndAThirdLookIsMadeWhereItIsWanted) {
   EXPECT_LT(folder_.read("tiles/step-3.tile-1").size(), 500u);
   EXPECT_GT(folder_.read("tiles/step-2.tile-1").size(), 50000u);
   must({"merge", tiles_, "--step", "4", "--no-report", "-o", folder_.path("joined")});
-  must({"map", scans_, "--trajectory", poses_, "--base", road_, "--no-report", "-o",
+  must({"map", scans_, "--trajectory", poses_, "--road", road_, "--no-report", "-o",
         folder_.path("whole")});
   EXPECT_LT(apart(folder_.path("whole/refined.crg"), folder_.path("joined/refined.crg")).most,
             1e-6);
@@ -206,9 +206,9 @@ TEST_F(Split, TwoScannersAreAsInTheWhole) {
     write_cloud(part, folder_.path("two/scanner" + std::to_string(which) + ".ply"));
   }
   const std::string tiles = folder_.path("ten");
-  must({"map", folder_.path("two"), "--trajectory", poses_, "--base", road_, "--no-report", "-o",
+  must({"map", folder_.path("two"), "--trajectory", poses_, "--road", road_, "--no-report", "-o",
         folder_.path("whole")});
-  must({"split", folder_.path("two"), "--trajectory", poses_, "--base", road_, "--tiles", "10",
+  must({"split", folder_.path("two"), "--trajectory", poses_, "--road", road_, "--tiles", "10",
         "-o", tiles});
   for (int step = 1; step <= kTileSteps; ++step) {
     read_tiles(tiles, step, 10);
@@ -359,7 +359,7 @@ TEST_F(Split, SaysWhatDoesNotFit) {
   Trajectory poses = read_trajectory(poses_);
   for (Eigen::Vector3d& p : poses.position_m) p.z() += 47.0;
   write_trajectory(poses, folder_.path("high.csv"));
-  must({"split", scans_, "--trajectory", folder_.path("high.csv"), "--base", road_, "--tiles", "2",
+  must({"split", scans_, "--trajectory", folder_.path("high.csv"), "--road", road_, "--tiles", "2",
         "-o", folder_.path("high")});
   read_tiles(folder_.path("high"), 1, 2);
   const std::string said = refusal({"merge", folder_.path("high"), "--step", "1"});

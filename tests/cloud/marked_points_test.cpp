@@ -191,7 +191,7 @@ TEST(MarkedPoints, MoveNoRoad) {
   folder.file("clean.csv", text), folder.file("marked.csv", marked);
   for (const std::string name : {"clean", "marked"})
     run({"map", folder.path(name + ".csv"), "--trajectory", folder.path("scans/trajectory.csv"),
-         "--base", folder.path("road.crg"), "--no-report", "-o", folder.path(name)});
+         "--road", folder.path("road.crg"), "--no-report", "-o", folder.path(name)});
   for (const std::string name : {"refined.crg", "refined.stddev.crg", "refined.provenance.crg"})
     EXPECT_TRUE(folder.read("clean/" + name) == folder.read("marked/" + name)) << name;
   EXPECT_THAT(folder.read("marked/summary.json"), HasSubstr("points marked as noise"));

@@ -226,7 +226,7 @@ class Called : public ::testing::Test {
     cli::write(f / "two_laps.csv", first_seconds(cli::read(trial + "run.csv"), 85.0));
     // The first seconds of a lap of that car.
     ASSERT_EQ(run_tool(places::crgdrive(),
-                       {"lap", "--vehicle", car, "--track", track, "-o", f / "first_lap.csv"})
+                       {"lap", "--car", car, "--road", track, "-o", f / "first_lap.csv"})
                   .code,
               0);
     std::istringstream lap(cli::read(f / "first_lap.csv"));
@@ -276,7 +276,7 @@ class Called : public ::testing::Test {
                "cars: {red: {set: {start.u: 10}}, blue: {}}\n");
     // A lap that shows an engine: the trial's road may be too short of straights for that.
     ASSERT_EQ(run_tool(places::crgdrive(),
-                       {"lap", "--vehicle", racer, "--track", truth, "-o", f / "ring_lap.csv"})
+                       {"lap", "--car", racer, "--road", truth, "-o", f / "ring_lap.csv"})
                   .code,
               0);
     std::filesystem::create_directory(f / "campaign");
@@ -315,37 +315,33 @@ class Called : public ::testing::Test {
         {"crgdrive",
          {{"tyre", "--tir", trial + "front.tir", "--points", f / "fz.csv", "-o", f / "forces.csv"},
           {"parameters"},
-          {"lap", "--vehicle", car, "--track", track, "-o", f / "lap.csv"},
-          {"replay", "--vehicle", car, "--track", track, "--recording", log, "-o", f / "replay"},
-          {"report", log, "--track", track, "-o", f / "page.html"},
-          {"manoeuvre", "bump", "--vehicle", car, "--seconds", "2", "-o", f / "bump.csv"},
-          {"timing", "--vehicle", car, "--seconds", "0.1"},
-          {"poles", "--vehicle", car},
-          {"fmu", car, "--track", track, "-o", f / "car.fmu"}}},
+          {"lap", "--car", car, "--road", track, "-o", f / "lap.csv"},
+          {"replay", "--car", car, "--road", track, "--log", log, "-o", f / "replay"},
+          {"report", log, "--road", track, "-o", f / "page.html"},
+          {"manoeuvre", "bump", "--car", car, "--seconds", "2", "-o", f / "bump.csv"},
+          {"timing", "--car", car, "--seconds", "0.1"},
+          {"poles", "--car", car},
+          {"fmu", car, "--road", track, "-o", f / "car.fmu"}}},
         {"crgexplain",
          {{"map", log, "-o", f / "mapping.yaml"},
-          {"run", "--track", track, "--vehicle", car, "--recordings", log, "--skip-simulation",
-           "--nulls", "100", "-o", f / "found"},
-          {"summary", f / "two_laps.csv", "--track", track, "--vehicle", car, "-o",
-           f / "drive.summary"},
+          {"run", "--road", track, "--car", car, "--log", log, "--skip-simulation", "--nulls",
+           "100", "-o", f / "found"},
+          {"summary", f / "two_laps.csv", "--road", track, "--car", car, "-o", f / "drive.summary"},
           {"fleet", f / "drive.summary", "-o", f / "fleet"}}},
         {"crgidentify",
          {{"tyre", f / "bench.csv", "--reference", trial + "front.tir", "--starts", "1", "-o",
            f / "fitted.tir"},
           {"actuator", f / "steering.csv", "-o", f / "sheet.txt"},
-          {"mass", f / "first_lap.csv", "--vehicle", car, "--track", track, "-o", f / "mass.txt"},
-          {"aero", f / "first_lap.csv", "--vehicle", car, "--track", track, "-o", f / "aero.txt"},
-          {"brakes", f / "first_lap.csv", "--vehicle", car, "--track", track, "-o",
-           f / "brakes.txt"},
-          {"suspension", f / "first_lap.csv", "--vehicle", car, "--track", track, "-o",
+          {"mass", f / "first_lap.csv", "--car", car, "--road", track, "-o", f / "mass.txt"},
+          {"aero", f / "first_lap.csv", "--car", car, "--road", track, "-o", f / "aero.txt"},
+          {"brakes", f / "first_lap.csv", "--car", car, "--road", track, "-o", f / "brakes.txt"},
+          {"suspension", f / "first_lap.csv", "--car", car, "--road", track, "-o",
            f / "suspension.txt"},
-          {"engine", f / "ring_lap.csv", "--vehicle", racer, "--track", truth, "-o",
-           f / "engine.yaml"},
-          {"forces", f / "begin.csv", "--vehicle", car, "--track", track, "--noise-rounds", "0",
-           "-o", f / "forces"},
-          {"reduce", "--vehicle", car, "--speeds", "2", "--slips", "6", "--pressing", "1",
-           "--most-mps", "40", "--most-lap-share", "1", "--most-limit-share", "1", "-o",
-           f / "control.yaml"}}},
+          {"engine", f / "ring_lap.csv", "--car", racer, "--road", truth, "-o", f / "engine.yaml"},
+          {"forces", f / "begin.csv", "--car", car, "--road", track, "--noise-rounds", "0", "-o",
+           f / "forces"},
+          {"reduce", "--car", car, "--speeds", "2", "--slips", "6", "--pressing", "1", "--most-mps",
+           "40", "--most-lap-share", "1", "--most-limit-share", "1", "-o", f / "control.yaml"}}},
         {"crgsim",
          {{"info", f / "unit.fmu"},
           {"run", f / "unit.fmu", "--stop-s", "0.1", "-o", f / "run.csv"},
@@ -359,15 +355,15 @@ class Called : public ::testing::Test {
           {"register", cloud, cloud},
           {"synth", small_ring, "-o", f / "scans2", "--from-m", "380", "--to-m", "385", "--laps",
            "1", "--azimuths", "64", "--beams", "8"},
-          {"map", f / "scans", "--trajectory", poses, "--base", base, "--no-report", "-o",
+          {"map", f / "scans", "--trajectory", poses, "--road", base, "--no-report", "-o",
            f / "map"},
           {"changes", f / "survey.csv", f / "survey.csv", "--cell-m", "0.25", "-o", f / "changes"},
           {"tiles", cloud, "-o", f / "tiles"},
-          {"split", f / "scans", "--trajectory", poses, "--base", base, "--tiles", "2", "-o",
+          {"split", f / "scans", "--trajectory", poses, "--road", base, "--tiles", "2", "-o",
            f / "split_again"},
           {"map-tile", f / "split", "--step", "2", "--tile", "1"},
           {"merge", f / "split", "--step", "4", "--no-report", "-o", f / "merged"},
-          {"grid", f / "survey.csv", "--base", base, "--no-report", "-o", f / "grid"}}},
+          {"grid", f / "survey.csv", "--road", base, "--no-report", "-o", f / "grid"}}},
         {"kerbstone",
          {{"collect", f / "campaign"}, {"view", f / "campaign", "--no-open", "--seconds", "0.01"}}},
     };
@@ -378,7 +374,7 @@ class Called : public ::testing::Test {
       const ToolRun ran = run_tool(places::lidar2mesh(), words);
       ASSERT_EQ(ran.code, 0) << ran.err;
     };
-    run({"split", f / "scans", "--trajectory", poses, "--base", base, "--tiles", "2", "-o",
+    run({"split", f / "scans", "--trajectory", poses, "--road", base, "--tiles", "2", "-o",
          f / "split"});
     for (const char* step : {"1", "2", "3", "4"}) {
       for (const char* tile : {"1", "2"})
@@ -542,7 +538,7 @@ TEST_F(SlowCalled, OneFileGoesToStandardOutputWithADash) {
 TEST_F(Called, OtherFilesThanTheFirstAreLookedAtBeforeTheWorkToo) {
   const Folder& f = *folder_;
   const std::string car = places::source() + "/vehicles/open_wheel/vehicle.yaml";
-  const Words brakes{"brakes", f / "first_lap.csv", "--vehicle", car};
+  const Words brakes{"brakes", f / "first_lap.csv", "--car", car};
   for (const std::string flag : {"--pad-map", "--plots"}) {
     const ToolRun nowhere =
         run_tool(places::crgidentify(), brakes + Words{flag, "/proc/self/nowhere/x"});
@@ -641,10 +637,10 @@ std::map<std::string, Words> long_calls(const Folder& f, const std::string& tria
        {"build", f / "s.obj", "-o", f / "long", "--u-step-m", "0.01", "--v-step-m", "0.02",
         "--force", "--validate-points", "20000000"}},
       {"crgdrive",
-       {"manoeuvre", "sine", "--vehicle", trial + "vehicle.yaml", "--seconds", "600", "--rate-hz",
+       {"manoeuvre", "sine", "--car", trial + "vehicle.yaml", "--seconds", "600", "--rate-hz",
         "1000", "-o", f / "long.csv"}},
       {"crgexplain",
-       {"run", "--track", trial + "track.crg", "--vehicle", trial + "vehicle.yaml", "--recordings",
+       {"run", "--road", trial + "track.crg", "--car", trial + "vehicle.yaml", "--log",
         trial + "run.csv", "--nulls", "100000", "-o", f / "long_found"}},
       {"crgidentify",
        {"tyre", f / "bench.csv", "--reference", trial + "front.tir", "--starts", "1000", "-o",

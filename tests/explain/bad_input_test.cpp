@@ -215,8 +215,8 @@ TEST(AnotherCarsFile, LeavesWhatNeedsNoForces) {
 TEST_F(BadInput, ACorrectedInputNeverReplacesAnInput) {
   const std::string before = folder_->read("none/vehicle.yaml");
   EXPECT_NE(
-      std::system(fmt::format("{0} run --track {1}/track.crg --vehicle {1}/vehicle.yaml "
-                              "--recordings {1}/run.csv -o {1} 2> {2}",
+      std::system(fmt::format("{0} run --road {1}/track.crg --car {1}/vehicle.yaml "
+                              "--log {1}/run.csv -o {1} 2> {2}",
                               places::crgexplain(), folder_->path("none"), folder_->path("log"))
                       .c_str()),
       0);

@@ -74,8 +74,8 @@ TEST(SlowMissingColumns, AreNoMissingPhysics) {
     const std::string log = drawn.folder.file("log.csv", without(csv, columns));
     const support::ToolRun ran = support::run_tool(
         places::crgexplain(),
-        {"run", "--skip-simulation", "--track", drawn.path("track.crg"), "--vehicle",
-         drawn.path("vehicle.yaml"), "--recordings", log, "-o", drawn.folder.path("out")});
+        {"run", "--skip-simulation", "--road", drawn.path("track.crg"), "--car",
+         drawn.path("vehicle.yaml"), "--log", log, "-o", drawn.folder.path("out")});
     ASSERT_EQ(ran.code, 0) << name << ": " << ran.err;
     const json found = json::parse(drawn.folder.read("out/findings.json"));
     EXPECT_NE(found.at("verdict"), "explained") << name << ": " << found.at("findings").dump(1);

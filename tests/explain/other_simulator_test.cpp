@@ -74,9 +74,8 @@ json explain(const support::TemporaryFolder& folder, const json& trial, int rows
   }
   const support::ToolRun ran = support::run_tool(
       places::crgexplain(),
-      {"run", "--skip-simulation", "--track", folder.path(track + "/" + track + ".crg"),
-       "--vehicle", folder.path("vehicle.yaml"), "--recordings", csv, "--mapping", mapping, "-o",
-       folder.path(id)});
+      {"run", "--skip-simulation", "--road", folder.path(track + "/" + track + ".crg"), "--car",
+       folder.path("vehicle.yaml"), "--log", csv, "--mapping", mapping, "-o", folder.path(id)});
   EXPECT_EQ(ran.code, 0) << ran.err;
   return json::parse(folder.read(id + "/findings.json"));
 }

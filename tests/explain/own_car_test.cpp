@@ -72,12 +72,12 @@ TEST(SlowOwnCar, HasNothingMissing) {
     EXPECT_EQ(ran.code, 0) << ran.err;
   };
   const std::string car = places::source() + "/vehicles/open_wheel/vehicle.yaml";
-  run(places::crgdrive(), {"lap", "--vehicle", car, "--track", track, "--laps", "3", "--rate-hz",
-                           "50", "-o", folder.path("lap.csv"), "-q"});
+  run(places::crgdrive(), {"lap", "--car", car, "--road", track, "--laps", "3", "--rate-hz", "50",
+                           "-o", folder.path("lap.csv"), "-q"});
   for (const bool commands : {false, true}) {
     const std::string log = folder.file(commands ? "commands.csv" : "measured.csv",
                                         logged(folder.path("lap.csv"), commands, 7));
-    std::vector<std::string> words{"run", "--track", track, "--vehicle", car, "--recordings", log};
+    std::vector<std::string> words{"run", "--road", track, "--car", car, "--log", log};
     words.insert(words.end(), {"--fuel-kg", "30", "--skip-simulation", "-o", folder.path("out")});
     if (commands) words.insert(words.end(), {"--hold-out", "2"});
     run(places::crgexplain(), words);

@@ -42,7 +42,7 @@ class Proof {
       files += " " + quoted(path(recordings.substr(at, end - at)));
       at = end + 1;
     }
-    EXPECT_EQ(shell(fmt::format("{} run --track {} --vehicle {} --recordings{} -o {} {} > {} 2>&1",
+    EXPECT_EQ(shell(fmt::format("{} run --road {} --car {} --log{} -o {} {} > {} 2>&1",
                                 places::crgexplain(), quoted(path("track.crg")),
                                 quoted(path("vehicle.yaml")), files, quoted(folder.path(out)), more,
                                 folder.path("log"))),

@@ -351,7 +351,7 @@ TEST(SlowProofs, AFrictionMapIsReadAndCorrected) {
       for (std::size_t j = 0; j < map.grid.columns(); ++j) map.grid.at(i, j) = in(i) ? there : 1.0f;
     crg::write(map, proof.folder.path("grip.crg"), crg::Format::KRBI);
   };
-  const std::string with_map = "--skip-simulation --friction " + proof.folder.path("grip.crg");
+  const std::string with_map = "--skip-simulation --grip " + proof.folder.path("grip.crg");
   write(1.0f);
   EXPECT_EQ(proof.explain("run.csv", "right", with_map).at("verdict"), "none");
   write(0.7f);
@@ -451,9 +451,9 @@ TEST(SlowProofs, AKilledRunGoesOnAndGivesTheSameBytes) {
   for (int line = 0; line < 4001; ++line) at = log.find('\n', at) + 1;
   proof.folder.file("fade/run.csv", log.substr(0, at));
   const std::string run =
-      fmt::format("{} run --nulls 200 --track {} --vehicle {} --recordings {} -o {}/",
-                  places::crgexplain(), proof.path("track.crg"), proof.path("vehicle.yaml"),
-                  proof.path("run.csv"), proof.folder.path("."));
+      fmt::format("{} run --nulls 200 --road {} --car {} --log {} -o {}/", places::crgexplain(),
+                  proof.path("track.crg"), proof.path("vehicle.yaml"), proof.path("run.csv"),
+                  proof.folder.path("."));
   // Killed as soon as the first stage is on disk under its final name, which ends in 16 digits.
   EXPECT_EQ(std::system(fmt::format("{}killed > {} 2>&1 & pid=$!; while kill -0 $pid 2> /dev/null "
                                     "&& ! ls {}/killed/.unfinished/relations-???????????????? > "

@@ -71,7 +71,7 @@ class Refusals : public ::testing::Test {
     return said;
   }
   static std::string run(const std::string& recordings, const std::string& more = "") {
-    return fmt::format("run --track {} --vehicle {} --recordings {} -o {} {}", path("track.crg"),
+    return fmt::format("run --road {} --car {} --log {} -o {} {}", path("track.crg"),
                        path("vehicle.yaml"), recordings, proof_->folder.path("out"), more);
   }
 
@@ -121,23 +121,20 @@ TEST_F(Refusals, LapsThatCannotBeHeldOut) {
 TEST_F(Refusals, FoldersThatCannotBeMade) {
   const std::string taken = file("taken", "text");
   for (const std::string& place : {taken, taken + "/below"})
-    EXPECT_THAT(
-        refused(fmt::format("run --track {} --vehicle {} --recordings {} -o {}", path("track.crg"),
-                            path("vehicle.yaml"), path("run.csv"), place)),
-        HasSubstr(place + ": cannot make this folder: Not a directory"));
+    EXPECT_THAT(refused(fmt::format("run --road {} --car {} --log {} -o {}", path("track.crg"),
+                                    path("vehicle.yaml"), path("run.csv"), place)),
+                HasSubstr(place + ": cannot make this folder: Not a directory"));
   EXPECT_EQ(proof_->folder.read("taken"), "text");
 }
 
 TEST_F(Refusals, FilesInThePlaceOfOthers) {
-  EXPECT_THAT(refused(run(path("run.csv"), "--friction " + path("track.crg"))),
+  EXPECT_THAT(refused(run(path("run.csv"), "--grip " + path("track.crg"))),
               AllOf(HasSubstr("track.crg: a grip factor of "), HasSubstr("wanted 0 to 3")));
-  const std::string rest = " --recordings " + path("run.csv") + " -o " + proof_->folder.path("out");
-  EXPECT_THAT(
-      refused("run --track " + path("run.csv") + " --vehicle " + path("vehicle.yaml") + rest),
-      HasSubstr("run.csv: no $KD_DEFINITION"));
-  EXPECT_THAT(
-      refused("run --track " + path("track.crg") + " --vehicle " + path("track.crg") + rest),
-      HasSubstr("track.crg:"));
+  const std::string rest = " --log " + path("run.csv") + " -o " + proof_->folder.path("out");
+  EXPECT_THAT(refused("run --road " + path("run.csv") + " --car " + path("vehicle.yaml") + rest),
+              HasSubstr("run.csv: no $KD_DEFINITION"));
+  EXPECT_THAT(refused("run --road " + path("track.crg") + " --car " + path("track.crg") + rest),
+              HasSubstr("track.crg:"));
   EXPECT_THAT(refused(run(path("."))), HasSubstr("a folder without metadata.yaml"));
   EXPECT_THAT(refused(run(file("empty.csv", ""))),
               HasSubstr("empty.csv: no header line with column names"));

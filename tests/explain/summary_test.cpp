@@ -39,9 +39,7 @@ class Fleet {
     return folder_.path(fmt::format("car{}/{}", car, file));
   }
   Words inputs(int car) const {
-    return {"--threads", "2",
-            "--track",   path(car, "track.crg"),
-            "--vehicle", path(car, "vehicle.yaml")};
+    return {"--threads", "2", "--road", path(car, "track.crg"), "--car", path(car, "vehicle.yaml")};
   }
   json truth(int car) const {
     return json::parse(folder_.read(fmt::format("sealed/car{}.json", car)));
@@ -62,8 +60,8 @@ class Fleet {
     return json::parse(folder_.read("fleet/fleet.json"));
   }
   json alone(int car) const {
-    Words words{"run", "--recordings",       path(car, "run.csv"), "--skip-simulation",
-                "-o",  folder_.path("alone")};
+    Words words{
+        "run", "--log", path(car, "run.csv"), "--skip-simulation", "-o", folder_.path("alone")};
     for (const std::string& word : inputs(car)) words.push_back(word);
     const auto ran = run_tool(places::crgexplain(), words);
     EXPECT_EQ(ran.code, 0) << ran.err;

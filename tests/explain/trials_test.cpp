@@ -56,8 +56,8 @@ TEST(SlowTrials, ASmallSetIsSealedExplainedAndScored) {
   EXPECT_EQ(found["findings"][0].at("mechanism"), "parameter.brake_gain");
 
   // One thread and the command itself give the same, and corrected inputs that load.
-  ASSERT_EQ(shell(fmt::format("{0} run --skip-simulation --threads 1 --track {1}/track.crg "
-                              "--vehicle {1}/vehicle.yaml --recordings {1}/run.csv -o {2} > {3}",
+  ASSERT_EQ(shell(fmt::format("{0} run --skip-simulation --threads 1 --road {1}/track.crg "
+                              "--car {1}/vehicle.yaml --log {1}/run.csv -o {2} > {3}",
                               tool, here + "/0002", folder.path("again"), folder.path("log"))),
             0);
   // The command says besides that it did not try them.
@@ -100,8 +100,8 @@ TEST(Trials, AThirdCarWithLevelledAccelerometersRaisesNoAlarm) {
   EXPECT_EQ(truth.at("car"), "third");
   EXPECT_EQ(truth.at("accelerometers"), "levelled");
   EXPECT_TRUE(truth.at("effects").empty());
-  ASSERT_EQ(shell(fmt::format("{0} run --skip-simulation --track {1}/track.crg --vehicle "
-                              "{1}/vehicle.yaml --recordings {1}/run.csv -o {2} > {3}",
+  ASSERT_EQ(shell(fmt::format("{0} run --skip-simulation --road {1}/track.crg --car "
+                              "{1}/vehicle.yaml --log {1}/run.csv -o {2} > {3}",
                               places::crgexplain(), folder.path("t/0001"), folder.path("out"),
                               folder.path("log"))),
             0);
@@ -129,8 +129,8 @@ std::string with_yaw_rate_times(double factor, const std::string& csv) {
 
 /// What crgexplain finds of DIR/run.csv.
 json findings_of(const support::TemporaryFolder& folder, const std::string& dir) {
-  EXPECT_EQ(shell(fmt::format("{0} run --skip-simulation --track {1}/track.crg --vehicle "
-                              "{1}/vehicle.yaml --recordings {1}/run.csv -o {2} > {3}",
+  EXPECT_EQ(shell(fmt::format("{0} run --skip-simulation --road {1}/track.crg --car "
+                              "{1}/vehicle.yaml --log {1}/run.csv -o {2} > {3}",
                               places::crgexplain(), dir, folder.path("out"), folder.path("log"))),
             0);
   return json::parse(folder.read("out/findings.json"));
@@ -299,10 +299,10 @@ TEST(Trials, TheSecondRealLapIsPredictedFromTheFirst) {
             0)
       << folder.read("log");
   const std::string car = places::source() + "/vehicles/av21/";
-  ASSERT_EQ(shell(places::crgexplain() + " run --nulls 200 --hold-out 1 --track " +
-                  folder.path("edges/putnam.crg") + " --vehicle " + car +
-                  "vehicle.yaml --mapping " + car + "putnam_mapping.yaml --recordings " + log +
-                  " -o " + folder.path("out") + " > " + folder.path("log") + " 2>&1"),
+  ASSERT_EQ(shell(places::crgexplain() + " run --nulls 200 --hold-out 1 --road " +
+                  folder.path("edges/putnam.crg") + " --car " + car + "vehicle.yaml --mapping " +
+                  car + "putnam_mapping.yaml --log " + log + " -o " + folder.path("out") + " > " +
+                  folder.path("log") + " 2>&1"),
             0)
       << folder.read("log");
   const json found = json::parse(folder.read("out/findings.json"));

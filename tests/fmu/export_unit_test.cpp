@@ -99,9 +99,9 @@ TEST(ExportUnit, ByTheToolRunsWithSetupAndSettingsInIt) {
   EXPECT_EQ(missing.code, 1);
   const ToolRun alone =
       run_tool(places::crgdrive(), {"fmu", places::source() + "/vehicles/open_wheel/vehicle.yaml",
-                                    "-o", out, "--friction", folder.file("f.crg", "")});
+                                    "-o", out, "--grip", folder.file("f.crg", "")});
   EXPECT_EQ(alone.code, 1);
-  EXPECT_THAT(alone.err, HasSubstr("a friction map without a road; give --track"));
+  EXPECT_THAT(alone.err, HasSubstr("a friction map without a road; give --road"));
 }
 
 // Somebody else's importer, beside the checkout.

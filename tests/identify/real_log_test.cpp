@@ -30,7 +30,7 @@ struct RealLog {
 
   support::ToolRun run(const std::string& command, bool as_json = true) const {
     std::vector<std::string> words{
-        command,     path,   "--vehicle", places::source() + "/vehicles/open_wheel/vehicle.yaml",
+        command,     path,   "--car", places::source() + "/vehicles/open_wheel/vehicle.yaml",
         "--mapping", mapping};
     if (as_json) words.emplace_back("--json");
     return support::run_tool(places::crgidentify(), words);

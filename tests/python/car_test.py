@@ -35,7 +35,7 @@ def straight():
 def test_a_lap_is_that_of_the_program(car, circle, tmp_path):
     circle.write(str(tmp_path / "circle.crg"))
     subprocess.run(
-        [os.environ["CRGDRIVE"], "lap", "--vehicle", VEHICLE, "--track", str(tmp_path / "circle.crg"), "-o", str(tmp_path / "lap.csv"), "--quiet"],
+        [os.environ["CRGDRIVE"], "lap", "--car", VEHICLE, "--road", str(tmp_path / "circle.crg"), "-o", str(tmp_path / "lap.csv"), "--quiet"],
         check=True,
     )
     with open(tmp_path / "lap.csv", encoding="utf-8") as file:
@@ -78,12 +78,12 @@ def test_a_replay_is_that_of_the_program(car, circle, tmp_path):
     track, log, out = (str(tmp_path / name) for name in ("circle.crg", "lap.csv", "out"))
     circle.write(track)
     crgdrive = os.environ["CRGDRIVE"]
-    subprocess.run([crgdrive, "lap", "--vehicle", VEHICLE, "--track", track, "-o", log, "--quiet"], check=True)
+    subprocess.run([crgdrive, "lap", "--car", VEHICLE, "--road", track, "-o", log, "--quiet"], check=True)
     recording = kerbstone.Recording.read(log)
     assert "vx_mps" in recording.channels and recording.step_s == pytest.approx(0.01)
     assert len(recording["vx_mps"]) == len(recording["time_s"])
     replay = car.replay(kerbstone.Road.read(track), recording)
-    subprocess.run([crgdrive, "replay", "--recording", log, "--vehicle", VEHICLE, "--track", track, "-o", out, "--quiet"], check=True)
+    subprocess.run([crgdrive, "replay", "--log", log, "--car", VEHICLE, "--road", track, "-o", out, "--quiet"], check=True)
     with open(tmp_path / "out" / "errors.csv", encoding="utf-8") as file:
         wanted = {row["channel"]: row for row in csv.DictReader(line for line in file if not line.startswith("#"))}
     assert set(replay.errors) == set(wanted)

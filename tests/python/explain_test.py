@@ -47,7 +47,7 @@ def recorded(tmp_path_factory):
 def test_explain_writes_what_the_command_writes(here, recorded, flags, options):
     log, road = recorded / "log.csv", recorded / "oval.crg"
     here.enter("command")
-    printed = command("crgexplain", "run", "--recordings", log, "--vehicle", VEHICLE, "--track", road, "--fuel-kg", 30, "--nulls", 200, "-o", "out", *flags).stdout
+    printed = command("crgexplain", "run", "--log", log, "--car", VEHICLE, "--road", road, "--fuel-kg", 30, "--nulls", 200, "-o", "out", *flags).stdout
     here.enter("python")
     found = kerbstone.explain(log, VEHICLE, road, "out", fuel_kg=30, nulls=200, **options)
     same_folders(here.command / "out", here.python / "out")
@@ -67,7 +67,7 @@ def test_explain_writes_what_the_command_writes(here, recorded, flags, options):
 def test_explain_refuses(here, recorded):
     here.enter("python")
     log, road = recorded / "log.csv", recorded / "oval.crg"
-    ran = command("crgexplain", "run", "--recordings", log, log, "--vehicle", VEHICLE, "--track", road, "-o", "out", code=1)
+    ran = command("crgexplain", "run", "--log", log, log, "--car", VEHICLE, "--road", road, "-o", "out", code=1)
     with pytest.raises(kerbstone.Error) as refused:
         kerbstone.explain([log, log], VEHICLE, road, "out")
     assert str(refused.value) in ran.stderr

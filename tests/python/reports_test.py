@@ -205,7 +205,7 @@ def test_refine_writes_what_the_command_writes(here, scanned, flags, options):
     here.enter("command")
     code = 3 if options else 0  # the sensor stands elsewhere
     ran = subprocess.run(
-        [TOOLS["lidar2mesh"], "map", scans, "--trajectory", poses, "--base", base, "-o", "out", *map(str, flags)],
+        [TOOLS["lidar2mesh"], "map", scans, "--trajectory", poses, "--road", base, "-o", "out", *map(str, flags)],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert ran.returncode in (0, code), ran.stderr
@@ -240,7 +240,7 @@ def test_refine_without_a_base_and_from_several_files(here, scanned):
 def test_refine_refuses(here, scanned):
     here.enter("python")
     scans, poses, base = scanned / "scans", scanned / "scans/trajectory.csv", scanned / "road.crg"
-    ran = command("lidar2mesh", "map", scans, "--base", base, "--frame", "sensor", "-o", "out", code=1)
+    ran = command("lidar2mesh", "map", scans, "--road", base, "--frame", "sensor", "-o", "out", code=1)
     with pytest.raises(kerbstone.Error) as refused:
         kerbstone.refine(scans, "out", base=base, frame="sensor")
     assert str(refused.value) in ran.stderr

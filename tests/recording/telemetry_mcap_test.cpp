@@ -50,7 +50,7 @@ TEST(TelemetryMcap, CrgdriveWritesWhereTheNameAsks) {
   const std::string car = places::source() + "/vehicles/open_wheel/vehicle.yaml";
   for (const char* name : {"drive.csv", "drive.mcap"})
     ASSERT_EQ(
-        std::system((places::crgdrive() + " manoeuvre step-steer --vehicle " + car +
+        std::system((places::crgdrive() + " manoeuvre step-steer --car " + car +
                      " --seconds 2 --quiet -o " + folder.path(name) + " > " + folder.path("said"))
                         .c_str()),
         0);

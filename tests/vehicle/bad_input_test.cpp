@@ -46,7 +46,7 @@ class BadInput : public ::testing::Test {
     cli::write(path, whole);
   }
   static constexpr const char* kManoeuvre =
-      "manoeuvre coast-down --vehicle car/vehicle.yaml --seconds 1.2";
+      "manoeuvre coast-down --car car/vehicle.yaml --seconds 1.2";
   cli::Folder folder;
   std::string good_;
 };
@@ -72,32 +72,32 @@ TEST_F(BadInput, OfTheCarIsNamedWithFileAndLine) {
 }
 
 TEST_F(BadInput, OfTheRoadAndTheCommandIsNamed) {
-  refuses("lap --vehicle car/vehicle.yaml --track car/engine.csv", "there is no road in this file");
+  refuses("lap --car car/vehicle.yaml --road car/engine.csv", "there is no road in this file");
   const std::string road = cli::read(folder / "road.crg");
   cli::write(folder / "cut.crg", road.substr(0, road.size() / 2));
-  refuses("lap --vehicle car/vehicle.yaml --track cut.crg", "cut.crg");
-  refuses("lap --vehicle car/vehicle.yaml --track nowhere.crg", "No such file");
-  refuses("lap --vehicle car/vehicle.yaml --track road.crg -o nowhere/lap.csv", "nowhere/lap.csv");
-  refuses("lap --vehicle car/vehicle.yaml --track road.crg --margin-m 7.5", "wide");
+  refuses("lap --car car/vehicle.yaml --road cut.crg", "cut.crg");
+  refuses("lap --car car/vehicle.yaml --road nowhere.crg", "No such file");
+  refuses("lap --car car/vehicle.yaml --road road.crg -o nowhere/lap.csv", "nowhere/lap.csv");
+  refuses("lap --car car/vehicle.yaml --road road.crg --margin-m 7.5", "wide");
   refuses("fly", "there is no command 'fly'", 2);
-  refuses("manoeuvre spin --vehicle car/vehicle.yaml", "spin not in", 2);
+  refuses("manoeuvre spin --car car/vehicle.yaml", "spin not in", 2);
   refuses("tyre --tir car/front.tir", "--plots", 2);
   refuses(std::string(kManoeuvre) + " --set wind=2", "amplitude of wind = 2, wanted 0 to 1");
   refuses(std::string(kManoeuvre) + " --set chassis.mass_kg=nan", "wanted a finite number");
 }
 
 TEST_F(BadInput, OfADriveIsNamed) {
-  ASSERT_EQ(run("lap --vehicle car/vehicle.yaml --track road.crg -o lap.csv").first, 0);
+  ASSERT_EQ(run("lap --car car/vehicle.yaml --road road.crg -o lap.csv").first, 0);
   crg::Crg other = straight(500.0, 0.5, [](double, double) { return 0.0; });  // past the stadium
   crg::write(other, folder / "other.crg", crg::Format::KRBI);
-  refuses("replay --vehicle car/vehicle.yaml --track other.crg --recording lap.csv",
+  refuses("replay --car car/vehicle.yaml --road other.crg --log lap.csv",
           "lie beside the road other.crg");
-  refuses("report lap.csv --track other.crg -o page.html", "lie beside the road other.crg");
-  refuses("replay --vehicle car/vehicle.yaml --track road.crg --recording car/engine.csv",
+  refuses("report lap.csv --road other.crg -o page.html", "lie beside the road other.crg");
+  refuses("replay --car car/vehicle.yaml --road road.crg --log car/engine.csv",
           "no channel time_s");
   // An integration that runs away is told as such, never a speed of 1e6 m/s.
   refuses(
-      "manoeuvre kerb --vehicle car/vehicle.yaml --contact strip --speed-mps 100 --height-m 0.5 "
+      "manoeuvre kerb --car car/vehicle.yaml --contact strip --speed-mps 100 --height-m 0.5 "
       "--set rear.bump_stop_npm2=1e10 --set front.bump_stop_npm2=1e10 --step-s 0.005",
       "ran away beyond 1000");
 }

@@ -209,15 +209,14 @@ TEST(Lap, RefusesOrSaysWhatTheCommandLineCannotMean) {
   const std::string road = folder / "s.crg", grip = folder / "grip.crg";
   crg::write(straight(400.0, 1.0, [](double, double) { return 0.0; }), road, crg::Format::KRBI);
   const auto run = [&](const std::string& arguments) {
-    const std::string line = places::crgdrive() + " " + arguments + " --vehicle " +
-                             places::source() + "/vehicles/open_wheel/vehicle.yaml > '" +
-                             (folder / "said") + "' 2>&1";
+    const std::string line = places::crgdrive() + " " + arguments + " --car " + places::source() +
+                             "/vehicles/open_wheel/vehicle.yaml > '" + (folder / "said") + "' 2>&1";
     const int status = std::system(line.c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   };
   const auto said = [&] { return cli::read(folder / "said"); };
   const std::string lap =
-      "lap --begin-mps 20 --track '" + road + "' -o '" + (folder / "lap.csv") + "'";
+      "lap --begin-mps 20 --road '" + road + "' -o '" + (folder / "lap.csv") + "'";
   // A row every 8 steps of 1.2 ms is what comes nearest to 100 Hz.
   EXPECT_EQ(run(lap + " --step-s 0.0012"), 0) << said();
   EXPECT_THAT(said(), ::testing::HasSubstr("104.167 Hz"));
@@ -229,7 +228,7 @@ TEST(Lap, RefusesOrSaysWhatTheCommandLineCannotMean) {
   const auto with_grip = [&](double factor, double at_m) {
     crg::write(straight(400.0, 1.0, [&](double u, double) { return u < at_m ? factor : 1.0; }),
                grip, crg::Format::KRBI);
-    return run(lap + " --friction '" + grip + "'");
+    return run(lap + " --grip '" + grip + "'");
   };
   EXPECT_EQ(with_grip(-0.2, 10.0), 1);
   EXPECT_THAT(said(), ::testing::HasSubstr("grip factor -0.2"));
@@ -240,14 +239,13 @@ TEST(Lap, RefusesOrSaysWhatTheCommandLineCannotMean) {
   EXPECT_EQ(with_grip(std::nan(""), 1e9), 1);
   // Less grip is felt in a replay too.
   EXPECT_EQ(with_grip(0.7, 1e9), 0) << said();
-  const std::string replay =
-      "replay --recording '" + (folder / "lap.csv") + "' --track '" + road + "'";
+  const std::string replay = "replay --log '" + (folder / "lap.csv") + "' --road '" + road + "'";
   EXPECT_EQ(run(replay), 0) << said();
   const std::string dry = said();
-  EXPECT_EQ(run(replay + " --friction '" + grip + "'"), 0) << said();
+  EXPECT_EQ(run(replay + " --grip '" + grip + "'"), 0) << said();
   EXPECT_NE(said(), dry);
   EXPECT_EQ(run("timing --seconds 0.1 --contact strip"), 1);
-  EXPECT_THAT(said(), ::testing::HasSubstr("--track"));
+  EXPECT_THAT(said(), ::testing::HasSubstr("--road"));
 }
 
 TEST(Lap, RunsFromTheCommandLine) {
@@ -268,31 +266,30 @@ TEST(Lap, RunsFromTheCommandLine) {
     out << in.rdbuf();
     return out.str();
   };
-  const std::string car = " --vehicle " + places::source() + "/vehicles/open_wheel/vehicle.yaml ";
-  ASSERT_EQ(run("lap" + car + "--track " + path("s.crg") + " -o " + path("lap.csv")), 0)
+  const std::string car = " --car " + places::source() + "/vehicles/open_wheel/vehicle.yaml ";
+  ASSERT_EQ(run("lap" + car + "--road " + path("s.crg") + " -o " + path("lap.csv")), 0)
       << text("err.txt");
   EXPECT_THAT(text("out.txt"), ::testing::HasSubstr("lap 1:"));
   EXPECT_THAT(text("lap.csv"), ::testing::HasSubstr("sha256"));
   EXPECT_GT(recording::read_table(path("lap.csv")).rows(), 1000u);
-  ASSERT_EQ(run("replay" + car + "--track " + path("s.crg") + " --recording " + path("lap.csv") +
-                " -o " + path("replayed")),
+  ASSERT_EQ(run("replay" + car + "--road " + path("s.crg") + " --log " + path("lap.csv") + " -o " +
+                path("replayed")),
             0)
       << text("err.txt");
   EXPECT_THAT(text("out.txt"), ::testing::HasSubstr("lateral_m"));
   EXPECT_THAT(text("replayed/errors.csv"), ::testing::HasSubstr("\nvx_mps,"));
   EXPECT_GT(recording::read_table(path("replayed/replay.csv")).rows(), 1000u);
-  ASSERT_EQ(run("report " + path("lap.csv") + " " + path("replayed/replay.csv") + " --track " +
+  ASSERT_EQ(run("report " + path("lap.csv") + " " + path("replayed/replay.csv") + " --road " +
                 path("s.crg") + " -o " + path("page.html")),
             0)
       << text("err.txt");
   EXPECT_THAT(text("page.html"), ::testing::HasSubstr("Load rear right"));
-  EXPECT_EQ(run("replay" + car + "--track " + path("s.crg") + " --recording " + path("none.csv")),
-            1);
-  EXPECT_EQ(run("lap" + car + "--track " + path("none.crg")), 1);
-  EXPECT_EQ(run("lap" + car + "--track " + path("s.crg") + " --set chassis.mass=1"), 1);
+  EXPECT_EQ(run("replay" + car + "--road " + path("s.crg") + " --log " + path("none.csv")), 1);
+  EXPECT_EQ(run("lap" + car + "--road " + path("none.crg")), 1);
+  EXPECT_EQ(run("lap" + car + "--road " + path("s.crg") + " --set chassis.mass=1"), 1);
   EXPECT_THAT(text("err.txt"), ::testing::HasSubstr("chassis.mass_kg"));
   EXPECT_EQ(run("lap" + car), 2);
-  ASSERT_EQ(run("timing" + car + "--seconds 0.5 --json --track " + path("s.crg")), 0)
+  ASSERT_EQ(run("timing" + car + "--seconds 0.5 --json --road " + path("s.crg")), 0)
       << text("err.txt");
   EXPECT_THAT(text("out.txt"), ::testing::HasSubstr("\"median_us\""));
   ASSERT_EQ(run("poles" + car + "--speed-mps 20"), 0) << text("err.txt");

@@ -113,7 +113,7 @@ TEST(Manoeuvre, CanBeWatchedLive) {
   ASSERT_EQ(::bind(socket, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
   socklen_t length = sizeof address;
   ASSERT_EQ(::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &length), 0);
-  const std::string car = " --vehicle " + places::source() + "/vehicles/open_wheel/vehicle.yaml";
+  const std::string car = " --car " + places::source() + "/vehicles/open_wheel/vehicle.yaml";
   const auto begin = std::chrono::steady_clock::now();
   const int code = std::system((places::crgdrive() + " manoeuvre step-steer" + car +
                                 " --seconds 2 --rate-hz 20 --speed-up 4 --udp 127.0.0.1:" +

@@ -15,7 +15,7 @@ run(crgbuild, ['report', 'ring/kerbstone-ring_truth.crg', '-o', 'ring', '-q']);
 // Two laps of a quick driver; one of a slow one; most of one, twice, which is none: it was put back before the line.
 const lapTimes = {};
 for (const [name, laps, grip] of [['quick', 2, '0.75'], ['slow', 1, '0.5']])
-  lapTimes[name] = JSON.parse(run(crgdrive, ['lap', '--vehicle', join(source, 'vehicles/open_wheel/vehicle.yaml'), '--track', 'ring/kerbstone-ring_truth.crg', '-o', `${name}.csv`, '--laps', String(laps), '--grip-usage', grip, '--json']).stdout).lap_s;
+  lapTimes[name] = JSON.parse(run(crgdrive, ['lap', '--car', join(source, 'vehicles/open_wheel/vehicle.yaml'), '--road', 'ring/kerbstone-ring_truth.crg', '-o', `${name}.csv`, '--laps', String(laps), '--grip-usage', grip, '--json']).stdout).lap_s;
 const slowRows = readFileSync(join(dir, 'slow.csv'), 'utf8').trim().split('\n'), head = slowRows.findIndex((row) => row.startsWith('time_s')) + 1;
 const most = Math.round(0.8 * (slowRows.length - head)), again = slowRows.slice(head + 10, head + most);
 writeFileSync(join(dir, 'put-back.csv'), `${[...slowRows.slice(0, head), ...again, ...again.map((row) => row.replace(/^[^,]*/, (time) => (Number(time) + 0.01 * most).toFixed(2)))].join('\n')}\n`);

@@ -416,10 +416,10 @@ try {
 
   // Laps: two drives, and where they differ most.
   mkdirSync(join(shown, 'drives'));
-  const drive = (name, usage) => run(crgdrive, ['lap', '--vehicle', join(source, 'vehicles/open_wheel/vehicle.yaml'), '--track', 'out/shown/ring.crg', '--grip-usage', usage, '-o', `drives/${name}.csv`, '-q'], shown);
+  const drive = (name, usage) => run(crgdrive, ['lap', '--car', join(source, 'vehicles/open_wheel/vehicle.yaml'), '--road', 'out/shown/ring.crg', '--grip-usage', usage, '-o', `drives/${name}.csv`, '-q'], shown);
   drive('a', '0.75');
   drive('b', '0.6');
-  run(crgdrive, ['fmu', join(source, 'vehicles/open_wheel/vehicle.yaml'), '--track', 'out/shown/ring.crg', '-o', 'car.fmu', '-q'], shown);
+  run(crgdrive, ['fmu', join(source, 'vehicles/open_wheel/vehicle.yaml'), '--road', 'out/shown/ring.crg', '-o', 'car.fmu', '-q'], shown);
   await page.reload();
   await page.waitForSelector('html[data-ready="yes"]');
   await page.click('[data-tab="laps"]');
@@ -607,7 +607,7 @@ try {
   check(correctedLap > statedLap + 0.05 && correctedLap < statedLap + 5, `laps of both cars: ${statedLap} and ${correctedLap} s`);
   await picture('corrected');
   if (isHeavy) {
-    run(crgdrive, ['lap', '--vehicle', 'car/vehicle.yaml', '--track', 'out/shown/ring.crg', '-o', 'by-hand.csv', '-q'], shown);
+    run(crgdrive, ['lap', '--car', 'car/vehicle.yaml', '--road', 'out/shown/ring.crg', '-o', 'by-hand.csv', '-q'], shown);
     const rowsOf = (path) => readFileSync(join(shown, path), 'utf8').split('\n').filter((text) => !text.startsWith('#')).join('\n');
     check(rowsOf('by-hand.csv') === rowsOf('out/drives/car-lap-1.csv'), 'the lap is that of the command');
   }

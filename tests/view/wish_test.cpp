@@ -62,9 +62,9 @@ TEST_F(Wish, ALapOfTheBuiltInDriverLiesBesideThePersons) {
   folder_.file("a/found/friction.crg", "");
   const view::Wish lap = of(
       R"({"do": "lap", "vehicle": "0/found/vehicle.yaml", "road": "0/ring.crg", "friction": "0/found/friction.crg"})");
-  EXPECT_THAT(lap.command, ElementsAre("crgdrive", "lap", "--vehicle", "found/vehicle.yaml",
-                                       "--track", "ring.crg", "--friction", "found/friction.crg",
-                                       "-o", "out/drives/found-lap-1.csv"));
+  EXPECT_THAT(lap.command,
+              ElementsAre("crgdrive", "lap", "--car", "found/vehicle.yaml", "--road", "ring.crg",
+                          "--grip", "found/friction.crg", "-o", "out/drives/found-lap-1.csv"));
   EXPECT_EQ(lap.result, "out/drives/found-lap-1.csv");
   EXPECT_EQ(status(R"({"do": "lap", "vehicle": "0/../secret.crg", "road": "0/ring.crg"})"), 404);
 }

@@ -391,7 +391,7 @@ void define_export(CLI::App& app, Commands& c) {
                      "16 bits a sample, by the ending: .png or .raw; beside it a .json says where");
   exported->add_flag("--mat", c.export_road.mat,
                      "MATLAB level 5: line and heights as variables, 8 bytes a number");
-  add_input(*exported, "--friction", c.export_road.friction_crg,
+  add_input(*exported, "--grip", c.export_road.friction_crg,
             "for --xodr and --rdf: a CRG whose heights are friction coefficients");
   exported
       ->add_option(
@@ -409,7 +409,7 @@ void define_export(CLI::App& app, Commands& c) {
           "one format is wanted: --xodr, --rdf, --mesh, --heightmap, --mat, --geojson, --kml, "
           "--svg or --tum");
     if (!wanted.friction_crg.empty() && !wanted.xodr && !wanted.rdf)
-      throw CLI::ValidationError("--friction",
+      throw CLI::ValidationError("--grip",
                                  "goes with --xodr and --rdf: the other formats name no CRG");
   });
   exported->footer(

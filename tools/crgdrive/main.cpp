@@ -18,7 +18,7 @@ void add_car_settings(CLI::App& app, crgdrive::CarOptions& car) {
 }
 
 void add_car_options(CLI::App& app, crgdrive::CarOptions& car) {
-  add_input(app, "--vehicle", car.vehicle_path, "vehicle.yaml")->required();
+  add_input(app, "--car", car.vehicle_path, "vehicle.yaml")->required();
   add_car_settings(app, car);
   app.add_flag("--stop-off-road", car.stop_off_road,
                "A wheel over a hole or beside the road ends the run; without: it goes on over the "
@@ -77,8 +77,8 @@ void add_lap(const CommandLine& line, crgdrive::LapCommand& lap) {
   CLI::App* const lap_app = line.app.add_subcommand("lap", "Laps of a road by the built-in driver");
   add_car_options(*lap_app, lap.car);
   add_live_options(*lap_app, lap.live);
-  add_input(*lap_app, "--track", lap.track_path, "CRG file of the road")->required();
-  add_input(*lap_app, "--friction", lap.friction_path,
+  add_input(*lap_app, "--road", lap.track_path, "CRG file of the road")->required();
+  add_input(*lap_app, "--grip", lap.friction_path,
             "CRG file of the same shape whose heights are grip factors");
   add_output_file(*lap_app, lap.out_path,
                   "Telemetry to write, CSV; MCAP where the name ends in .mcap");
@@ -134,12 +134,12 @@ void add_replay(const CommandLine& line, crgdrive::ReplayCommand& replay) {
   CLI::App* const replay_app =
       line.app.add_subcommand("replay", "Drives a recording's commands and compares");
   add_car_options(*replay_app, replay.car);
-  add_input(*replay_app, "--track", replay.track_path, "CRG file of the road")->required();
-  add_input(*replay_app, "--recording", replay.recording_path, "The log: CSV or of any maker")
+  add_input(*replay_app, "--road", replay.track_path, "CRG file of the road")->required();
+  add_input(*replay_app, "--log", replay.recording_path, "The log: CSV or of any maker")
       ->required();
   add_input(*replay_app, "--mapping", replay.mapping_path,
             "mapping.yaml: which column is which channel; without: by their names");
-  add_input(*replay_app, "--friction", replay.friction_path,
+  add_input(*replay_app, "--grip", replay.friction_path,
             "CRG file of the same shape whose heights are grip factors");
   add_output_folder(*replay_app, replay.out_path,
                     "Folder for errors.csv and replay.csv; NAME.mcap: the telemetry alone, MCAP");
@@ -172,7 +172,7 @@ void add_report(const CommandLine& line, crgdrive::ReportCommand& report) {
   add_input(*report_app, "telemetry", report.telemetry, "Telemetry or recordings")
       ->required()
       ->expected(1, 2);
-  add_input(*report_app, "--track", report.track_path, "CRG file of the road")->required();
+  add_input(*report_app, "--road", report.track_path, "CRG file of the road")->required();
   add_input(*report_app, "--mapping", report.mapping_path, "mapping.yaml of the first file");
   add_output_file(*report_app, report.out_path, "The page to write, HTML")->required();
   report_app->callback(
@@ -219,7 +219,7 @@ void add_manoeuvre(const CommandLine& line, crgdrive::ManoeuvreCommand& manoeuvr
 void add_timing(const CommandLine& line, crgdrive::TimingCommand& timing) {
   CLI::App* const timing_app = line.app.add_subcommand("timing", "How long a step takes");
   add_car_options(*timing_app, timing.car);
-  add_input(*timing_app, "--track", timing.track_path,
+  add_input(*timing_app, "--road", timing.track_path,
             "CRG file to drive on; without: a plane (not for strip contact)");
   timing_app->add_option("--seconds", timing.seconds, "Simulated time, s")
       ->check(CLI::Range(0.01, 3600.0));
@@ -243,8 +243,8 @@ void add_fmu(const CommandLine& line, crgdrive::FmuCommand& fmu) {
   CLI::App* const fmu_app = line.app.add_subcommand(
       "fmu", "The car and a road as a Functional Mock-up Unit that other simulators drive");
   add_input(*fmu_app, "vehicle", fmu.car.vehicle_path, "vehicle.yaml")->required();
-  add_input(*fmu_app, "--track", fmu.track_path, "CRG file of the road; without: a level plane");
-  add_input(*fmu_app, "--friction", fmu.friction_path,
+  add_input(*fmu_app, "--road", fmu.track_path, "CRG file of the road; without: a level plane");
+  add_input(*fmu_app, "--grip", fmu.friction_path,
             "CRG file of the same shape whose heights are grip factors");
   add_car_settings(*fmu_app, fmu.car);
   add_choice(*fmu_app, "--fmi", fmu.version, "Version of the standard", {"2", "3"});

@@ -72,7 +72,7 @@ int timing(const TimingCommand& command, Terminal& terminal) {
   if (v.contact == vehicle::Contact::kStrip && command.track_path.empty())
     throw vehicle::Error(
         "strip contact looks at samples of a road, a plane has none: nothing to measure; give "
-        "--track, or --contact single-point");
+        "--road, or --contact single-point");
   const vehicle::StepOptions options = step_options(command.car);
   vehicle::check_step(v.parameters, options);
   std::optional<crg::Surface> surface;

@@ -13,10 +13,10 @@ void add_threads(CLI::App& app, unsigned& threads) {
 
 /// Of all commands that compare recordings with a simulation.
 void add_inputs(CLI::App& app, crgexplain::RunCommand& inputs) {
-  command::add_input(app, "--track", inputs.track_path, "CRG file of the road")->required();
-  command::add_input(app, "--friction", inputs.friction_path,
+  command::add_input(app, "--road", inputs.track_path, "CRG file of the road")->required();
+  command::add_input(app, "--grip", inputs.friction_path,
                      "CRG file of the same shape whose heights are grip factors");
-  command::add_input(app, "--vehicle", inputs.vehicle_path, "vehicle.yaml of the simulated car")
+  command::add_input(app, "--car", inputs.vehicle_path, "vehicle.yaml of the simulated car")
       ->required();
   command::add_input(
       app, "--mapping", inputs.mapping_path,
@@ -53,7 +53,7 @@ int main(int argc, char** argv) {
   CLI::App* const run_app =
       app.add_subcommand("run", "Locates, names and sizes what the simulation lacks");
   add_inputs(*run_app, analysis);
-  add_input(*run_app, "--recordings", analysis.recording_paths,
+  add_input(*run_app, "--log", analysis.recording_paths,
             "CSV files with the same columns, one header line each")
       ->required();
   run_app

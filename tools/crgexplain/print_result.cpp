@@ -67,17 +67,17 @@ void print_commands(const RunCommand& command, const explain::ExplainedFiles& re
   const auto option = [](const char* name, const std::string& path) {
     return path.empty() ? "" : fmt::format(" {} {}", name, shell_word(path));
   };
-  const std::string track = option("--track", now.track_path),
-                    vehicle = option("--vehicle", now.vehicle_path),
-                    friction = option("--friction", now.friction_path);
+  const std::string track = option("--road", now.track_path),
+                    vehicle = option("--car", now.vehicle_path),
+                    friction = option("--grip", now.friction_path);
   const std::string fuel = fmt::format(" --fuel-kg {:.6g}", now.fuel_kg);
   terminal.print(fmt::format("simulate with the corrections: crgdrive lap{}{}{}{}{}\n", track,
                              vehicle, result.fuel_logged ? "" : fuel, friction,
                              option("-o", command.out_path + "/lap.csv")));
   std::string logs;
   for (const std::string& path : command.recording_paths) logs += " " + shell_word(path);
-  terminal.print(fmt::format("look again: crgexplain run{}{}{}{} --recordings{}{}{}\n", track,
-                             friction, vehicle, now.fuel_kg > 0 ? fuel : "", logs,
+  terminal.print(fmt::format("look again: crgexplain run{}{}{}{} --log{}{}{}\n", track, friction,
+                             vehicle, now.fuel_kg > 0 ? fuel : "", logs,
                              option("--mapping", now.mapping_path),
                              option("-o", command.out_path + "/again")));
 }

@@ -84,13 +84,13 @@ void add_actuator(CLI::App& app, crgidentify::ActuatorCommand& actuator, const C
 void add_reduce(CLI::App& app, crgidentify::ReduceCommand& reduce, const Chosen& chosen) {
   CLI::App* const reduce_app = app.add_subcommand(
       "reduce", "Makes models for planning and control from the full car, with their errors");
-  command::add_input(*reduce_app, "--vehicle", reduce.vehicle_path, "vehicle.yaml")->required();
+  command::add_input(*reduce_app, "--car", reduce.vehicle_path, "vehicle.yaml")->required();
   command::add_input(*reduce_app, "--setup", reduce.setup_path,
                      "Setup sheet, read after the vehicle's own");
   reduce_app->add_option("--set", reduce.settings,
                          "name=value: a parameter or a term's amplitude; repeatable");
   command::add_input(
-      *reduce_app, "--track", reduce.track_path,
+      *reduce_app, "--road", reduce.track_path,
       "CRG road of the lap that the models are compared on; without: a built-in one");
   command::add_output_file(*reduce_app, reduce.out_path,
                            "YAML to write; NAME.h, NAME_axles.csv and NAME_border.csv go beside it")
@@ -123,7 +123,7 @@ void add_reduce(CLI::App& app, crgidentify::ReduceCommand& reduce, const Chosen&
   reduce_app->add_option("--threads", reduce.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0, 1024));
   reduce_app->footer(
-      "Example:\n  crgidentify reduce --vehicle vehicles/open_wheel/vehicle.yaml -o control.yaml");
+      "Example:\n  crgidentify reduce --car vehicles/open_wheel/vehicle.yaml -o control.yaml");
   reduce_app->callback(
       [&] { chosen([&](command::Terminal& t) { return crgidentify::reduce(reduce, t); }); });
 }
@@ -132,9 +132,9 @@ void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen&
   CLI::App* const forces_app = app.add_subcommand(
       "forces", "Estimates forces, slips and loads of every wheel of recorded drives");
   command::add_input(*forces_app, "recordings", forces.recording_paths, "The logs")->required();
-  command::add_input(*forces_app, "--vehicle", forces.vehicle_path, "vehicle.yaml")->required();
-  command::add_input(*forces_app, "--track", forces.track_path, "CRG road")->required();
-  command::add_input(*forces_app, "--friction", forces.friction_path,
+  command::add_input(*forces_app, "--car", forces.vehicle_path, "vehicle.yaml")->required();
+  command::add_input(*forces_app, "--road", forces.track_path, "CRG road")->required();
+  command::add_input(*forces_app, "--grip", forces.friction_path,
                      "CRG whose heights are factors on the tyres' grip");
   command::add_input(*forces_app, "--mapping", forces.mapping_path,
                      "mapping.yaml: which column is which channel; without: by their names");
@@ -160,7 +160,7 @@ void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen&
   forces_app->add_option("--threads", forces.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0, 1024));
   forces_app->footer(
-      "Example:\n  crgidentify forces lap.csv --vehicle vehicle.yaml --track road.crg -o forces");
+      "Example:\n  crgidentify forces lap.csv --car vehicle.yaml --road road.crg -o forces");
   forces_app->callback(
       [&] { chosen([&](command::Terminal& t) { return crgidentify::forces(forces, t); }); });
 }
@@ -173,10 +173,10 @@ CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
                     const char* example = "found.txt") {
   CLI::App* const drive_app = app.add_subcommand(name, what);
   command::add_input(*drive_app, "recording", drive.recording_path, "The log")->required();
-  command::add_input(*drive_app, "--vehicle", drive.vehicle_path,
+  command::add_input(*drive_app, "--car", drive.vehicle_path,
                      "vehicle.yaml: what the log does not say, and what it is compared with")
       ->required();
-  command::add_input(*drive_app, "--track", drive.track_path,
+  command::add_input(*drive_app, "--road", drive.track_path,
                      "CRG road: banks, grades, dips and crests; without: az_mps2, else a plane");
   command::add_input(*drive_app, "--mapping", drive.mapping_path,
                      "mapping.yaml: which column is which channel; without: by their names");
@@ -192,7 +192,7 @@ CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
       ->check(CLI::Range(0.0, 1000.0));
   command::add_output_file(*drive_app, drive.out_path, out);
   drive_app->footer(std::string("Example:\n  crgidentify ") + name +
-                    " lap.csv --vehicle vehicle.yaml --track road.crg -o " + example);
+                    " lap.csv --car vehicle.yaml --road road.crg -o " + example);
   drive_app->callback(
       [&drive, work, &chosen] { chosen([&](command::Terminal& t) { return work(drive, t); }); });
   return drive_app;

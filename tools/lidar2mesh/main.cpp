@@ -231,7 +231,7 @@ void add_placing(CLI::App& app, MapCommand& c) {
 }
 
 CLI::Option* add_base(CLI::App& app, MapCommand& c) {
-  return add_input(app, "--base", c.base, "the road to refine: a .crg, or a mesh");
+  return add_input(app, "--road", c.base, "the road to refine: a .crg, or a mesh");
 }
 
 void add_base_or_none(CLI::App& app, MapCommand& c) {
@@ -290,7 +290,7 @@ void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   add_results(*map, c, "folder for the results, made if missing")->required();
   add_threads(*map, c.threads);
   map->footer(
-      "Example:\n  lidar2mesh map scans --trajectory t.csv --base track.crg -o out\n\n"
+      "Example:\n  lidar2mesh map scans --trajectory t.csv --road track.crg -o out\n\n"
       "Exit code 3 when the drift from the base did not converge, or when the same ground lies at\n"
       "different heights as seen from different places.");
   map->callback([&, map] {
@@ -309,7 +309,7 @@ void define_grid(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   add_fusion(*grid, c);
   add_results(*grid, c, "folder for the results, made if missing")->required();
   add_threads(*grid, c.threads);
-  grid->footer("Example:\n  lidar2mesh grid survey.las --base track.crg -o out");
+  grid->footer("Example:\n  lidar2mesh grid survey.las --road track.crg -o out");
   grid->callback([&, grid] {
     c.options = command::options_used(*grid), c.program = program();
     c.frame = "map", c.correct_drift = false;
@@ -326,7 +326,7 @@ void define_split(CLI::App& app, SplitCommand& c, Terminal& terminal, Run& run) 
   add_placing(*split, c.map);
   add_fusion(*split, c.map);
   add_output_folder(*split, c.map.output_dir, "folder for the tiles, made if missing")->required();
-  split->footer("Example:\n  lidar2mesh split scans --trajectory t.csv --base track.crg -o tiles");
+  split->footer("Example:\n  lidar2mesh split scans --trajectory t.csv --road track.crg -o tiles");
   split->callback([&, split] {
     c.map.options = command::options_used(*split);
     run = [&] { return run_split(c, terminal); };

@@ -64,7 +64,7 @@ int run_synth(const SynthCommand& command, Terminal& terminal) {
                   100.0 * made.share_on_scenery, made.trajectory_path, made.truth_path, truth));
   if (circuit)
     terminal.print(fmt::format(
-        "base        {}: no kerbs, no bumps, banking 0.006 m/m off, for 'map --base'\n", base));
+        "base        {}: no kerbs, no bumps, banking 0.006 m/m off, for 'map --road'\n", base));
   return kOk;
 }
 

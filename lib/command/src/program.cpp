@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <new>
@@ -79,11 +80,9 @@ std::string about_flag(const CLI::App& app, std::string flag) {
 std::string about_word(const CLI::App& app, const std::string& word, const Advice& advice) {
   const CLI::App& at = *last_chosen(app);
   std::vector<std::string> words;
-  std::string known;
-  for (const CLI::App* sub : at.get_subcommands({})) {
-    words.push_back(sub->get_name());
-    known += (known.empty() ? "" : ", ") + sub->get_name();
-  }
+  if (&at == &app) words = advice.elsewhere;
+  for (const CLI::App* sub : at.get_subcommands({})) words.push_back(sub->get_name());
+  const std::string known = fmt::format("{}", fmt::join(words, ", "));
   if (word.empty()) return fmt::format("a command is wanted: {}", known);
   if (const std::string meant = near(word, words); !meant.empty())
     return fmt::format("there is no command '{}'; did you mean '{}'?", word, meant);
@@ -198,6 +197,34 @@ void look_at_paths(const CLI::App& app, Terminal& terminal) {
   }
 }
 
+/// One thing has one name in all commands; names that it had still work.
+constexpr std::array<std::array<const char*, 2>, 6> kOldNames = {{{"--track", "--road"},
+                                                                  {"--base", "--road"},
+                                                                  {"--vehicle", "--car"},
+                                                                  {"--recording", "--log"},
+                                                                  {"--recordings", "--log"},
+                                                                  {"--friction", "--grip"}}};
+
+/// Puts the new names in; what to say about it, a line for each.
+std::vector<std::string> use_new_names(const CLI::App& app, std::vector<std::string>& words) {
+  const CLI::App* at = &app;
+  for (const std::string& word : words)
+    for (const CLI::App* sub : at->get_subcommands({}))
+      if (sub->get_name() == word) at = sub;
+  std::vector<std::string> remarks;
+  for (std::string& word : words) {
+    if (word == "--") break;
+    const std::string flag = word.substr(0, word.find('='));
+    for (const auto& [old, now] : kOldNames)
+      if (flag == old && at->get_option_no_throw(old) == nullptr &&
+          at->get_option_no_throw(now) != nullptr) {
+        word.replace(0, flag.size(), now);
+        remarks.push_back(fmt::format("{} is called {} now", old, now));
+      }
+  }
+  return remarks;
+}
+
 int parse_and_work(CLI::App& app, Terminal& terminal, std::vector<std::string> words,
                    const std::function<int()>& work, const Advice& advice) {
   const std::string name = app.get_name();
@@ -212,6 +239,7 @@ int parse_and_work(CLI::App& app, Terminal& terminal, std::vector<std::string> w
              kOk;
     if (word == "--out" || word.starts_with("--out=")) word.insert(5, "put");
   }
+  const std::vector<std::string> remarks = use_new_names(app, words);
   std::reverse(words.begin(), words.end());
   try {
     app.parse(std::move(words));
@@ -223,6 +251,7 @@ int parse_and_work(CLI::App& app, Terminal& terminal, std::vector<std::string> w
   } catch (const CLI::ParseError& error) {
     throw UsageError(explain(app, error, advice));
   }
+  for (const std::string& remark : remarks) terminal.remark(remark);
   look_at_paths(app, terminal);
   terminal.start(words_to(*last_chosen(app)));
   return work();

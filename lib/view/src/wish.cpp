@@ -185,10 +185,10 @@ Wish lap(const ordered_json& wish, const Folders& folders) {
   Wish out;
   const std::string of = fs::absolute(folders.root(0) / vehicle).parent_path().filename().string();
   out.result = new_file(folders, "out/drives", of + "-lap", ".csv");
-  out.command = {"crgdrive",       "lap",     "--vehicle",
-                 vehicle.string(), "--track", path_of(wish, "road", folders)};
+  out.command = {"crgdrive",       "lap",    "--car",
+                 vehicle.string(), "--road", path_of(wish, "road", folders)};
   if (!text_of(wish, "friction").empty())
-    append(out.command, {"--friction", path_of(wish, "friction", folders)});
+    append(out.command, {"--grip", path_of(wish, "friction", folders)});
   append(out.command, {"-o", out.result});
   return out;
 }

@@ -27,7 +27,7 @@ crg::Crg road_from_points(const RefineRequest& request, const CloudSource& sourc
                             options);
   if (trajectory == nullptr)
     throw Error(
-        "a road to refine (--base), or a line to make one along (--centreline, or the --trajectory "
+        "a road to refine (--road), or a line to make one along (--centreline, or the --trajectory "
         "of the scans) is wanted");
   return base_from_points(source, driven_line(*trajectory), trajectory, options);
 }
@@ -74,7 +74,7 @@ void want_bounds(const RefineRequest& request) {
   if (!request.extrinsic.empty() && !six)
     throw Error("--extrinsic: six numbers wanted: x y z (m) roll pitch yaw (deg)");
   if (!request.base.empty() && !request.centreline.empty())
-    throw Error("--centreline excludes --base: the line of the base is taken");
+    throw Error("--centreline excludes --road: the line of the base is taken");
 }
 
 }  // namespace

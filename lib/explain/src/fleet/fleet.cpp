@@ -32,7 +32,7 @@ void want_fit(const Gathered& all, const DriveSummary& drive) {
       drive.closed != all.closed || drive.knots != all.knots)
     throw Error(fmt::format(
         "{}: was driven on another road file ({:.10}, {:.1f} m) than {} ({:.10}, {:.1f} m); give "
-        "summaries of one road, made with the same --track and --friction",
+        "summaries of one road, made with the same --road and --grip",
         drive.recording, drive.road_sha256, drive.length_m, all.first, all.road_sha256,
         all.length_m));
   if (drive.program != all.program)

@@ -23,7 +23,7 @@ void want_grip_factors(const crg::Crg& map, const std::string& path) {
   for (const float value : map.grid.z_m)
     if (value < 0.0F || value > kMost)
       throw Error(
-          fmt::format("{}: a grip factor of {:.3g}, wanted 0 to {:.0f}; --friction is a file of "
+          fmt::format("{}: a grip factor of {:.3g}, wanted 0 to {:.0f}; --grip is a file of "
                       "grip factors in place of heights",
                       path, value, kMost));
 }

@@ -186,7 +186,7 @@ Exported export_unit(const ExportOptions& options) {
       out.inputs.push_back(options.friction_path);
     }
   } else if (!options.friction_path.empty()) {
-    throw base::Error(options.friction_path + ": a friction map without a road; give --track");
+    throw base::Error(options.friction_path + ": a friction map without a road; give --road");
   }
 
   pack(options, car, unit, std::move(resources), out);

@@ -182,7 +182,7 @@ void say_aero(const vehicle::Car<double>& car, const DriveWindows& drive,
     out.remarks.emplace_back(
         "no travels, no loads: ride heights for the drag's map are by the vehicle file's springs");
   if (drive.normal != NormalFrom::kRoad)
-    out.remarks.emplace_back("grades of the road stand in the result: no --track");
+    out.remarks.emplace_back("grades of the road stand in the result: no --road");
 }
 
 }  // namespace

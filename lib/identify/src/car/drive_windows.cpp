@@ -392,7 +392,7 @@ std::string normal_words(const DriveWindows& drive, bool body_axes) {
     case NormalFrom::kPlane:
       break;
   }
-  return "the road is taken as a level plane: no --track, no az_mps2 with gravity in it; banks, "
+  return "the road is taken as a level plane: no --road, no az_mps2 with gravity in it; banks, "
          "grades, dips and "
          "crests stand in the results";
 }

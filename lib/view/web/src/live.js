@@ -350,6 +350,6 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     await showRoad();
   }
   buttons();
-  if (entriesOf().length === 0) say('A unit is made by: crgdrive fmu vehicle.yaml --track road.crg -o car.fmu');
+  if (entriesOf().length === 0) say('A unit is made by: crgdrive fmu vehicle.yaml --road road.crg -o car.fmu');
   return { root, open };
 }
