@@ -81,7 +81,7 @@ class _Section:
         return value
 
     def options(self):
-        """Flags for the command: {"--u-step-m": 0.2, "--grip": true}."""
+        """Flags for the command: {"--u-step-m": 0.2, "--friction": true}."""
         words = []
         options = self.get("options", dict, "flags and their values") or {}
         for flag, value in options.items():

@@ -79,7 +79,7 @@ class Two : public ::testing::Test {
                                    "--unit",     "m",
                                    "--u-step-m", "0.5",
                                    "--v-step-m", "0.5"};
-    if (mesh == "a") words.insert(words.end(), {"--grip"});
+    if (mesh == "a") words.insert(words.end(), {"--friction"});
     return words;
   }
   std::string out() const { return folder_ / "out"; }

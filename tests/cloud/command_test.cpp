@@ -150,7 +150,7 @@ std::set<std::string> options_of(const support::TemporaryFolder& folder,
     const std::size_t end = help.find_first_not_of("abcdefghijklmnopqrstuvwxyz-", at + 2);
     options.insert(help.substr(at + 2, end - at - 2));
   }
-  for (const char* other : {"help", "quiet", "json", "version", "threads", "output", "base",
+  for (const char* other : {"help", "quiet", "json", "version", "threads", "output", "road",
                             "centreline", "trajectory"})
     options.erase(other);
   return options;

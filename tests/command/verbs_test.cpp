@@ -85,7 +85,7 @@ TEST(OldNames, StillWorkAndTheNewOneIsSaid) {
   for (const char* said : {"--track is called --road now", "--vehicle is called --car now",
                            "--friction is called --grip now", "--recordings is called --log now"})
     EXPECT_THAT(ran.err, HasSubstr(said));
-  EXPECT_THAT(ran.err, HasSubstr("no.crg"));  // taken as the road
+  EXPECT_THAT(ran.err, HasSubstr("no.yaml: cannot open"));  // taken as the car
   Words quiet = words;
   quiet.emplace_back("--quiet");
   EXPECT_THAT(run_tool(tool("crgexplain"), quiet).err, Not(HasSubstr("is called")));
