@@ -74,6 +74,7 @@ TEST(Verbs, GiveTheExitCodeAndTheMessageOfTheirOwner) {
   EXPECT_NE(owner.code, 0);
   EXPECT_EQ(ran.code, owner.code);
   EXPECT_EQ(ran.err, owner.err);
+  EXPECT_EQ(run_tool(tool("kerbstone"), {"-q", "--json", "check", "no.crg"}).err, owner.err);
 }
 
 TEST(OldNames, StillWorkAndTheNewOneIsSaid) {

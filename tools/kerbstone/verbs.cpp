@@ -55,16 +55,19 @@ const std::vector<Verb>& verbs() {
 }
 
 std::vector<std::string> words_of_owner(const std::vector<std::string>& words) {
+  const auto word = std::find_if(words.begin(), words.end(),
+                                 [](const std::string& w) { return !w.starts_with('-'); });
   const auto verb = std::find_if(verbs().begin(), verbs().end(), [&](const Verb& v) {
-    return !words.empty() && words[0] == v.name;
+    return word != words.end() && *word == v.name;
   });
   if (verb == verbs().end()) return {};
-  const bool is_other =
-      words.size() > 1 && std::any_of(verb->also.begin(), verb->also.end(),
-                                      [&](const char* w) { return words[1] == w; });
+  const auto rest = word + 1;
+  const bool is_other = rest != words.end() &&
+                        std::find(verb->also.begin(), verb->also.end(), *rest) != verb->also.end();
   std::vector<std::string> out = {verb->program};
   if (*verb->command != '\0' && !is_other) out.emplace_back(verb->command);
-  out.insert(out.end(), words.begin() + 1, words.end());
+  out.insert(out.end(), rest, words.end());
+  out.insert(out.end(), words.begin(), word);  // --quiet and --json may stand before the verb
   return out;
 }
 
@@ -75,6 +78,7 @@ std::string own_folder() {
 }
 
 void make_tools_found(const std::string& own) {
+  if (own.empty()) return;
   std::string path = own;
   for (const Verb& verb : verbs()) {
     const fs::path folder = fs::path(own).parent_path() / verb.program;

@@ -16,8 +16,8 @@ struct Verb {
 
 const std::vector<Verb>& verbs();
 
-/// The program's name and its words for `kerbstone VERB ...`; empty where the first word is none of
-/// verbs().
+/// The program's name and its words for `kerbstone VERB ...`, flags before the verb put behind it;
+/// empty where the first word is none of verbs().
 std::vector<std::string> words_of_owner(const std::vector<std::string>& words);
 
 /// Where this program lies: the others lie beside it. Empty where the system does not say.
