@@ -15,6 +15,7 @@
 #include "support/listed.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
+#include "support/sources.h"
 
 namespace cli {
 namespace caught_errors_test {
@@ -56,27 +57,21 @@ TEST(CaughtErrors, AreKeptWhereThereIsAReasonAlone) {
   const std::map<std::string, std::string> known = support::listed("caught_errors.txt");
   std::set<std::string> found;
   const fs::path top = places::source();
-  for (const char* below : {"lib", "tools"})
-    for (auto entry = fs::recursive_directory_iterator(top / below); entry != fs::end(entry);
-         ++entry) {
-      if (entry->path().filename() == "node_modules") entry.disable_recursion_pending();
-      const std::string ending = entry->path().extension().string();
-      if (!entry->is_regular_file() || (ending != ".cpp" && ending != ".h")) continue;
-      const std::string source = read(entry->path());
-      const std::vector<std::size_t> lines = keepers(source);
-      if (lines.empty()) continue;
-      const std::string file = entry->path().lexically_relative(top).generic_string();
-      const std::vector<support::FunctionLength> functions = support::function_lengths(source);
-      for (const std::size_t line : lines) {
-        std::string place = file;
-        for (const support::FunctionLength& f : functions)
-          if (f.line <= line && line < f.line + f.lines) place = file + ":" + f.name;
-        found.insert(place);
-        EXPECT_TRUE(known.contains(place))
-            << file << ":" << line << ": " << place << " keeps an exception: let it pass, or give "
-            << "back a base::Answer where what it is thrown for can be counted on";
-      }
+  for (const std::string& file : support::cpp_of_lib_and_tools()) {
+    const std::string source = read(top / file);
+    const std::vector<std::size_t> lines = keepers(source);
+    if (lines.empty()) continue;
+    const std::vector<support::FunctionLength> functions = support::function_lengths(source);
+    for (const std::size_t line : lines) {
+      std::string place = file;
+      for (const support::FunctionLength& f : functions)
+        if (f.line <= line && line < f.line + f.lines) place = file + ":" + f.name;
+      found.insert(place);
+      EXPECT_TRUE(known.contains(place))
+          << file << ":" << line << ": " << place << " keeps an exception: let it pass, or give "
+          << "back a base::Answer where what it is thrown for can be counted on";
     }
+  }
   EXPECT_GT(found.size(), 20u);
   for (const auto& [place, reason] : known)
     EXPECT_TRUE(found.contains(place))

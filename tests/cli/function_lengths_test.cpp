@@ -12,6 +12,7 @@
 #include "support/listed.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
+#include "support/sources.h"
 
 namespace cli {
 namespace function_lengths_test {
@@ -85,20 +86,13 @@ TEST(Layout, FunctionsAreShort) {
   for (const auto& [name, reason] : known) with_a_reason += reason != "to split" ? 1 : 0;
   EXPECT_LE(with_a_reason, kMostWithAReason);
   const fs::path top = places::source();
-  for (const char* below : {"lib", "tools"})
-    for (auto entry = fs::recursive_directory_iterator(top / below); entry != fs::end(entry);
-         ++entry) {
-      if (entry->path().filename() == "node_modules") entry.disable_recursion_pending();
-      const std::string ending = entry->path().extension().string();
-      if (!entry->is_regular_file() || (ending != ".cpp" && ending != ".h")) continue;
-      const std::string file = entry->path().lexically_relative(top).generic_string();
-      for (const support::FunctionLength& f : function_lengths(read(entry->path()))) {
-        ++functions;
-        if (f.lines > kMostLines) {
-          EXPECT_EQ(known.erase(file + ":" + f.name), 1u)
-              << file << ":" << f.line << ": " << f.name << " has " << f.lines << " lines, at most "
-              << kMostLines << " wanted: give its steps names";
-        }
+  for (const std::string& file : support::cpp_of_lib_and_tools())
+    for (const support::FunctionLength& f : function_lengths(read(top / file))) {
+      ++functions;
+      if (f.lines > kMostLines) {
+        EXPECT_EQ(known.erase(file + ":" + f.name), 1u)
+            << file << ":" << f.line << ": " << f.name << " has " << f.lines << " lines, at most "
+            << kMostLines << " wanted: give its steps names";
       }
     }
   EXPECT_GT(functions, 3500u);

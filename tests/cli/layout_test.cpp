@@ -16,12 +16,13 @@
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "support/run_tool.h"
+#include "support/sources.h"
 
 namespace cli {
 namespace layout_test {
 
 namespace fs = std::filesystem;
-using support::listed;
+using support::listed, support::sources_of_lib_and_tools;
 
 std::vector<std::pair<fs::path, std::string>> includes_below(const fs::path& folder) {
   std::vector<std::pair<fs::path, std::string>> found;
@@ -167,34 +168,9 @@ TEST(Layout, ToolsWriteFilesThroughBaseAlone) {
     return std::any_of(std::begin(kWriters), std::end(kWriters),
                        [&](const char* writer) { return text.find(writer) != text.npos; });
   };
-  for (const char* folder : {"lib", "tools"})
-    for (auto entry = fs::recursive_directory_iterator(fs::path(places::source()) / folder);
-         entry != fs::end(entry); ++entry) {
-      const std::string name = entry->path().string();
-      if (entry->path().filename() == "node_modules") entry.disable_recursion_pending();
-      if (!entry->is_regular_file() || name.find("/lib/base/") != std::string::npos ||
-          name.find("/lib/crg/") != std::string::npos)
-        continue;
-      if (entry->path().extension() != ".cpp" && entry->path().extension() != ".h") continue;
-      EXPECT_FALSE(writes(read(entry->path()))) << name;
-    }
-}
-
-/// Every source below lib and tools, as a path from the top.
-std::vector<std::string> sources_of_lib_and_tools() {
-  static const std::set<std::string> kSources = {".cpp", ".h",   ".def", ".js",
-                                                 ".mjs", ".css", ".py",  ".pyi"};
-  const fs::path top = places::source();
-  std::vector<std::string> sources;
-  for (const char* below : {"lib", "tools"})
-    for (auto entry = fs::recursive_directory_iterator(top / below); entry != fs::end(entry);
-         ++entry) {
-      // Packages fetched for the pages are not ours.
-      if (entry->path().filename() == "node_modules") entry.disable_recursion_pending();
-      if (entry->is_regular_file() && kSources.contains(entry->path().extension().string()))
-        sources.push_back(entry->path().lexically_relative(top).generic_string());
-    }
-  return sources;
+  for (const std::string& name : support::cpp_of_lib_and_tools())
+    if (!name.starts_with("lib/base/") && !name.starts_with("lib/crg/"))
+      EXPECT_FALSE(writes(read(fs::path(places::source()) / name))) << name;
 }
 
 // What is longer is read by nobody from end to end: it is split along its subjects.
