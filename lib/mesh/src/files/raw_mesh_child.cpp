@@ -190,6 +190,12 @@ class Limits {
   std::size_t held_ = 0, bytes_ = 0;
 };
 
+/// The system counts memory that two processes share as a file.
+bool is_at_file_limit(std::size_t bytes) {
+  rlimit most{};
+  return ::getrlimit(RLIMIT_FSIZE, &most) == 0 && bytes >= most.rlim_cur;
+}
+
 /// What the child does; its exit code.
 int run_child(pid_t parent, int result, const std::string& path, std::size_t bytes,
               const std::function<RawMesh(const std::function<void(std::size_t)>&)>& read) {
@@ -283,7 +289,12 @@ RawMesh read_in_child(
     whole = receive.good && end == kEnd;
     ::munmap(mapped, size);
   }
-  if (!whole) throw Error(fmt::format("{}: the reader of such files broke off; {}", path, kAdvice));
+  if (!whole)
+    throw Error(is_at_file_limit(size)
+                    ? fmt::format("{}: read, it takes more than the {} bytes that 'ulimit -f' "
+                                  "allows; raise that limit",
+                                  path, size)
+                    : fmt::format("{}: the reader of such files broke off; {}", path, kAdvice));
   if (!refusal.empty()) throw Error(refusal);
   return mesh;
 }
