@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/archive.h"
 #include "explain/summary.h"
 #include "synthetic_drive.h"
 #include "vehicle/error.h"
@@ -23,7 +24,7 @@ DriveSummary small() {
 
 /// With the check that fits.
 std::string checked(std::string bytes) {
-  const std::uint64_t check = check_of(bytes);
+  const std::uint64_t check = base::checksum(bytes);
   bytes.append(reinterpret_cast<const char*>(&check), 8);
   return bytes;
 }
@@ -58,30 +59,28 @@ TEST(SummaryFile, ForeignFilesAndVersionsAreNamed) {
   expect_refused("time_s,x_m\n", "no summary of a drive");
   std::string bytes = to_bytes(small());
   const std::size_t version = bytes.find('\n') + 1;
-  bytes[version] = 2;
-  expect_refused(bytes, "a summary of version 2 seen, 1 wanted");
+  bytes[version] = 3;
+  expect_refused(bytes, "version 3 seen, 2 wanted");
 }
 
 TEST(SummaryFile, CountsThatTheBytesDoNotPayForTakeNoMemory) {
-  // Knots and columns as many as may be, and nothing behind them.
   DriveSummary s = small();
   const std::string bytes = to_bytes(s);
   const std::string payload = bytes.substr(0, bytes.size() - 8);
   std::string length(8, '\0');
   std::memcpy(length.data(), &s.length_m, 8);
-  const std::size_t at = payload.find(length) + 8;
-  std::string more = payload;
-  const std::uint32_t knots = kMostKnots;
-  std::memcpy(more.data() + at + 4, &knots, 4);
-  expect_refused(checked(more), "cut short");
-  const std::uint32_t too_many = kMostKnots + 1;
-  std::memcpy(more.data() + at + 4, &too_many, 4);
-  expect_refused(checked(more), "121 knots seen, 4 to 120 wanted");
-  more = payload;
-  const std::uint32_t columns = 0xFFFFFFFFu;
-  std::memcpy(more.data() + at + 4 + 4 + 4 + 8, &columns, 4);
-  expect_refused(checked(more), "4294967295 columns seen");
-  expect_refused(checked(payload + "more"), "bytes follow the end");
+  const std::size_t knots_at = payload.find(length) + 8 + 1, columns_at = knots_at + 4 + 4 + 8;
+  const auto with = [&](std::size_t at, std::uint32_t number) {
+    std::string more = payload;
+    std::memcpy(more.data() + at, &number, 4);
+    return checked(more);
+  };
+  expect_refused(with(knots_at, kMostKnots), "sums seen");
+  expect_refused(with(knots_at, kMostKnots + 1), "121 knots seen, 4 to 120 wanted");
+  expect_refused(with(columns_at, 0xFFFFFFFFu), "cut short");
+  s.columns.resize(kMostSummaryColumns + 1);
+  expect_refused(to_bytes(s), "401 columns seen");
+  expect_refused(checked(payload + "more"), "more bytes seen than wanted");
 }
 
 TEST(SummaryFile, NumbersThatAreNoneAreRefused) {

@@ -95,14 +95,14 @@ TEST(SavedState, NoFieldOfTheSimulationIsForgotten) {
 TEST(SavedState, RefusesWhatIsNone) {
   const std::string bytes = fmu::to_bytes(some_state(), "{a}");
   EXPECT_EQ(message(bytes), "taken");
-  EXPECT_THAT(message(""), HasSubstr("does not begin as one"));
+  EXPECT_THAT(message(""), HasSubstr("it does not begin with 'kerbstone car'"));
   EXPECT_THAT(message(bytes, "{b}"), HasSubstr("another unit"));
   EXPECT_THAT(message(bytes + "x"), HasSubstr("checksum"));
   for (std::size_t size = 0; size < bytes.size(); size += 97)
     EXPECT_NE(message(bytes.substr(0, size)), "taken");
   std::string newer = bytes;
   newer[14] = 9;
-  EXPECT_THAT(message(newer), HasSubstr("version 9, wanted 3"));
+  EXPECT_THAT(message(newer), HasSubstr("version 9 seen, 4 wanted"));
   for (std::size_t at = 0; at < bytes.size(); at += 41)
     for (int bit = 0; bit < 8; ++bit) {
       std::string flipped = bytes;

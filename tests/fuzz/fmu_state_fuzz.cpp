@@ -4,6 +4,7 @@
 #include <cstring>
 #include <memory>
 
+#include "base/archive.h"
 #include "base/error.h"
 #include "crg/error.h"
 #include "fmu/instance.h"
@@ -47,6 +48,10 @@ void fuzz::run(std::string_view bytes) {
           static_cast<unsigned char>(bytes[0]) + 256u * static_cast<unsigned char>(bytes[1]);
       if (at + 8 <= state.size()) std::memcpy(state.data() + at, bytes.data() + 2, 8);
     }
+    // The checksum that no change would have right.
+    state.resize(state.size() - 8);
+    const std::uint64_t sum = base::checksum(state);
+    state.append(reinterpret_cast<const char*>(&sum), 8);
   }
   fmu::Instance& own = car();
   try {

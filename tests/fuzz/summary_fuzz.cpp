@@ -2,13 +2,14 @@
 // without the check at their end, which no mutant would have right.
 #include <cmath>
 
+#include "base/archive.h"
 #include "base/error.h"
 #include "explain/fleet.h"
 #include "fuzz/target.h"
 
 void fuzz::run(std::string_view bytes) {
   std::string file(bytes);
-  const std::uint64_t check = explain::check_of(file);
+  const std::uint64_t check = base::checksum(file);
   file.append(reinterpret_cast<const char*>(&check), 8);
   try {
     explain::summary_from_bytes(bytes, "file.summary");

@@ -54,18 +54,14 @@ TEST(CleanCache, AMeshThatHasNotChangedIsNotCleanedAgain) {
   EXPECT_FALSE(build(other, "out", Reuse::stages).clean_reused);
   EXPECT_TRUE(build(other, "out", Reuse::stages).clean_reused);
 
-  // Damage anywhere: cleaned again, and the file mended.
+  // Damage: cleaned again, and the file mended. That all damage is seen, Archive.* show.
   const std::string whole = folder.read("out/fine.clean.cache");
-  for (const std::size_t at : {std::size_t{7}, whole.size() / 2, whole.size() - 1}) {
-    std::string damaged = whole;
-    damaged[at] = static_cast<char>(damaged[at] ^ 0x40);
-    folder.file("out/fine.clean.cache", damaged);
-    EXPECT_FALSE(build(other, "out", Reuse::stages).clean_reused) << at;
+  std::string damaged = whole;
+  damaged[whole.size() / 2] = static_cast<char>(damaged[whole.size() / 2] ^ 0x40);
+  for (const std::string& bytes : {damaged, whole.substr(0, 100)}) {
+    folder.file("out/fine.clean.cache", bytes);
+    EXPECT_FALSE(build(other, "out", Reuse::stages).clean_reused) << bytes.size();
     EXPECT_TRUE(folder.read("out/fine.clean.cache") == whole);
-  }
-  for (const std::size_t kept : {std::size_t{0}, std::size_t{100}}) {
-    folder.file("out/fine.clean.cache", whole.substr(0, kept));
-    EXPECT_FALSE(build(other, "out", Reuse::stages).clean_reused) << kept;
   }
 }
 

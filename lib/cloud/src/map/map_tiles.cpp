@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <numeric>
 
-#include "archive.h"
+#include "base/archive.h"
+#include "cloud/error.h"
 #include "map_steps.h"
 #include "visits.h"
 
@@ -72,6 +73,14 @@ void fields(Archive& archive, Value& s) { archive(s.points, s.height, s.height2,
 
 namespace {
 
+constexpr base::ArchiveKind kReading{"kerbstone map, what was read", 1},
+    kState{"kerbstone map, its state", 1};
+
+/// After the last value. Throws Error.
+void require_whole(base::ArchiveReader& taker) {
+  if (!taker.finish()) throw Error(taker.problem());
+}
+
 [[noreturn]] void refuse_other_road() {
   throw Error("what was read is of another road or trajectory");
 }
@@ -82,7 +91,7 @@ void counts(Archive& archive, Value& s) {
           s.time_end_s, s.min_m, s.max_m);
 }
 
-void keep(Keeper& keeper, const Look& look) {
+void keep(base::ArchiveWriter& keeper, const Look& look) {
   const Sections& sections = look.sections;
   counts(keeper, sections);
   std::vector<std::size_t> seen;
@@ -97,7 +106,7 @@ void keep(Keeper& keeper, const Look& look) {
   keeper(cells);
 }
 
-void take(Taker& taker, Look& look) {
+void take(base::ArchiveReader& taker, Look& look) {
   Sections& sections = look.sections;
   counts(taker, sections);
   std::vector<std::size_t> seen;
@@ -117,12 +126,12 @@ void take(Taker& taker, Look& look) {
   }
 }
 
-void keep(Keeper& keeper, const NodeSums& sums) {
+void keep(base::ArchiveWriter& keeper, const NodeSums& sums) {
   keeper(sums.size());
   for (std::size_t s = 0; s < sums.stripes(); ++s) keeper(sums.stripe(s));
 }
 
-void take(Taker& taker, NodeSums& sums) {
+void take(base::ArchiveReader& taker, NodeSums& sums) {
   std::size_t size = 0;
   taker(size);
   if (size != sums.size()) refuse_other_road();
@@ -136,12 +145,12 @@ void take(Taker& taker, NodeSums& sums) {
   }
 }
 
-void keep(Keeper& keeper, const RoadSums& sums) {
+void keep(base::ArchiveWriter& keeper, const RoadSums& sums) {
   keeper(sums.read, sums.used);
   keep(keeper, sums.all), keep(keeper, sums.left_out);
 }
 
-void take(Taker& taker, RoadSums& sums) {
+void take(base::ArchiveReader& taker, RoadSums& sums) {
   taker(sums.read, sums.used);
   take(taker, sums.all), take(taker, sums.left_out);
 }
@@ -217,17 +226,18 @@ struct TiledMap::Parts {
   }
 
   Reading reading_of(std::string_view bytes) const {
-    Taker taker(bytes);
+    base::ArchiveReader taker(bytes, kReading);
     MapStep step{};
     bool due = false;
     taker(step, due);
+    if (!taker.good()) throw Error(taker.problem());
     if (step != state.step || due != state.due) throw Error("what was read is of another step");
     Reading reading;
     if (due && step == MapStep::heights)
       take(taker, reading.sums.emplace(frame, state.drift));
     else if (due)
       take(taker, reading.look.emplace(nothing_seen()));
-    taker.finish();
+    require_whole(taker);
     return reading;
   }
 };
@@ -237,9 +247,9 @@ TiledMap::TiledMap(const crg::Crg& base, const Trajectory& trajectory, const Map
     : parts_(std::make_unique<Parts>(base, trajectory, options)) {
   if (state.empty()) return;
   MapState& now = parts_->state;
-  Taker taker(state);
+  base::ArchiveReader taker(state, kState);
   taker(now);
-  taker.finish();
+  require_whole(taker);
   if (now.poses.poses.position_m.size() != trajectory.size() ||
       now.poses.poses.orientation.size() != trajectory.size())
     refuse_other_road();
@@ -258,11 +268,11 @@ std::string TiledMap::read(const CloudSource& looked_at, const CloudSource& all)
   MapReport times;
   const Reading reading =
       read_for(state, state.step == MapStep::heights ? all : looked_at, inputs, times);
-  Keeper keeper;
+  base::ArchiveWriter keeper(kReading);
   keeper(state.step, state.due);
   if (reading.look) keep(keeper, *reading.look);
   if (reading.sums) keep(keeper, *reading.sums);
-  return std::move(keeper.bytes);
+  return keeper.finish();
 }
 
 MapResult TiledMap::join(std::size_t tiles, const std::function<std::string(std::size_t)>& reading,
@@ -278,9 +288,9 @@ MapResult TiledMap::join(std::size_t tiles, const std::function<std::string(std:
 }
 
 std::string TiledMap::state() const {
-  Keeper keeper;
+  base::ArchiveWriter keeper(kState);
   keeper(parts_->state);
-  return std::move(keeper.bytes);
+  return keeper.finish();
 }
 
 }  // namespace cloud

@@ -75,7 +75,4 @@ std::string to_bytes(const DriveSummary& summary);
 /// no more memory than the bytes pay for.
 DriveSummary summary_from_bytes(std::string_view bytes, const std::string& path);
 
-/// The check at the end of the bytes before it.
-std::uint64_t check_of(std::string_view bytes);
-
 }  // namespace explain

@@ -22,7 +22,7 @@ struct Cleaned {
   CleanReport report;
 };
 
-/// Bit for bit what was cleaned, behind its key and before the SHA-256 of both.
+/// Bit for bit what was cleaned, behind its key.
 void write_clean_cache(const Cleaned& cleaned, const std::string& key, const std::string& path);
 
 /// Nothing when there is no such file, when it has another key, or when it is damaged in any way.

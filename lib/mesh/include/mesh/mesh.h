@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace road {
@@ -24,6 +25,10 @@ struct MeshObject {
   /// exporters write where nobody chose one, are no base colour.
   std::optional<LinearColour> colour = {};
 };
+/// For base/archive.h.
+template <class Archive, class Object>
+requires std::is_same_v<std::remove_const_t<Object>, MeshObject>
+void fields(Archive& archive, Object& o) { archive(o.name, o.material, o.texture, o.colour); }
 
 /// What a wheel finds on it.
 enum class SurfaceClass : std::uint8_t { road, kerb, runoff, barrier, scenery };

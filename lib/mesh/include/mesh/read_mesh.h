@@ -81,6 +81,10 @@ struct MeshFile {
   std::string
       sha256;  ///< of the bytes that were used; empty: wanted, but not there or not readable
 };
+/// For base/archive.h.
+template <class Archive, class File>
+requires std::is_same_v<std::remove_const_t<File>, MeshFile>
+void fields(Archive& archive, File& f) { archive(f.path, f.sha256); }
 
 /// What was decided and seen while reading; for summary.json.
 struct MeshReadReport {

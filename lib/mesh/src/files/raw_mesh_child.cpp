@@ -13,8 +13,8 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
-#include <type_traits>
 
+#include "base/archive.h"
 #include "base/descriptor.h"
 #include "mesh/error.h"
 #include "raw_mesh.h"
@@ -43,112 +43,7 @@ constexpr std::size_t kMemoryPerByte = 150;
 // A process that waits (for a slow disk, for others) is given this much more than one that works.
 constexpr std::size_t kWaiting = 10;
 
-enum class Outcome : std::uint32_t { mesh = 0x6d657368, refusal = 0x6e6f6e65 };
-constexpr std::uint32_t kEnd = 0x656e6421;
-
-template <typename T>
-inline constexpr bool kAsItLies =
-    std::is_trivially_copyable_v<T> || std::is_same_v<T, Eigen::Vector3d>;
-
-/// Writes values one behind the other into a file.
-class Sender {
- public:
-  explicit Sender(int descriptor) : descriptor_(descriptor) {}
-  bool flush() {
-    const bool good = write_all(buffer_.data(), buffer_.size());
-    buffer_.clear();
-    return good;
-  }
-  void put(const void* data, std::size_t size) {
-    if (size > kBuffer) {
-      good_ = flush() && write_all(data, size) && good_;
-      return;
-    }
-    buffer_.append(static_cast<const char*>(data), size);
-    if (buffer_.size() > kBuffer) good_ = flush() && good_;
-  }
-  template <typename T>
-  requires std::is_trivially_copyable_v<T>
-  void operator()(const T& value) { put(&value, sizeof value); }
-  void operator()(const std::string& text) { (*this)(text.size()), put(text.data(), text.size()); }
-  void operator()(const MeshObject& object) {
-    (*this)(object.name), (*this)(object.material), (*this)(object.texture);
-    (*this)(object.colour.has_value()), (*this)(object.colour.value_or(LinearColour{}));
-  }
-  void operator()(const MeshFile& file) { (*this)(file.path), (*this)(file.sha256); }
-  template <typename T>
-  void operator()(const std::vector<T>& values) {
-    (*this)(values.size());
-    if constexpr (kAsItLies<T>) {
-      put(values.data(), values.size() * sizeof(T));
-    } else {
-      for (const T& value : values) (*this)(value);
-    }
-  }
-  bool finish() { return flush() && good_; }
-
- private:
-  static constexpr std::size_t kBuffer = 1 << 20;
-  bool write_all(const void* data, std::size_t size) const {
-    const char* at = static_cast<const char*>(data);
-    while (size > 0) {
-      const ssize_t count = ::write(descriptor_, at, size);
-      if (count < 0 && errno == EINTR) continue;
-      if (count <= 0) return false;
-      at += count;
-      size -= static_cast<std::size_t>(count);
-    }
-    return true;
-  }
-  int descriptor_;
-  bool good_ = true;
-  std::string buffer_;
-};
-
-/// Takes them off again; `good` turns false where bytes are missing.
-struct Receiver {
-  const char* at;
-  const char* end;
-  bool good = true;
-
-  void take(void* to, std::size_t size) {
-    good = good && static_cast<std::size_t>(end - at) >= size;
-    if (!good || size == 0) return;
-    std::memcpy(to, at, size);
-    at += size;
-  }
-  template <typename T>
-  requires std::is_trivially_copyable_v<T>
-  void operator()(T& value) { take(&value, sizeof value); }
-  std::size_t count(std::size_t least_size) {
-    std::size_t n = 0;
-    (*this)(n);
-    good = good && n <= static_cast<std::size_t>(end - at) / least_size;
-    return good ? n : 0;
-  }
-  void operator()(std::string& text) {
-    text.resize(count(1));
-    take(text.data(), text.size());
-  }
-  void operator()(MeshObject& object) {
-    (*this)(object.name), (*this)(object.material), (*this)(object.texture);
-    bool has_colour = false;
-    LinearColour colour{};
-    (*this)(has_colour), (*this)(colour);
-    object.colour = has_colour ? std::optional(colour) : std::nullopt;
-  }
-  void operator()(MeshFile& file) { (*this)(file.path), (*this)(file.sha256); }
-  template <typename T>
-  void operator()(std::vector<T>& values) {
-    if constexpr (kAsItLies<T>) {
-      values.resize(count(sizeof(T)));
-      take(values.data(), values.size() * sizeof(T));
-    } else {
-      values.resize(count(1));
-      for (T& value : values) (*this)(value);
-    }
-  }
-};
+constexpr base::ArchiveKind kRawMesh{"kerbstone mesh", 1};
 
 /// Every value of a mesh, for both directions.
 template <typename Archive, typename Mesh>
@@ -157,6 +52,21 @@ void each(Archive& a, Mesh& mesh) {
       a(mesh.stored_as_float32);
   a(mesh.local_magnitude), a(mesh.metres_per_unit), a(mesh.up), a(mesh.left_handed),
       a(mesh.remarks), a(mesh.files);
+}
+
+/// Whether all of it went. Without a refusal the mesh counts.
+bool send(int descriptor, const std::string& refusal, const RawMesh& mesh) {
+  base::ArchiveWriter writer(kRawMesh);
+  writer(refusal);
+  each(writer, mesh);
+  const std::string bytes = writer.finish();
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t count = ::write(descriptor, bytes.data() + at, bytes.size() - at);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return false;
+    at += static_cast<std::size_t>(count);
+  }
+  return true;
 }
 
 /// What the child may take, growing with the bytes that it has to read.
@@ -221,28 +131,22 @@ int run_child(pid_t parent, int result, const std::string& path, std::size_t byt
   }
   Limits limits;
   limits.grow(bytes);
-  Sender send(result);
-  const auto refuse = [&](const std::string& why) {
-    send(Outcome::refusal);
-    send(why);
-  };
+  std::string refusal;
   try {
     const RawMesh mesh = read([&](std::size_t more) { limits.grow(more); });
-    send(Outcome::mesh);
-    each(send, mesh);
+    return send(result, refusal, mesh) ? 0 : 1;
   } catch (const Error& error) {
-    refuse(error.what());
+    refusal = error.what();
   } catch (const std::bad_alloc&) {
-    refuse(fmt::format(
+    refusal = fmt::format(
         "{}: reading it needs far more memory than a mesh of {} bytes should; the file is "
         "damaged: copy or export it again",
-        path, bytes));
+        path, bytes);
   } catch (const std::exception& error) {
-    refuse(fmt::format("{}: no mesh can be read from it: {}; copy or export it again", path,
-                       error.what()));
+    refusal = fmt::format("{}: no mesh can be read from it: {}; copy or export it again", path,
+                          error.what());
   }
-  send(kEnd);
-  return send.finish() ? 0 : 1;
+  return send(result, refusal, {}) ? 0 : 1;
 }
 
 }  // namespace
@@ -278,15 +182,10 @@ RawMesh read_in_child(
   std::string refusal;
   bool whole = false;
   if (mapped != MAP_FAILED) {
-    const char* at = static_cast<const char*>(mapped);
-    Receiver receive{at, at + size};
-    Outcome outcome{};
-    receive(outcome);
-    if (outcome == Outcome::mesh) each(receive, mesh);
-    if (outcome == Outcome::refusal) receive(refusal);
-    std::uint32_t end = 0;
-    receive(end);
-    whole = receive.good && end == kEnd;
+    base::ArchiveReader reader({static_cast<const char*>(mapped), size}, kRawMesh);
+    reader(refusal);
+    each(reader, mesh);
+    whole = reader.finish();
     ::munmap(mapped, size);
   }
   if (!whole)
