@@ -13,8 +13,11 @@
 #include <random>
 #include <thread>
 
+#include "base/json_text.h"
 #include "support/mesh_files.h"
+#include "support/places.h"
 #include "support/run_crgbuild.h"
+#include "support/run_tool.h"
 
 namespace cli {
 namespace whole_set_test {
@@ -180,7 +183,8 @@ TEST(WholeSet, WhateverTheMeshRefersToIsBuiltAgainWhenItChanges) {
     const Ran ran = crgbuild(command);
     EXPECT_EQ(ran.code, 0) << ran.err;
     EXPECT_EQ(ran.out.find("reused") != std::string::npos, expect_reused) << ran.out;
-    return Json::parse(read(folder / "out/summary.json"))["grid"]["z_max_m"].get<double>();
+    return base::parse_json<Json>(read(folder / "out/summary.json"))["grid"]["z_max_m"]
+        .get<double>();
   };
   const double before_m = highest_m(false);
   EXPECT_EQ(highest_m(true), before_m);
@@ -232,20 +236,27 @@ TEST_F(Two, NoReaderTakesFilesOfTwoRuns) {
   ASSERT_EQ(crgbuild(command("a")).code, 0);
   write(folder_ / "points.csv", "u_m,v_m\n1,0\n");
   const std::string road = out() + "/road.crg";
-  const std::vector<std::vector<std::string>> readers{
-      {"info", road},
-      {"query", road, "--points", folder_ / "points.csv", "-o", folder_ / "z.csv"},
-      {"report", road, "-o", folder_ / "report"}};
+  const std::string car = places::source() + "/vehicles/open_wheel/vehicle.yaml";
+  const std::vector<std::pair<std::string, std::vector<std::string>>> readers{
+      {places::crgbuild(), {"info", road}},
+      {places::crgbuild(),
+       {"query", road, "--points", folder_ / "points.csv", "-o", folder_ / "z.csv"}},
+      {places::crgbuild(), {"report", road, "-o", folder_ / "report"}},
+      {places::crgbuild(), {"crop", road, "--u-end-m", "5", "-o", folder_ / "crop.crg"}},
+      {places::crgdrive(), {"timing", "--car", car, "--road", road, "--seconds", "0.01"}},
+      {places::crgdrive(), {"fmu", car, "--road", road, "-o", folder_ / "car.fmu"}},
+      {places::lidar2mesh(),
+       {"grid", folder_ / "a.obj", "--road", road, "-o", folder_ / "refined"}}};
   const auto expect_refused = [&](const std::string& why) {
-    for (const std::vector<std::string>& words : readers) {
-      const Ran ran = crgbuild(words);
+    for (const auto& [program, words] : readers) {
+      const support::ToolRun ran = support::run_tool(program, words);
       EXPECT_EQ(ran.code, 1) << words[0];
       EXPECT_THAT(ran.err, HasSubstr(why)) << words[0];
       EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
     }
   };
-  EXPECT_EQ(crgbuild(readers[0]).code, 0);
-  EXPECT_EQ(crgbuild(readers[1]).code, 0);
+  EXPECT_EQ(crgbuild(readers[0].second).code, 0);
+  EXPECT_EQ(crgbuild(readers[1].second).code, 0);
   // An older road under a newer manifest.
   write(road, undisturbed_["b"].at("road.crg"));
   expect_refused("road.crg: SHA-256 ");
@@ -258,7 +269,7 @@ TEST_F(Two, NoReaderTakesFilesOfTwoRuns) {
         manifest.replace(manifest.find(whole), whole.size(), "\"complete\": false"));
   expect_refused("manifest.json: 'complete' is false: 'crgbuild build' was killed");
   EXPECT_EQ(crgbuild(command("a")).code, 0);
-  EXPECT_EQ(crgbuild(readers[0]).code, 0);
+  EXPECT_EQ(crgbuild(readers[0].second).code, 0);
 }
 
 }  // namespace whole_set_test

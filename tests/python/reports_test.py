@@ -65,6 +65,13 @@ def test_build_writes_what_the_command_writes(here):
     # Another program: what the command left is not taken for the module's own.
     here.enter("command")
     assert not kerbstone.build("track.obj", "out", **KEYS).reused
+
+    # As a run that is killed while it moves its files in leaves them.
+    kerbstone.Road.read("out/track.crg")
+    manifest = Path("out/manifest.json")
+    manifest.write_text(manifest.read_text("utf-8").replace('"complete": true', '"complete": false'), "utf-8")
+    with pytest.raises(kerbstone.Error, match="'complete' is false"):
+        kerbstone.Road.read("out/track.crg")
     Path("out/report.html").unlink()
     assert "track" in built._repr_html_()
 

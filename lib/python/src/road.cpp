@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/output_set.h"
 #include "base/write_file.h"
 #include "crg/check.h"
 #include "crg/edit.h"
@@ -52,6 +53,8 @@ std::unique_ptr<Road> read_road(const std::string& path, bool apply_modifiers,
                                 const std::optional<std::string>& friction_map) {
   crg::SurfaceOptions options = options_with(interpolation, friction);
   py::gil_scoped_release free;
+  base::check_in_set(path);
+  if (friction_map) base::check_in_set(*friction_map);
   crg::Crg file = crg::read(path);
   if (!apply_modifiers) file.modifiers.clear();
   if (!file.modifiers.empty()) file = crg::apply_modifiers(std::move(file));
