@@ -4,7 +4,7 @@ include(GNUInstallDirs)
 # it was not built.
 function(install_tool tool)
   # Options in, one call of a library, words out: what takes long runs in the libraries.
-  target_compile_options(${tool} PRIVATE $<$<CONFIG:Release>:-O0>)
+  target_compile_options(${tool} PRIVATE ${KERBSTONE_PLAIN})
   install(TARGETS ${tool} OPTIONAL DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT kerbstone)
   set(share ${PROJECT_BINARY_DIR}/share)
   file(MAKE_DIRECTORY ${share}/man/man1 ${share}/bash-completion/completions)

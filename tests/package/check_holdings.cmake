@@ -87,6 +87,13 @@ foreach(sentence ${sentences})
       list(APPEND found ${part})
     endif()
   endforeach()
+  # Everything is resolved when it starts, the stack is guarded, and calls of libc that know their buffer are checked.
+  if(NOT name MATCHES "[.]a$")
+    execute_process(COMMAND ${NM} --dynamic --undefined-only ${binary} OUTPUT_VARIABLE wanted ERROR_QUIET)
+    if(NOT dynamic MATCHES "BIND_NOW" OR NOT wanted MATCHES "__stack_chk_fail" OR NOT wanted MATCHES "[a-z]_chk[@\n]")
+      message(SEND_ERROR "${name} is not hardened: BIND_NOW, a stack protector and _FORTIFY_SOURCE are wanted")
+    endif()
+  endif()
   compare(${name} loads "${loads}" "${found}" "assimp;Draco;GeographicLib;Embree;Ceres")
 endforeach()
 
