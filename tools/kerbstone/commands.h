@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,5 +25,18 @@ struct ViewCommand {
 
 /// Serves the page until it is interrupted or `seconds` are over.
 int view(const ViewCommand& command, command::Terminal& terminal);
+
+struct TryCommand {
+  std::string output = "kerbstone-try";  ///< the folder for all that it makes
+  bool no_open = false;
+  std::optional<unsigned> seed;  ///< which number is changed; empty: at random
+};
+
+/// Runs every step of the way once and says at the end what was hidden. Throws base::Error where a
+/// step fails.
+int try_it(const TryCommand& command, command::Terminal& terminal);
+
+/// False where this system has no browser to start, or no screen.
+bool open_browser(const std::string& address);
 
 }  // namespace kerbstone

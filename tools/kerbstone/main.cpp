@@ -23,7 +23,9 @@ int main(int argc, char** argv) {
                "kerbstone"};
   app.require_subcommand(1);
   app.footer(kerbstone::verbs_text() +
-             "\nFirst steps:\n  kerbstone build track.obj -o out    a road; then look at "
+             "\nFirst steps:\n  kerbstone try                       every step once, on a circuit "
+             "that is made, "
+             "in two minutes\n  kerbstone build track.obj -o out    a road; then look at "
              "out/track.png\n  kerbstone build --help              options and examples of a verb\n"
              "  kerbstone view                      the page that shows all of it");
   app.option_defaults()->always_capture_default();  // so that --help shows them
@@ -60,6 +62,15 @@ int main(int argc, char** argv) {
       "and run the tools. Ctrl-C ends it, and the commands that it runs.\n\n"
       "Examples:\n  kerbstone view\n  kerbstone view tracks/kerbstone-ring/track.yaml --no-open");
   view_app->callback([&] { run = [&] { return kerbstone::view(view, terminal); }; });
+
+  kerbstone::TryCommand tour;
+  CLI::App* const try_app = app.add_subcommand(
+      "try", "Two minutes: a mesh, a road, scans, a car, a recording with a hidden fault, found");
+  command::add_output_folder(*try_app, tour.output, "Folder for all that it makes");
+  try_app->add_flag("--no-open", tour.no_open, "No page is opened at the end");
+  try_app->add_option("--seed", tour.seed, "What is hidden; else at random");
+  try_app->footer("Example:\n  kerbstone try -o tour");
+  try_app->callback([&] { run = [&] { return kerbstone::try_it(tour, terminal); }; });
 
   command::Advice advice;
   for (const kerbstone::Verb& verb : kerbstone::verbs()) advice.elsewhere.emplace_back(verb.name);

@@ -77,6 +77,15 @@ std::string own_folder() {
   return error ? std::string() : self.parent_path().string();
 }
 
+std::string example_file(const std::string& own, const std::string& name) {
+  for (const char* const examples : {"../share/doc/kerbstone/examples", "../../../.."}) {
+    std::error_code error;
+    const fs::path path = fs::canonical(fs::path(own) / examples / name, error);
+    if (!error) return path.string();
+  }
+  return "";
+}
+
 void make_tools_found(const std::string& own) {
   if (own.empty()) return;
   std::string path = own;

@@ -23,6 +23,10 @@ std::vector<std::string> words_of_owner(const std::vector<std::string>& words);
 /// Where this program lies: the others lie beside it. Empty where the system does not say.
 std::string own_folder();
 
+/// A file of the examples ("tracks/kerbstone-ring/circuit.yaml"): of a package, or of the tree in
+/// which this was built; empty: neither.
+std::string example_file(const std::string& own, const std::string& name);
+
 /// The programs beside this one are found from now on, also in a tree that was built and not
 /// installed, where each has a folder of its own. `own`: the folder of this program.
 void make_tools_found(const std::string& own);

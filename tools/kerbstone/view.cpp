@@ -20,22 +20,9 @@
 #include "view/server.h"
 
 namespace kerbstone {
-namespace {
 
 namespace fs = std::filesystem;
 
-/// The circuit of the tour: of a package, or of the tree in which this was built; empty: neither.
-std::string demo_circuit(const std::string& own) {
-  for (const char* const examples : {"../share/doc/kerbstone/examples", "../../../.."}) {
-    std::error_code error;
-    const fs::path path =
-        fs::canonical(fs::path(own) / examples / "tracks/kerbstone-ring/circuit.yaml", error);
-    if (!error) return path.string();
-  }
-  return "";
-}
-
-/// False where this system has no browser to start, or no screen.
 bool open_browser(const std::string& address) {
   if (::getenv("DISPLAY") == nullptr && ::getenv("WAYLAND_DISPLAY") == nullptr) return false;
   std::array<std::string, 2> words = {"xdg-open", address};
@@ -46,8 +33,6 @@ bool open_browser(const std::string& address) {
   int status = 0;
   return ::waitpid(process, &status, 0) == process && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
-
-}  // namespace
 
 int view(const ViewCommand& command, command::Terminal& terminal) {
   ::view::ServerOptions options;
@@ -76,7 +61,7 @@ int view(const ViewCommand& command, command::Terminal& terminal) {
         fmt::format("--token: at least {} letters and digits wanted", ::view::kShortestToken));
   options.tools = own_folder();
   make_tools_found(options.tools);
-  options.demo = demo_circuit(options.tools);
+  options.demo = example_file(options.tools, "tracks/kerbstone-ring/circuit.yaml");
   std::thread clock;
   ::view::serve(options, [&](const std::string& address, const std::function<void()>& stop) {
     terminal.print(terminal.json ? base::json_text(nlohmann::ordered_json{{"address", address}})
