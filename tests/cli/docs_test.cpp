@@ -168,6 +168,35 @@ TEST(Docs, EveryCommandOfTheHowToRuns) {
     EXPECT_GT(std::filesystem::file_size(folder / exported), 100u) << exported;
 }
 
+// The first block of the page makes every file that the rest of it names.
+TEST(Docs, EveryFileForOtherSimulatorsIsMade) {
+  const std::string text = source("docs/simulators.md");
+  const std::size_t begin = text.find("```sh\n") + 6, end = text.find("\n```", begin);
+  const Folder folder;
+  for (const char* const from : {"/tracks/kerbstone-ring", "/vehicles/open_wheel"})
+    std::filesystem::copy(places::source() + from,
+                          folder / std::filesystem::path(from).filename().string());
+  write(folder / "all.sh", "set -euo pipefail\n" + text.substr(begin, end - begin + 1));
+  const auto folder_of = [](const std::string& program) {
+    return std::filesystem::path(program).parent_path().string();
+  };
+  EXPECT_EQ(
+      shell(fmt::format("cd '{}' && PATH='{}:{}':\"$PATH\" bash all.sh > log 2>&1", folder.path(),
+                        folder_of(places::crgbuild()), folder_of(places::crgdrive()))),
+      0)
+      << read(folder / "log");
+  const std::regex name(
+      "`((?:road/)?[a-z-]+[.](?:crg|rdf|xodr|glb|png|json|mat|fmu)(?:[.]json)?)`");
+  int count = 0;
+  for (std::sregex_iterator i(text.begin() + static_cast<std::ptrdiff_t>(end), text.end(), name),
+       last;
+       i != last; ++i, ++count) {
+    const std::string file = (*i)[1];
+    EXPECT_TRUE(exists(folder / file) || exists(folder / ("road/" + file))) << file;
+  }
+  EXPECT_GE(count, 8);
+}
+
 TEST(Docs, EveryFormatOfExportStandsInACommandOfTheHowTo) {
   const std::string help = crgbuild({"export", "--help"}).out, text = source("docs/crgbuild.md");
   std::string commands;
