@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "base/json_text.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "support/run_tool.h"
@@ -116,7 +117,7 @@ TEST_F(Script, AFleetIsSummedUpRecordingByRecording) {
       "KERBSTONE_TOOLS='{0}' python3 '{1}/campaigns/plan.py' '{1}/campaigns/fleet.yaml' '{2}' 2>&1",
       tools(), places::source(), folder / "out"));
   ASSERT_EQ(ran.code, 0) << ran.out;
-  const nlohmann::json plan = nlohmann::json::parse(cli::read(folder / "out/plan.json"));
+  const nlohmann::json plan = base::parse_json<nlohmann::json>(cli::read(folder / "out/plan.json"));
   std::vector<std::string> summaries;
   const nlohmann::json* fleet = nullptr;
   for (const nlohmann::json& job : plan.at("jobs")) {
@@ -148,15 +149,15 @@ TEST_F(Script, TheTemplateFleetRunsToItsEnd) {
   // What campaigns/fleet.yaml sets against what the cars' files say. Seen: 0.68 and 1.10.
   const std::map<std::string, double> drag_area_m2{{"open_wheel", 0.7}, {"club_racer", 1.1}};
   const nlohmann::json fleet =
-      nlohmann::json::parse(cli::read(out + "/fleet/kerbstone-ring/fleet.json"));
+      base::parse_json<nlohmann::json>(cli::read(out + "/fleet/kerbstone-ring/fleet.json"));
   std::set<std::string> with_drag, with_mass;
   for (const nlohmann::json& f : fleet.at("findings")) {
     const std::string mechanism = f.at("mechanism"), owner = f.at("owner");
-    EXPECT_NE(f.at("belongs_to"), "road") << f.dump(1);
+    EXPECT_NE(f.at("belongs_to"), "road") << base::dump_json(f, 1);
     if (mechanism == "parameter.mass") with_mass.insert(owner);
     if (mechanism != "parameter.drag") continue;
     with_drag.insert(owner);
-    ASSERT_TRUE(drag_area_m2.contains(owner)) << f.dump(1);
+    ASSERT_TRUE(drag_area_m2.contains(owner)) << base::dump_json(f, 1);
     EXPECT_NEAR(f.at("stated").get<double>() + f.at("amount").get<double>(), drag_area_m2.at(owner),
                 0.04);
   }
@@ -179,7 +180,7 @@ TEST_F(Script, TilesMakeTheRoadOfOneJob) {
   for (const char* job : {"split/cut", "tile/cut+1+1", "tile/cut+4+3", "merge/cut+3", "map/cut"})
     EXPECT_EQ(state_of(page, job), "done") << job;
   const auto said = [&](const std::string& name) {
-    return nlohmann::json::parse(cli::read(out + "/map/" + name + "/summary.json"));
+    return base::parse_json<nlohmann::json>(cli::read(out + "/map/" + name + "/summary.json"));
   };
   EXPECT_EQ(said("cut")["drift"], said("whole")["drift"]);
   EXPECT_EQ(said("cut")["points"], said("whole")["points"]);

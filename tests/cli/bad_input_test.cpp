@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "support/run_crgbuild.h"
 
 namespace cli {
@@ -76,7 +77,7 @@ TEST(BadInput, OpenRoadWorksAndSaysSo) {
   const Ran ran = build(folder, folder / "open.obj");
   EXPECT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("open road"));
-  const auto s = nlohmann::json::parse(read(folder / "out/summary.json"));
+  const auto s = base::parse_json<nlohmann::json>(read(folder / "out/summary.json"));
   EXPECT_EQ(s["reference_line"]["closed"], false);
 }
 
@@ -100,7 +101,7 @@ TEST(BadInput, WrongUnitSaysWhichFlagToGive) {
     }
     const Ran ran = build(folder, folder / "s.obj", {"--unit", unit});
     EXPECT_EQ(ran.code, 0) << unit << ran.err;
-    const auto s = nlohmann::json::parse(read(folder / "out/summary.json"));
+    const auto s = base::parse_json<nlohmann::json>(read(folder / "out/summary.json"));
     EXPECT_NEAR(s["reference_line"]["length_m"], Stadium::length_m(), 0.3) << unit;
   }
 }
@@ -112,7 +113,7 @@ TEST(BadInput, AScaleStandsForAUnitWithoutAName) {
   write(folder / "s.obj", stadium.obj());
   const Ran ran = build(folder, folder / "s.obj", {"--scale", "0.254"});
   EXPECT_EQ(ran.code, 0) << ran.err;
-  const auto s = nlohmann::json::parse(read(folder / "out/summary.json"));
+  const auto s = base::parse_json<nlohmann::json>(read(folder / "out/summary.json"));
   EXPECT_NEAR(s["reference_line"]["length_m"], Stadium::length_m(), 0.3);
   EXPECT_EQ(s["read"]["scale"], 0.254);
 }
@@ -143,9 +144,10 @@ TEST(BadInput, UtmCoordinatesAreKept) {
   write(folder / "s.obj", stadium.obj());
   const Ran ran = build(folder, folder / "s.obj", {"--start-near-m", "500000.25,5400000.5"});
   ASSERT_EQ(ran.code, 0) << ran.err;
-  const auto s = nlohmann::json::parse(read(folder / "out/summary.json"));
+  const auto s = base::parse_json<nlohmann::json>(read(folder / "out/summary.json"));
   EXPECT_LT(s["validation"]["z_error_m"]["max"].get<double>(), 0.005);
-  const auto info = nlohmann::json::parse(crgbuild({"info", folder / "out/s.crg", "--json"}).out);
+  const auto info =
+      base::parse_json<nlohmann::json>(crgbuild({"info", folder / "out/s.crg", "--json"}).out);
   EXPECT_NEAR(info["reference_line"]["x_max_m"].get<double>(), 500160.25, 0.1);
   EXPECT_NEAR(info["reference_line"]["y_min_m"].get<double>(), 5400000.5, 0.1);
 }
@@ -172,7 +174,8 @@ TEST(BadInput, TwoCircuits) {
   EXPECT_FALSE(std::filesystem::exists(folder / "out/s.crg"));
   const Ran ran = build(folder, folder / "s.obj", {"--near-m", "460,0"});
   ASSERT_EQ(ran.code, 0) << ran.err;
-  const auto info = nlohmann::json::parse(crgbuild({"info", folder / "out/s.crg", "--json"}).out);
+  const auto info =
+      base::parse_json<nlohmann::json>(crgbuild({"info", folder / "out/s.crg", "--json"}).out);
   EXPECT_GT(info["reference_line"]["x_min_m"].get<double>(), 300);
 }
 

@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "base/json_text.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 
@@ -54,7 +55,7 @@ class Built : public ::testing::Test {
     folder = nullptr;
   }
   static std::string out(const std::string& name) { return *folder / ("out/" + name); }
-  static Json summary() { return Json::parse(read(out("summary.json"))); }
+  static Json summary() { return base::parse_json<Json>(read(out("summary.json"))); }
 
   static inline Folder* folder = nullptr;
   static inline Ran ran;
@@ -164,7 +165,7 @@ TEST_F(Built, SummaryHasTheFixedKeysAndTheRightNumbers) {
   for (const char* key : {"p50", "p95", "p99", "max"})
     EXPECT_LT(s["validation"]["z_error_m"][key].get<double>(), 0.005) << key;
   EXPECT_TRUE(s["validation"]["passed"]);
-  const Json timing = Json::parse(read(out("timing.json")));
+  const Json timing = base::parse_json<Json>(read(out("timing.json")));
   EXPECT_GT(timing["seconds"]["total"].get<double>(), 0.0);
   EXPECT_GT(timing["peak_memory_mb"].get<double>(), 1.0);
   EXPECT_EQ(s["inputs"][0]["role"], "mesh");
@@ -201,7 +202,7 @@ TEST_F(Built, InfoTellsWhatTheFileHolds) {
   const Ran human = crgbuild({"info", out("stadium.crg")});
   EXPECT_EQ(human.code, 0) << human.err;
   EXPECT_THAT(human.out, HasSubstr("closed"));
-  const Json j = Json::parse(crgbuild({"info", out("stadium.crg"), "--json"}).out);
+  const Json j = base::parse_json<Json>(crgbuild({"info", out("stadium.crg"), "--json"}).out);
   EXPECT_EQ(j["format"], "KRBI");
   EXPECT_EQ(j["grid"]["nodes"], summary()["grid"]["nodes"]);
   EXPECT_EQ(j["grid"]["holes"], 0);
@@ -330,7 +331,7 @@ TEST_F(Built, SmoothStaysWithinItsBound) {
   const Ran r = crgbuild({"smooth", out("stadium.crg"), "--mesh", *folder / "stadium.obj",
                           "--smooth-window-m", "2", "-o", *folder / "smooth.crg", "--json"});
   ASSERT_EQ(r.code, 0) << r.err;
-  const Json j = Json::parse(r.out);
+  const Json j = base::parse_json<Json>(r.out);
   EXPECT_GT(j["largest_change_road_m"].get<double>(), 0.0);
   EXPECT_LE(j["largest_change_road_m"].get<double>(), 0.002 + 1e-9);
   EXPECT_EQ(crgbuild({"smooth", out("stadium.crg"), "--ignore-kerbs", "--smooth-window-m", "2",
@@ -369,10 +370,11 @@ TEST_F(Built, FailedValidationIsExitCode3InOneLine) {
               HasSubstr("not usable, 1 error: 1 % of the points of the road are more than "));
   EXPECT_THAT(r.err, HasSubstr(" at u = "));
   EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1);
-  EXPECT_FALSE(Json::parse(read(*folder / "strict/summary.json"))["validation"]["passed"]);
+  EXPECT_FALSE(
+      base::parse_json<Json>(read(*folder / "strict/summary.json"))["validation"]["passed"]);
   // The report of the same run says the same.
   EXPECT_THAT(r.out, HasSubstr("(not usable: 1 error, "));
-  const Json report = Json::parse(read(*folder / "strict/report.json"));
+  const Json report = base::parse_json<Json>(read(*folder / "strict/report.json"));
   EXPECT_EQ(report["verdict"], "not_usable");
   EXPECT_EQ(report["findings"][0]["kind"], "validation");
 }
@@ -403,10 +405,11 @@ TEST_F(Built, FlagsOverrideTheRecipe) {
   ASSERT_EQ(
       crgbuild({"build", *folder / "track.yaml", "-o", *folder / "r", "--u-step-m", "0.25"}).code,
       0);
-  const Json j = Json::parse(crgbuild({"info", *folder / "r/from recipe.crg", "--json"}).out);
+  const Json j =
+      base::parse_json<Json>(crgbuild({"info", *folder / "r/from recipe.crg", "--json"}).out);
   EXPECT_NEAR(j["grid"]["u_step_m"], 0.25, 0.001);
   EXPECT_EQ(j["format"], "LRFI");
-  const Json s = Json::parse(read(*folder / "r/summary.json"));
+  const Json s = base::parse_json<Json>(read(*folder / "r/summary.json"));
   EXPECT_EQ(s["inputs"][0]["role"], "recipe");
   EXPECT_DOUBLE_EQ(s["recipe"]["v_step_m"], 0.5);
 }
@@ -421,18 +424,18 @@ TEST(Synth, DemoCircuitGivesAMeshThatBuilds) {
   const Ran synth = crgbuild({"synth", folder / "oval.yaml", "-o", folder / "out", "--format",
                               "ply", "--up", "z", "--json"});
   ASSERT_EQ(synth.code, 0) << synth.err;
-  const Json j = Json::parse(synth.out);
+  const Json j = base::parse_json<Json>(synth.out);
   ASSERT_TRUE(exists(j["mesh"]));
   EXPECT_EQ(crgbuild({"info", j["truth"]}).code, 0);
 
   const Ran coarse = crgbuild({"synth", folder / "oval.yaml", "-o", folder / "coarse", "--unit",
                                "cm", "--facet-m", "8", "--json"});
   ASSERT_EQ(coarse.code, 0) << coarse.err;
-  const Json k = Json::parse(coarse.out);
+  const Json k = base::parse_json<Json>(coarse.out);
   EXPECT_LT(k["triangles"].get<int>(), j["triangles"].get<int>() / 3);
   const Ran built = crgbuild({"build", k["mesh"], "-o", folder / "coarse", "--unit", "cm"});
   ASSERT_EQ(built.code, 0) << built.err;
-  const Json summary = Json::parse(read(folder / "coarse/summary.json"));
+  const Json summary = base::parse_json<Json>(read(folder / "coarse/summary.json"));
   EXPECT_NEAR(summary["reference_line"]["length_m"], k["length_m"].get<double>(), 1.0);
 }
 
@@ -458,9 +461,9 @@ TEST(Build, NothingChangedIsReusedUnlessForced) {
   EXPECT_FALSE(reused(finer));
   EXPECT_FALSE(reused(command));
   // A summary that somebody cut.
-  Json cut = Json::parse(read(folder / "out/summary.json"));
+  Json cut = base::parse_json<Json>(read(folder / "out/summary.json"));
   cut["kerb"].erase("kerbs");
-  write(folder / "out/summary.json", cut.dump());
+  write(folder / "out/summary.json", base::dump_json(cut));
   EXPECT_FALSE(reused(command));
   EXPECT_TRUE(reused(command));
   // A file that is gone, changed, or a summary that is none.
@@ -490,8 +493,8 @@ TEST(FromEdges, WritesOneRoadNamedAfterItsFiles) {
   const Ran ran = crgbuild({"from-edges", folder / "hill_left.csv", folder / "hill_right.csv", "-o",
                             folder / "out", "--u-step-m", "0.5", "--v-step-m", "0.5", "--json"});
   ASSERT_EQ(ran.code, 0) << ran.err;
-  const Json s = Json::parse(ran.out);
-  EXPECT_EQ(s, Json::parse(read(folder / "out/summary.json")));
+  const Json s = base::parse_json<Json>(ran.out);
+  EXPECT_EQ(s, base::parse_json<Json>(read(folder / "out/summary.json")));
   EXPECT_FALSE(s["reference_line"]["closed"].get<bool>());
   EXPECT_NEAR(s["edges"]["width_median_m"].get<double>(), 8.0, 1e-6);
   EXPECT_EQ(s["inputs"].size(), 2u);

@@ -82,7 +82,8 @@ TEST(Layout, NoHeavyHeaderBelowAnyIncludeFolder) {
   for (const auto& library : fs::directory_iterator(fs::path(places::source()) / "lib")) {
     if (!fs::exists(library.path() / "include")) continue;
     for (const auto& [file, name] : includes_below(library.path() / "include"))
-      EXPECT_FALSE(std::regex_match(name, heavy) && file.filename() != "program.h")
+      EXPECT_FALSE(std::regex_match(name, heavy) && file.filename() != "program.h" &&
+                   name != "nlohmann/json_fwd.hpp")  // names alone
           << file << " includes " << name;
   }
 }

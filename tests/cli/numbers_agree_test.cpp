@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "crg/file.h"
 #include "support/demo_circuit.h"
 #include "support/places.h"
@@ -27,7 +28,7 @@ Json data_of_page(const std::string& html) {
   const std::size_t at = html.find(begin);
   return at == std::string::npos
              ? Json()
-             : Json::parse(
+             : base::parse_json<Json>(
                    html.substr(at + begin.size(), html.find("</script>", at) - at - begin.size()));
 }
 
@@ -55,14 +56,14 @@ TEST(Numbers, OfTheDemoAreTheSameEverywhere) {
       crgbuild({"build", folder / "tracks/kerbstone-ring/track.yaml", "-o", folder / "out/demo"});
   ASSERT_EQ(built.code, 0) << built.err;
   const std::string road = folder / "out/demo/kerbstone-ring.crg";
-  const Json summary = Json::parse(read(folder / "out/demo/summary.json")),
-             report = Json::parse(read(folder / "out/demo/report.json"));
+  const Json summary = base::parse_json<Json>(read(folder / "out/demo/summary.json")),
+             report = base::parse_json<Json>(read(folder / "out/demo/report.json"));
   const Ran info = crgbuild({"info", road}), info_json = crgbuild({"info", road, "--json"});
   const Ran later = crgbuild(
       {"report", road, "--mesh", folder / "out/demo/kerbstone-ring.obj", "-o", folder / "later"});
   ASSERT_EQ(later.code, 0) << later.err;
-  const Json of_file = Json::parse(info_json.out)["grid"],
-             report_later = Json::parse(read(folder / "later/report.json"));
+  const Json of_file = base::parse_json<Json>(info_json.out)["grid"],
+             report_later = base::parse_json<Json>(read(folder / "later/report.json"));
   std::vector<const Json*> reports{&report, &report_later};
   const Json page = exists(folder / "out/demo/report.html")
                         ? data_of_page(read(folder / "out/demo/report.html"))
@@ -145,7 +146,7 @@ TEST(Numbers, HeightsAreThoseOfTheSurfaceAndPlacesThoseOfTheHeader) {
                               "--translation-m", "500,700,310", "--no-report", "--u-step-m", "0.5",
                               "--v-step-m", "0.5"});
   ASSERT_EQ(built.code, 0) << built.err;
-  const Json summary = Json::parse(read(folder / "out/summary.json"));
+  const Json summary = base::parse_json<Json>(read(folder / "out/summary.json"));
   EXPECT_NEAR(summary["grid"]["z_min_m"], 309.4, 0.1);
   EXPECT_NEAR(summary["grid"]["z_max_m"], 310.6, 0.1);
   EXPECT_TRUE(summary["wgs84"].is_null());
@@ -167,7 +168,7 @@ TEST(Numbers, HeightsAreThoseOfTheSurfaceAndPlacesThoseOfTheHeader) {
       earth.out,
       HasSubstr("\nstart    latitude 48.25000000, longitude 11.50000000 deg, height 310.000 m\n"));
   EXPECT_THAT(earth.out, HasSubstr("\nend      latitude 48.25000001, longitude 11.50000000 deg\n"));
-  const Json json = Json::parse(crgbuild({"info", folder / "earth.crg", "--json"}).out);
+  const Json json = base::parse_json<Json>(crgbuild({"info", folder / "earth.crg", "--json"}).out);
   EXPECT_EQ(json["wgs84"]["start"]["latitude_deg"], 48.25);
   EXPECT_EQ(json["wgs84"]["start"]["height_m"], 310.0);
   EXPECT_TRUE(json["wgs84"]["end"]["height_m"].is_null());
@@ -176,10 +177,11 @@ TEST(Numbers, HeightsAreThoseOfTheSurfaceAndPlacesThoseOfTheHeader) {
                             "--translation-m", "690000,5345000,500", "--utm-zone", "32N",
                             "--no-report", "--u-step-m", "0.5", "--v-step-m", "0.5"});
   ASSERT_EQ(utm.code, 0) << utm.err;
-  const Json placed = Json::parse(read(folder / "utm/summary.json"))["wgs84"];
+  const Json placed = base::parse_json<Json>(read(folder / "utm/summary.json"))["wgs84"];
   EXPECT_NEAR(placed["start"]["latitude_deg"], 48.23, 0.05);
   EXPECT_NEAR(placed["start"]["longitude_deg"], 11.56, 0.05);
-  EXPECT_EQ(placed, Json::parse(crgbuild({"info", folder / "utm/s.crg", "--json"}).out)["wgs84"]);
+  EXPECT_EQ(placed, base::parse_json<Json>(
+                        crgbuild({"info", folder / "utm/s.crg", "--json"}).out)["wgs84"]);
 }
 
 }  // namespace numbers_agree_test

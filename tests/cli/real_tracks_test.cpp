@@ -11,6 +11,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "mesh/read_mesh.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
@@ -83,7 +84,7 @@ TEST(LargeMesh, OfFiveMillionTrianglesTakesAMinute) {
   const Ran ran =
       crgbuild({"build", folder / "forza.obj", "--up", "z", "-o", folder / "out", "--no-report"});
   ASSERT_EQ(ran.code, 0) << ran.err;
-  const auto timing = nlohmann::json::parse(read(folder / "out/timing.json"));
+  const auto timing = base::parse_json<nlohmann::json>(read(folder / "out/timing.json"));
   const double processor_s = processor_s_of_children() - before_s;
   fmt::print("{:.1f} s, {:.1f} s of processor time, {:.0f} MB\n",
              timing["seconds"]["total"].get<double>(), processor_s,
@@ -103,13 +104,13 @@ TEST_P(RealTracks, RecipeBuildsTheTrackAsDesigned) {
       crgbuild({"build", fmt::format("{}/tracks/{}/track.yaml", places::source(), track.name), "-o",
                 folder / "out", "--json"});
   ASSERT_EQ(ran.code, 0) << ran.err;
-  const auto s = nlohmann::json::parse(ran.out);
+  const auto s = base::parse_json<nlohmann::json>(ran.out);
   EXPECT_NEAR(s["reference_line"]["length_m"], track.designed_length_m,
               5e-4 * track.designed_length_m);
   EXPECT_EQ(s["reference_line"]["closed"], true);
   EXPECT_TRUE(s["validation"]["passed"]);
   EXPECT_LE(s["validation"]["z_error_m"]["p99"].get<double>(), 0.0015);
-  const auto timing = nlohmann::json::parse(read(folder / "out/timing.json"));
+  const auto timing = base::parse_json<nlohmann::json>(read(folder / "out/timing.json"));
   EXPECT_LE(timing["peak_memory_mb"].get<double>(), 500.0);
   // No bound on time here: other tests run at the same moment. docs/evidence.md has the figures.
   fmt::print("{}: {:.3f} m, {} nodes, {:.2f} s, {:.0f} MB\n", track.name,

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "base/json_text.h"
 #include "crg/file.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
@@ -41,8 +42,8 @@ class Reported : public ::testing::Test {
 TEST_F(Reported, BuildWritesItBesideTheRoad) {
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("report   "));
-  const Json report = Json::parse(read(out("report.json")));
-  EXPECT_EQ(report["verdict"], "usable") << report["findings"].dump(1);
+  const Json report = base::parse_json<Json>(read(out("report.json")));
+  EXPECT_EQ(report["verdict"], "usable") << base::dump_json(report["findings"], 1);
   EXPECT_EQ(report["title"], "stadium");
   EXPECT_EQ(report["comparisons"][0]["key"], "mesh");
   EXPECT_EQ(report["comparisons"][1]["key"], "before");
@@ -53,8 +54,8 @@ TEST_F(Reported, ReportOfAFileAgainstMeshAndItselfIsTheSameVerdict) {
   const Ran report = crgbuild({"report", out("stadium.crg"), "--mesh", *folder / "stadium.obj",
                                "--against", out("stadium.crg"), "-o", *folder / "again", "--json"});
   ASSERT_EQ(report.code, 0) << report.err;
-  EXPECT_EQ(Json::parse(report.out)["verdict"], "usable");
-  const Json json = Json::parse(read(*folder / "again/report.json"));
+  EXPECT_EQ(base::parse_json<Json>(report.out)["verdict"], "usable");
+  const Json json = base::parse_json<Json>(read(*folder / "again/report.json"));
   ASSERT_EQ(json["comparisons"].size(), 2u);
   EXPECT_LT(json["comparisons"][1]["abs_error_m"]["max"].get<double>(), 1e-4);
   EXPECT_EQ(json["inputs"].size(), 3u);
@@ -72,7 +73,7 @@ TEST_F(Reported, AgainstPointsMeasuredOnIt) {
   const Ran report = crgbuild(
       {"report", out("stadium.crg"), "--cloud", *folder / "measured.csv", "-o", *folder / "cloud"});
   ASSERT_EQ(report.code, 0) << report.err;
-  const Json json = Json::parse(read(*folder / "cloud/report.json"));
+  const Json json = base::parse_json<Json>(read(*folder / "cloud/report.json"));
   ASSERT_EQ(json["comparisons"].size(), 1u);
   EXPECT_EQ(json["comparisons"][0]["key"], "cloud");
   EXPECT_GT(json["comparisons"][0]["points"].get<int>(), 200);
@@ -93,13 +94,13 @@ TEST_F(Reported, TheCommandOfTheReportMakesItAgain) {
   const Ran first = crgbuild({"build", mesh, "-o", to, "--reverse", "--line-is-right", "--name",
                               "it's", "--v-max-m", "12"});
   ASSERT_EQ(first.code, 0) << first.err;
-  const std::string line = Json::parse(read(report))["command_line"].get<std::string>();
+  const std::string line = base::parse_json<Json>(read(report))["command_line"].get<std::string>();
   EXPECT_THAT(line, ::testing::StartsWith("crgbuild build "));
   std::filesystem::remove_all(to);
   const support::ToolRun again =
       support::run_tool("/bin/bash", {"-c", places::crgbuild() + line.substr(line.find(' '))});
   ASSERT_EQ(again.code, 0) << line << "\n" << again.err;
-  EXPECT_EQ(Json::parse(read(report))["command_line"], line);
+  EXPECT_EQ(base::parse_json<Json>(read(report))["command_line"], line);
 }
 
 TEST_F(Reported, WrongInputEndsInOneLineAndWritesNothing) {
@@ -120,7 +121,7 @@ TEST_F(Reported, ARoadThatIsNotUsableExitsWithThreeAndIsReported) {
                                "--translation-m", "0,0,0.3", "-o", *folder / "high"});
   EXPECT_EQ(report.code, 3) << report.err;
   EXPECT_THAT(report.err, HasSubstr("not usable"));
-  EXPECT_EQ(Json::parse(read(*folder / "high/report.json"))["verdict"], "not_usable");
+  EXPECT_EQ(base::parse_json<Json>(read(*folder / "high/report.json"))["verdict"], "not_usable");
 }
 
 /// The stadium with a ring of its road half a metre too high: a ridge that no wheel follows.
@@ -157,9 +158,9 @@ TEST(BuildVerdict, ARoadThatItsOwnReportCallsNotUsableExitsWithThreeEveryTime) {
   };
   const Ran built = crgbuild(command);
   expect_refused(built, false);
-  const Json report = Json::parse(read(folder / "out/report.json"));
+  const Json report = base::parse_json<Json>(read(folder / "out/report.json"));
   EXPECT_EQ(report["verdict"], "not_usable");
-  EXPECT_TRUE(Json::parse(read(folder / "out/summary.json"))["validation"]["passed"])
+  EXPECT_TRUE(base::parse_json<Json>(read(folder / "out/summary.json"))["validation"]["passed"])
       << "only the report may speak against it";
   const std::string last = built.out.substr(built.out.rfind('\n', built.out.size() - 2) + 1);
   EXPECT_THAT(last, HasSubstr("(not usable: 1 error,"));

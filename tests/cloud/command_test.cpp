@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 
+#include "base/json_text.h"
 #include "cloud/read_cloud.h"
 #include "cloud/road_frame.h"
 #include "crg/file.h"
@@ -45,7 +46,7 @@ TEST(SlowCommand, TheMeshItWritesIsABaseForTheNextRun) {
   const std::string scans = at("scans") + " --trajectory " + at("scans/trajectory.csv");
   ran = lidar2mesh(folder, "map " + scans + " --road " + at("road.crg") + " -o " + at("first"));
   ASSERT_EQ(ran.code, 0) << ran.err;
-  const auto report = nlohmann::json::parse(folder.read("first/report.json"));
+  const auto report = base::parse_json<nlohmann::json>(folder.read("first/report.json"));
   ASSERT_EQ(report["extra"].size(), 3u);
   EXPECT_EQ(report["extra"][1]["title"], "The trajectory's drift");
   EXPECT_EQ(report["comparisons"][0]["key"], "against");
@@ -55,7 +56,7 @@ TEST(SlowCommand, TheMeshItWritesIsABaseForTheNextRun) {
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_TRUE(std::filesystem::exists(folder.path("second/refined.stl")));
   EXPECT_FALSE(std::filesystem::exists(folder.path("second/refined.ply")));
-  const auto summary = nlohmann::json::parse(folder.read("second/summary.json"));
+  const auto summary = base::parse_json<nlohmann::json>(folder.read("second/summary.json"));
   EXPECT_TRUE(summary["registration"]["converged"]);
   EXPECT_LT(summary["registration"]["rms_after_m"], 0.004);
   EXPECT_GT(summary["grid"]["from_points"], 50000);
@@ -77,7 +78,7 @@ TEST(SlowCommand, TheMeshItWritesIsABaseForTheNextRun) {
   EXPECT_FALSE(std::filesystem::exists(folder.path("first/refined.ply")));
   EXPECT_FALSE(std::filesystem::exists(folder.path("first/report.html")));
   std::set<std::string> listed{"manifest.json"}, there;
-  const auto manifest = nlohmann::json::parse(folder.read("first/manifest.json"));
+  const auto manifest = base::parse_json<nlohmann::json>(folder.read("first/manifest.json"));
   for (const auto& file : manifest["files"]) listed.insert(file["file"].get<std::string>());
   for (const auto& entry : std::filesystem::directory_iterator(folder.path("first")))
     there.insert(entry.path().filename().string());
@@ -91,7 +92,7 @@ TEST(Command, InfoOfAFolderIsOneJsonArray) {
   const auto info = [&](const char* of) {
     const Ran ran = lidar2mesh(folder, "info '" + folder.path(of) + "' --json");
     EXPECT_EQ(ran.code, 0) << ran.err;
-    return nlohmann::json::parse(ran.out);
+    return base::parse_json<nlohmann::json>(ran.out);
   };
   const auto all = info("scans");
   ASSERT_EQ(all.size(), 2u);
@@ -116,8 +117,9 @@ TEST(Command, ADriftThatDoesNotConvergeIsNotValid) {
     EXPECT_THAT(ran.err, HasSubstr("out/refined.crg: the drift had not converged after ")) << flag;
     EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
   }
-  EXPECT_FALSE(nlohmann::json::parse(folder.read("out/summary.json"))["registration"]["converged"]);
-  const auto report = nlohmann::json::parse(folder.read("out/report.json"));
+  EXPECT_FALSE(base::parse_json<nlohmann::json>(
+      folder.read("out/summary.json"))["registration"]["converged"]);
+  const auto report = base::parse_json<nlohmann::json>(folder.read("out/report.json"));
   EXPECT_EQ(report["verdict"], "not_usable");
   EXPECT_EQ(report["findings"][0]["kind"], "registration");
   EXPECT_THAT(report["findings"][1]["text"].get<std::string>(), HasSubstr("tried with "));
@@ -163,9 +165,10 @@ TEST(Command, OutputsNameWhatTheyRestOn) {
   Ran ran = lidar2mesh(folder, "synth " + at("road.crg") + " -o " + at("scans") +
                                    " --to-m 40 --azimuths 64 --laps 1 --json");
   ASSERT_EQ(ran.code, 0) << ran.err;
-  const auto made = nlohmann::json::parse(ran.out);
+  const auto made = base::parse_json<nlohmann::json>(ran.out);
   const auto hash = [&](const std::string& name) {
-    std::system(("sha256sum '" + folder.path(name) + "' > " + at("hash.txt")).c_str());
+    EXPECT_EQ(std::system(("sha256sum '" + folder.path(name) + "' > " + at("hash.txt")).c_str()),
+              0);
     return folder.read("hash.txt").substr(0, 64);
   };
   const auto expect_inputs = [&](const nlohmann::json& summary,
@@ -192,7 +195,7 @@ TEST(Command, OutputsNameWhatTheyRestOn) {
   ran = lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
                                " --road " + at("road.crg") + " --gate-m 0.4 -o " + at("out"));
   ASSERT_EQ(ran.code, 0) << ran.err;
-  const auto summary = nlohmann::json::parse(folder.read("out/summary.json"));
+  const auto summary = base::parse_json<nlohmann::json>(folder.read("out/summary.json"));
   expect_inputs(summary, {{"scan", "scans/scan_000.ply"},
                           {"trajectory", "scans/trajectory.csv"},
                           {"base", "road.crg"}});
@@ -200,13 +203,13 @@ TEST(Command, OutputsNameWhatTheyRestOn) {
   EXPECT_EQ(summary["options"]["gate-m"], 0.4);
   EXPECT_EQ(summary["options"]["base-stddev-m"], 0.02);
   EXPECT_EQ(summary["options"]["no-report"], false);
-  const auto page = nlohmann::json::parse(folder.read("out/report.json"));
-  EXPECT_THAT(page["inputs"].dump(), HasSubstr(hash("scans/scan_000.ply")));
+  const auto page = base::parse_json<nlohmann::json>(folder.read("out/report.json"));
+  EXPECT_THAT(base::dump_json(page["inputs"]), HasSubstr(hash("scans/scan_000.ply")));
 
   ran = lidar2mesh(folder, "ground " + at("scans/scan_000.ply") + " -o " + at("g.ply") + " --json");
   ASSERT_EQ(ran.code, 0) << ran.err;
-  expect_inputs(nlohmann::json::parse(ran.out), {{"cloud", "scans/scan_000.ply"}});
-  expect_options(nlohmann::json::parse(ran.out), "ground");
+  expect_inputs(base::parse_json<nlohmann::json>(ran.out), {{"cloud", "scans/scan_000.ply"}});
+  expect_options(base::parse_json<nlohmann::json>(ran.out), "ground");
   EXPECT_THAT(folder.read("g.ply").substr(0, 1000),
               HasSubstr("\ncomment input cloud " + hash("scans/scan_000.ply") + " "));
   EXPECT_THAT(folder.read("g.ply").substr(0, 1000),
@@ -214,9 +217,9 @@ TEST(Command, OutputsNameWhatTheyRestOn) {
                         "\"method\":\"own\",\"cell-m\":1"));
   ran = lidar2mesh(folder, "register " + at("g.ply") + " " + at("scans/scan_000.ply") + " --json");
   ASSERT_EQ(ran.code, 0) << ran.err;
-  expect_inputs(nlohmann::json::parse(ran.out),
+  expect_inputs(base::parse_json<nlohmann::json>(ran.out),
                 {{"target", "g.ply"}, {"source", "scans/scan_000.ply"}});
-  expect_options(nlohmann::json::parse(ran.out), "register");
+  expect_options(base::parse_json<nlohmann::json>(ran.out), "register");
 }
 
 TEST(Command, RangePointsAndNodesAreAsTold) {
@@ -230,7 +233,7 @@ TEST(Command, RangePointsAndNodesAreAsTold) {
     ran = lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
                                  " --no-report -o " + at("out") + " " + options);
     EXPECT_EQ(ran.code, 0) << ran.err;
-    return nlohmann::json::parse(folder.read("out/summary.json"));
+    return base::parse_json<nlohmann::json>(folder.read("out/summary.json"));
   };
   const std::string base = "--road " + at("road.crg");
   const auto all = mapped(base), near = mapped(base + " --max-range-m 10");

@@ -15,6 +15,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "base/json_text.h"
 #include "cloud/error.h"
 #include "cloud/read_cloud.h"
 #include "cloud/write_surface.h"
@@ -76,7 +77,7 @@ struct Read {
   int pass = 0, classification = 0, level = 0;
 };
 
-/// What docs/formats.md says, by its own words; checks bounds and where tiles begin on the way.
+/// What docs/formats_data.md says, by its own words; checks bounds and where tiles begin on the way.
 std::vector<Read> read_back(const TileSet& set, const std::string& bytes) {
   std::vector<Read> out;
   std::size_t at = 0;
@@ -299,7 +300,7 @@ class TilesCommand : public ::testing::Test {
   }
   std::string at(const char* name) const { return "'" + folder_.path(name) + "'"; }
   nlohmann::json index(const char* of) {
-    return nlohmann::json::parse(folder_.read(std::string(of) + "/tiles.json"));
+    return base::parse_json<nlohmann::json>(folder_.read(std::string(of) + "/tiles.json"));
   }
   support::TemporaryFolder folder_;
 };
@@ -311,7 +312,7 @@ TEST_F(TilesCommand, WritesAnIndexThatSaysWhatLiesWhere) {
       << folder_.read("err.txt");
   EXPECT_THAT(folder_.read("out.txt"), HasSubstr("points: 150000, tiles: "));
   ASSERT_EQ(run("tiles " + at("a.ply") + " -o " + at("two") + " --threads 2 --json"), 0);
-  const auto said = nlohmann::json::parse(folder_.read("out.txt"));
+  const auto said = base::parse_json<nlohmann::json>(folder_.read("out.txt"));
   EXPECT_EQ(said["points"], 150'000);
   EXPECT_FALSE(said.contains("tiles"));
   for (const char* name : {"tiles.json", "points.tiles", "manifest.json"})
@@ -392,7 +393,8 @@ TEST_F(TilesCommand, PlacesScansByTheirTrajectory) {
       << folder_.read("err.txt");
   const auto json = index("t");
   EXPECT_EQ(json["points"], 1000);
-  EXPECT_THAT(json["remarks"].dump(), HasSubstr("1 points outside the trajectory's time"));
+  EXPECT_THAT(base::dump_json(json["remarks"]),
+              HasSubstr("1 points outside the trajectory's time"));
   ASSERT_EQ(json["passes"].size(), 2u);  // a gap of 97 s
   EXPECT_EQ(json["passes"][0]["points"], 1000);
   EXPECT_EQ(json["passes"][1]["time_s"][0], 98.0);

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/json_text.h"
 #include "proof.h"
 
 namespace explain_test {
@@ -47,7 +48,7 @@ TEST(SlowActuatorRows, GainsAreFoundWhereTheyAct) {
   ASSERT_TRUE(named.contains("parameter.brake_gain"));
   ASSERT_TRUE(named.contains("parameter.steering_ratio"));
   ASSERT_TRUE(named.contains("parameter.throttle_gain"));
-  EXPECT_EQ(named.size(), 3u) << found.at("findings").dump(1);
+  EXPECT_EQ(named.size(), 3u) << base::dump_json(found.at("findings"), 1);
   EXPECT_NEAR(named["parameter.brake_gain"], 1.22, 0.04);
   EXPECT_NEAR(named["parameter.throttle_gain"], 1.15, 0.01);
   EXPECT_NEAR(named["parameter.steering_ratio"], 1 / 1.15, 0.003);

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "information.h"
 #include "support/places.h"
 #include "support/run_tool.h"
@@ -80,7 +81,7 @@ TEST(FleetScale, TenThousandDrivesTakeAMinuteAndAGigabyteAtMost) {
   // Of the processor: others may be at work on the machine.
   EXPECT_LE(cpu_s, 60.0);
   EXPECT_LE(used.ru_maxrss, 1000 * 1000);  // kB, of the largest child
-  const auto found = nlohmann::json::parse(folder.read("fleet/fleet.json"));
+  const auto found = base::parse_json<nlohmann::json>(folder.read("fleet/fleet.json"));
   EXPECT_EQ(found.at("drives"), kCars * kDrives);
   bool road = false, late = false;
   for (const auto& f : found.at("findings")) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/json_text.h"
 #include "base/random.h"
 #include "explain/signals.h"
 #include "proof.h"
@@ -47,7 +48,7 @@ TEST(Louder, ADrawOfNoiseIsAsLargeAsThatOfTheSamples) {
 TEST(SlowLouder, AFilterOfTheAccelerometerIsAmongWhatItCannotBeToldFrom) {
   Proof proof("filtered", unless_heavy(3));
   const json found = proof.explain();
-  ASSERT_EQ(found.at("findings").size(), 1u) << found.at("findings").dump(1);
+  ASSERT_EQ(found.at("findings").size(), 1u) << base::dump_json(found.at("findings"), 1);
   const json& first = found.at("findings").at(0);
   EXPECT_NEAR(value(first), 0.02, 0.002);
   EXPECT_EQ(first.at("channel"), "ax_mps2");
@@ -56,7 +57,7 @@ TEST(SlowLouder, AFilterOfTheAccelerometerIsAmongWhatItCannotBeToldFrom) {
                                               [&](const json& r) {
                                                 return is_filter(r) && r.at("separable") == false;
                                               }))
-      << first.at("rivals").dump(1);
+      << base::dump_json(first.at("rivals"), 1);
 }
 
 }  // namespace louder_test

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/json_text.h"
 #include "proof.h"
 #include "support/run_tool.h"
 
@@ -77,8 +78,9 @@ TEST(SlowMissingColumns, AreNoMissingPhysics) {
         {"run", "--skip-simulation", "--road", drawn.path("track.crg"), "--car",
          drawn.path("vehicle.yaml"), "--log", log, "-o", drawn.folder.path("out")});
     ASSERT_EQ(ran.code, 0) << name << ": " << ran.err;
-    const json found = json::parse(drawn.folder.read("out/findings.json"));
-    EXPECT_NE(found.at("verdict"), "explained") << name << ": " << found.at("findings").dump(1);
+    const json found = base::parse_json<json>(drawn.folder.read("out/findings.json"));
+    EXPECT_NE(found.at("verdict"), "explained")
+        << name << ": " << base::dump_json(found.at("findings"), 1);
     runs += 1;
     named += found.at("findings").empty() ? 0 : 1;
     if (found.at("verdict") != "none")

@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "base/json_text.h"
 #include "base/read_file.h"
 #include "support/places.h"
 #include "support/recorded_car.h"
@@ -77,7 +78,7 @@ json explain(const support::TemporaryFolder& folder, const json& trial, int rows
       {"run", "--skip-simulation", "--road", folder.path(track + "/" + track + ".crg"), "--car",
        folder.path("vehicle.yaml"), "--log", csv, "--mapping", mapping, "-o", folder.path(id)});
   EXPECT_EQ(ran.code, 0) << ran.err;
-  return json::parse(folder.read(id + "/findings.json"));
+  return base::parse_json<json>(folder.read(id + "/findings.json"));
 }
 
 /// What the truth says, and names that the same data would allow as well; the tool's own words.
@@ -99,7 +100,7 @@ TEST(SlowOtherSimulator, NothingIsNamedWhereNothingIsMissingAndWhatIsMissingFirs
   const support::TemporaryFolder folder;
   write_stated_car(folder);
   int nulls = 0, alarms = 0, effects = 0, first = 0, wrong = 0;
-  const json all = json::parse(base::read_file(truths));
+  const json all = base::parse_json<json>(base::read_file(truths));
   json stated;
   for (const json& trial : all.at("trials")) {
     if (!heavy && trial.at("id") != "t13") continue;

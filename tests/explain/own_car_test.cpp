@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "base/json_text.h"
 #include "base/random.h"
 #include "crg/file.h"
 #include "recording/table.h"
@@ -81,9 +82,9 @@ TEST(SlowOwnCar, HasNothingMissing) {
     words.insert(words.end(), {"--fuel-kg", "30", "--skip-simulation", "-o", folder.path("out")});
     if (commands) words.insert(words.end(), {"--hold-out", "2"});
     run(places::crgexplain(), words);
-    const json found = json::parse(folder.read("out/findings.json"));
+    const json found = base::parse_json<json>(folder.read("out/findings.json"));
     EXPECT_EQ(found.at("verdict"), "none")
-        << found.at("findings").dump(1) << found.at("unexplained").dump(1);
+        << base::dump_json(found.at("findings"), 1) << base::dump_json(found.at("unexplained"), 1);
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "base/json_text.h"
 #include "support/page_claims.h"
 
 namespace explain {
@@ -153,7 +154,8 @@ Findings full() {
 TEST(FindingsPage, SaysWhatFindingsJsonSays) {
   Findings f = full();
   const auto says_it = [&] {
-    support::expect_page_says(nlohmann::json::parse(findings_json(f)), findings_page(f, {}, "t"));
+    support::expect_page_says(base::parse_json<nlohmann::json>(findings_json(f)),
+                              findings_page(f, {}, "t"));
   };
   says_it();
   f.verdict = Verdict::kExplained, f.findings.erase(f.findings.begin());

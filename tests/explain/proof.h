@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "base/json_text.h"
 #include "support/page_claims.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
@@ -32,7 +33,7 @@ class Proof {
         << folder.read("log");
     std::erase(name_, ':');  // "fade:31" lies in fade31
     inputs_ = name_;
-    truth = json::parse(folder.read("sealed/" + name_ + ".json"));
+    truth = base::parse_json<json>(folder.read("sealed/" + name_ + ".json"));
   }
   json explain(const std::string& recordings = "run.csv", const std::string& out = "out",
                const std::string& more = "--skip-simulation") {
@@ -48,7 +49,7 @@ class Proof {
                                 folder.path("log"))),
               0)
         << folder.read("log");
-    json found = json::parse(folder.read(out + "/findings.json"));
+    json found = base::parse_json<json>(folder.read(out + "/findings.json"));
     support::expect_page_says(found, folder.read(out + "/report.html"));
     return found;
   }

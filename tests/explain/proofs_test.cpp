@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "base/json_text.h"
 #include "crg/file.h"
 #include "crg/surface.h"
 #include "explain/write_back.h"
@@ -439,7 +440,7 @@ TEST(SlowProofs, WhatTooShortALogCannotTryIsWrittenAndSaysSo) {
   const json found = proof.explain("run.csv", "out", "");
   ASSERT_FALSE(found.at("findings").empty());
   EXPECT_TRUE(found["findings"][0].at("not_used").is_null());
-  EXPECT_THAT(found.at("remarks").dump(), HasSubstr("what was found is written untried"));
+  EXPECT_THAT(base::dump_json(found.at("remarks")), HasSubstr("what was found is written untried"));
   EXPECT_TRUE(std::filesystem::exists(proof.folder.path("out/vehicle.yaml")));
 }
 

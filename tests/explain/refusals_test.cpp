@@ -10,6 +10,7 @@
 #include <functional>
 #include <sstream>
 
+#include "base/json_text.h"
 #include "explain/mapping.h"
 #include "proof.h"
 #include "recording/log_table.h"
@@ -177,7 +178,7 @@ TEST(LogsOfOthers, AreReadAsTheyAre) {
   const auto all = proof.explain("loggers.csv", "out", "--skip-simulation --nulls 100");
   EXPECT_EQ(all.at("verdict"), "none");
   EXPECT_THAT(
-      all.at("remarks").dump(),
+      base::dump_json(all.at("remarks")),
       HasSubstr(fmt::format("loggers.csv: {} of {} cells of 'gear' are no numbers: taken as empty",
                             (row + 92) / 100, row)));
   // With decimal commas it is the same log.
@@ -206,7 +207,7 @@ TEST(SlowTwoRecordings, HaveOneMapping) {
   proof.folder.file("alike-apart/held.csv", held);
   const auto all = proof.explain("held.csv experiment.csv");
   EXPECT_EQ(explain_test::finding(all, "sensor.delay").at("channel"), "yaw_rate_radps");
-  const std::string notes = all.at("remarks").dump();
+  const std::string notes = base::dump_json(all.at("remarks"));
   EXPECT_THAT(notes, HasSubstr("held.csv: 'ax_mps2': 50 % of the samples repeat"));
   const explain::Mapping mapping =
       explain::Mapping{recording::read_mapping(proof.folder.path("out/mapping.yaml")), {}};

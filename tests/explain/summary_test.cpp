@@ -13,6 +13,7 @@
 #include <set>
 #include <vector>
 
+#include "base/json_text.h"
 #include "base/read_file.h"
 #include "support/places.h"
 #include "support/run_tool.h"
@@ -42,7 +43,7 @@ class Fleet {
     return {"--threads", "2", "--road", path(car, "track.crg"), "--car", path(car, "vehicle.yaml")};
   }
   json truth(int car) const {
-    return json::parse(folder_.read(fmt::format("sealed/car{}.json", car)));
+    return base::parse_json<json>(folder_.read(fmt::format("sealed/car{}.json", car)));
   }
   void sum_up() const {
     for (int k = 0; k < cars_; ++k) {
@@ -57,7 +58,7 @@ class Fleet {
     for (const int k : cars) words.push_back(path(k, "drive.summary"));
     const auto ran = run_tool(places::crgexplain(), words);
     EXPECT_EQ(ran.code, 0) << ran.err;
-    return json::parse(folder_.read("fleet/fleet.json"));
+    return base::parse_json<json>(folder_.read("fleet/fleet.json"));
   }
   json alone(int car) const {
     Words words{
@@ -65,7 +66,7 @@ class Fleet {
     for (const std::string& word : inputs(car)) words.push_back(word);
     const auto ran = run_tool(places::crgexplain(), words);
     EXPECT_EQ(ran.code, 0) << ran.err;
-    return json::parse(folder_.read("alone/findings.json"));
+    return base::parse_json<json>(folder_.read("alone/findings.json"));
   }
 
  private:
@@ -89,7 +90,7 @@ const json& found(const json& all, const std::string& mechanism) {
 
 /// What turns lean more: curvature of at most 0.021 1/m, times 2 m. The turbo has a share of 0.25.
 void expect_divided(const json& all) {
-  EXPECT_EQ(all.at("verdict"), "divided") << all.dump(1);
+  EXPECT_EQ(all.at("verdict"), "divided") << base::dump_json(all, 1);
   ASSERT_EQ(whose(all), (std::set<std::string>{"car vehicle.turbo_lag", "road road.banking"}));
   const json &road = found(all, "road.banking"), &late = found(all, "vehicle.turbo_lag");
   EXPECT_NEAR(std::abs(road.at("amount").get<double>()), 0.04, 0.012);
@@ -137,7 +138,7 @@ TEST(Summary, EightCarsWithNothingMissingRaiseNoAlarm) {
   const Fleet fleet("none", 8, 5);
   fleet.sum_up();
   const json all = fleet.divided({0, 1, 2, 3, 4, 5, 6, 7});
-  EXPECT_EQ(all.at("verdict"), "none") << all.dump(1);
+  EXPECT_EQ(all.at("verdict"), "none") << base::dump_json(all, 1);
 }
 
 /// Whether a stated torque is off by what was found: at some speed that the motor reaches, for the
@@ -171,7 +172,7 @@ TEST(Summary, FleetsOfOtherSeeds) {
         EXPECT_NEAR(std::abs(f.at("amount").get<double>()), 0.04, 0.012) << seed;
         continue;
       }
-      EXPECT_TRUE(is_true_torque(fleet, f)) << seed << ": " << f.dump(1);
+      EXPECT_TRUE(is_true_torque(fleet, f)) << seed << ": " << base::dump_json(f, 1);
     }
     EXPECT_EQ(found_banking, leans) << seed;
     EXPECT_EQ(all.at("verdict"), all.at("findings").empty() ? "none" : "divided") << seed;

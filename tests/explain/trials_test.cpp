@@ -12,6 +12,7 @@
 #include <set>
 #include <sstream>
 
+#include "base/json_text.h"
 #include "explain/unknowns.h"
 #include "support/places.h"
 #include "support/run_tool.h"
@@ -32,7 +33,9 @@ TEST(SlowTrials, ASmallSetIsSealedExplainedAndScored) {
                   " --third-share 0.8 --count 3 --seed 139 " + here + " > " + folder.path("log")),
             0);
   ASSERT_EQ(shell(blind_trials + " run " + here + " >> " + folder.path("log")), 0);
-  const auto findings = [&](const std::string& path) { return json::parse(folder.read(path)); };
+  const auto findings = [&](const std::string& path) {
+    return base::parse_json<json>(folder.read(path));
+  };
   // What this set holds: 0 and 1 nothing, 2 brakes that are stronger than stated; 2 to 6 laps each.
   // The third car drives 1.
   EXPECT_EQ(findings("t/sealed/0000.json").at("car"), "second");
@@ -64,7 +67,7 @@ TEST(SlowTrials, ASmallSetIsSealedExplainedAndScored) {
   json again = findings("again/findings.json");
   EXPECT_EQ(again.at("remarks").size(), found.at("remarks").size() + 1);
   again["remarks"] = found.at("remarks");
-  EXPECT_EQ(again.dump(), found.dump());
+  EXPECT_EQ(base::dump_json(again), base::dump_json(found));
   vehicle::read_vehicle(folder.path("again/vehicle.yaml"));
   EXPECT_NE(folder.read("again/vehicle.yaml"), folder.read("t/0002/vehicle.yaml"));
   EXPECT_THAT(folder.read("again/report.html"), ::testing::HasSubstr("parameter.brake_gain"));
@@ -96,7 +99,7 @@ TEST(Trials, AThirdCarWithLevelledAccelerometersRaisesNoAlarm) {
                               places::blind_trials(), places::make_trials(), folder.path("t"),
                               folder.path("log"))),
             0);
-  const json truth = json::parse(folder.read("t/sealed/0001.json"));
+  const json truth = base::parse_json<json>(folder.read("t/sealed/0001.json"));
   EXPECT_EQ(truth.at("car"), "third");
   EXPECT_EQ(truth.at("accelerometers"), "levelled");
   EXPECT_TRUE(truth.at("effects").empty());
@@ -105,7 +108,7 @@ TEST(Trials, AThirdCarWithLevelledAccelerometersRaisesNoAlarm) {
                               places::crgexplain(), folder.path("t/0001"), folder.path("out"),
                               folder.path("log"))),
             0);
-  EXPECT_EQ(json::parse(folder.read("out/findings.json")).at("verdict"), "none");
+  EXPECT_EQ(base::parse_json<json>(folder.read("out/findings.json")).at("verdict"), "none");
 }
 
 /// The log with its yaw rates times a factor.
@@ -133,7 +136,7 @@ json findings_of(const support::TemporaryFolder& folder, const std::string& dir)
                               "{1}/vehicle.yaml --log {1}/run.csv -o {2} > {3}",
                               places::crgexplain(), dir, folder.path("out"), folder.path("log"))),
             0);
-  return json::parse(folder.read("out/findings.json"));
+  return base::parse_json<json>(folder.read("out/findings.json"));
 }
 
 // Forces feel the yaw rate far more than the other sensors do; the accelerometer took the blame.
@@ -146,10 +149,10 @@ TEST(Trials, AGyrosGainIsNotTakenForThatOfTheAccelerometer) {
                         places::blind_trials(), places::make_trials(), folder.path("t"),
                         folder.path("log"))),
       0);
-  const json truth = json::parse(folder.read("t/sealed/0021.json")).at("effects").at(0);
+  const json truth = base::parse_json<json>(folder.read("t/sealed/0021.json")).at("effects").at(0);
   ASSERT_EQ(truth.at("mechanism"), "sensor.gain");
   ASSERT_EQ(truth.at("channel"), "yaw_rate_radps");
-  ASSERT_TRUE(json::parse(folder.read("t/sealed/0008.json")).at("effects").empty());
+  ASSERT_TRUE(base::parse_json<json>(folder.read("t/sealed/0008.json")).at("effects").empty());
   folder.file("t/0008/run.csv", with_yaw_rate_times(0.951, folder.read("t/0008/run.csv")));
   const auto expect_gain = [&](const std::string& trial, std::size_t findings, double amount) {
     SCOPED_TRACE(trial);
@@ -181,13 +184,13 @@ TEST(SlowTrials, RecordingsThatCannotBeExplainedAreCountedAndTriedAgain) {
   folder.file("t/0001/run.csv", "no recording\n");
   const support::ToolRun ran = trials({"run", "--json", here});
   EXPECT_EQ(ran.code, 3);
-  EXPECT_EQ(json::parse(ran.out), (json{{"recordings", 2}, {"failed", 1}}));
+  EXPECT_EQ(base::parse_json<json>(ran.out), (json{{"recordings", 2}, {"failed", 1}}));
   EXPECT_THAT(ran.err, ::testing::StartsWith(
                            "blind_trials: " + here +
                            ": 1 of 2 recordings could not be explained, the first because: " +
                            here + "/0001/run.csv"));
   EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
-  EXPECT_EQ(json::parse(folder.read("t/0001/findings.json")).at("verdict"), "failed");
+  EXPECT_EQ(base::parse_json<json>(folder.read("t/0001/findings.json")).at("verdict"), "failed");
   const std::string first = folder.read("t/0000/findings.json");
   folder.file("t/0000/run.csv", "no recording\n");  // is not looked at again
   folder.file("t/0001/run.csv", recording);
@@ -195,7 +198,7 @@ TEST(SlowTrials, RecordingsThatCannotBeExplainedAreCountedAndTriedAgain) {
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_EQ(again.out, "2 recordings explained\n");
   EXPECT_EQ(folder.read("t/0000/findings.json"), first);
-  EXPECT_NE(json::parse(folder.read("t/0001/findings.json")).at("verdict"), "failed");
+  EXPECT_NE(base::parse_json<json>(folder.read("t/0001/findings.json")).at("verdict"), "failed");
 }
 
 TEST(Trials, AGeneratorThatCannotBeStartedOrFailsIsNamed) {
@@ -242,7 +245,8 @@ TEST(Trials, LogsWithSuspensionAndDiscsAreExplainedBlindToo) {
   ASSERT_EQ(shell(blind_trials + " run " + here + " >> " + folder.path("log")), 0);
   // 0 to 3 nothing, 4 waves of some millimetres that the file does not have.
   for (const char* id : {"0000", "0001", "0002", "0003", "0004"}) {
-    const json found = json::parse(folder.read(std::string("t/") + id + "/findings.json"));
+    const json found =
+        base::parse_json<json>(folder.read(std::string("t/") + id + "/findings.json"));
     EXPECT_EQ(found.at("verdict"), std::string(id) == "0004" ? "explained" : "none") << id;
     for (const json& item : found.at("untestable"))
       for (const char* tested : {"road.kerb_or_roughness", "vehicle.brake_disc_conductance"})
@@ -267,7 +271,7 @@ TEST(MapCommand, ListsEveryChannelWithUnitAndRate) {
               ::testing::ContainsRegex("Speed +km/h +20 +400 +80 +120  vx_mps"));
   EXPECT_THAT(folder.read("list"), ::testing::ContainsRegex("Mood +20 +400 +0 +6  -"));
   ASSERT_EQ(shell(command + " --json > " + folder.path("json")), 0);
-  const json channels = json::parse(folder.read("json")).at("channels");
+  const json channels = base::parse_json<json>(folder.read("json")).at("channels");
   ASSERT_EQ(channels.size(), 5u);
   EXPECT_EQ(channels[2].at("name"), "GPS Latitude");
   EXPECT_EQ(channels[2].at("unit"), "deg");
@@ -305,7 +309,7 @@ TEST(Trials, TheSecondRealLapIsPredictedFromTheFirst) {
                   folder.path("log") + " 2>&1"),
             0)
       << folder.read("log");
-  const json found = json::parse(folder.read("out/findings.json"));
+  const json found = base::parse_json<json>(folder.read("out/findings.json"));
   // Yaw rate and forward acceleration are both logged behind a filter; other channels show it.
   for (const auto& [column, channel, left] :
        {std::tuple{"omega(rad/s)", "yaw_rate", 0.75}, {"ax(m/s^2)", "ax", 0.4}}) {

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "base/read_file.h"
 #include "brake_drive.h"
 #include "recorded_drive.h"
@@ -112,7 +113,8 @@ TEST(BrakesFit, AnotherSimulatorsCar) {
   if (!std::filesystem::exists(folder + "/truth.json"))
     GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
-  const auto truth = nlohmann::json::parse(base::read_file(folder + "/truth.json", 1u << 24));
+  const auto truth =
+      base::parse_json<nlohmann::json>(base::read_file(folder + "/truth.json", 1u << 24));
   for (const auto& trial : truth.at("trials")) {
     const std::string id = trial.at("id");
     if (!heavy && id != "t01" && id != "t05" && id != "t19") continue;

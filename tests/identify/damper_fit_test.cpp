@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <map>
 
+#include "base/json_text.h"
 #include "base/read_file.h"
 #include "crg/file.h"
 #include "recorded_drive.h"
@@ -86,7 +87,8 @@ TEST(DamperFit, SaysWhatAnotherSimulatorsLogsLack) {
   const std::string folder = places::data() + "/ocd_trials";
   if (!std::filesystem::exists(folder + "/truth.json"))
     GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
-  const auto truth = nlohmann::json::parse(base::read_file(folder + "/truth.json", 1u << 24));
+  const auto truth =
+      base::parse_json<nlohmann::json>(base::read_file(folder + "/truth.json", 1u << 24));
   const std::map<std::string, std::string> why{{"t01", "a row every 20 ms, wanted 12 at most"},
                                                {"t19", "a row every 20 ms, wanted 12 at most"},
                                                {"t06", "no travels of all wheels"},

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "base/random.h"
 #include "base/read_file.h"
 #include "base/statistics.h"
@@ -218,7 +219,8 @@ TEST(DriveTyres, AnotherSimulatorsCarOfKnownMass) {
   std::string why;
   const std::string folder = recordings(why);
   if (folder.empty()) GTEST_SKIP() << why;
-  const auto truth = nlohmann::json::parse(base::read_file(folder + "/truth.json", 1u << 24));
+  const auto truth =
+      base::parse_json<nlohmann::json>(base::read_file(folder + "/truth.json", 1u << 24));
   const auto& trial = truth.at("trials").at(0);
   ASSERT_EQ(trial.at("id"), "t01");
   auto factors = trial.at("parameter_factors");
@@ -261,7 +263,8 @@ TEST(DriveTyres, AnotherSimulatorsCar) {
   std::string why;
   const std::string folder = recordings(why);
   if (folder.empty()) GTEST_SKIP() << why;
-  const auto truth = nlohmann::json::parse(base::read_file(folder + "/truth.json", 1u << 24));
+  const auto truth =
+      base::parse_json<nlohmann::json>(base::read_file(folder + "/truth.json", 1u << 24));
   Curves all;
   int stiff = 0, kept_back = 0;
   for (const auto& trial : truth.at("trials")) {

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "base/read_file.h"
 #include "identify/proving_road.h"
 #include "recorded_drive.h"
@@ -215,7 +216,8 @@ TEST(EngineFit, AnotherSimulatorsCar) {
   if (!std::filesystem::exists(folder + "/truth.json"))
     GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
-  const auto truth = nlohmann::json::parse(base::read_file(folder + "/truth.json", 1u << 24));
+  const auto truth =
+      base::parse_json<nlohmann::json>(base::read_file(folder + "/truth.json", 1u << 24));
   Score all;
   for (const auto& trial : truth.at("trials")) {
     const std::string id = trial.at("id");

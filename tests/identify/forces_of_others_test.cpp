@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "base/json_text.h"
 #include "base/read_file.h"
 #include "identify/forces.h"
 #include "support/places.h"
@@ -88,7 +89,7 @@ TEST(ForcesOfOthers, AreThoseOfTheTrueCar) {
     GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
   if (std::getenv("KERBSTONE_HEAVY") == nullptr)
     GTEST_SKIP() << "minutes; KERBSTONE_HEAVY=1 runs it";
-  const json truth = json::parse(base::read_file(folder + "/truth.json", 1u << 24));
+  const json truth = base::parse_json<json>(base::read_file(folder + "/truth.json", 1u << 24));
   for (const json& trial : truth.at("trials")) {
     const std::string id = trial.at("id");
     if (id != "t01" && id != "t02" && id != "t03" && id != "t06" && id != "t09") continue;
@@ -121,7 +122,7 @@ TEST(SlowForcesOfOthers, LoadsAndLateralSpeedAreThoseThatWereKeptBack) {
   if (!std::filesystem::exists(folder + "/truth.json"))
     GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
-  const json truth = json::parse(base::read_file(folder + "/truth.json", 1u << 24));
+  const json truth = base::parse_json<json>(base::read_file(folder + "/truth.json", 1u << 24));
   const json& noise = truth.at("noise_sd");
   for (const json& trial : truth.at("trials")) {
     const std::string id = trial.at("id");

@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "base/read_file.h"
 #include "base/statistics.h"
 #include "base/write_file.h"
@@ -166,7 +167,8 @@ TEST(MassFit, LoadsOfAnotherSimulator) {
   const std::string folder = places::data() + "/ocd_trials";
   if (!std::filesystem::exists(folder + "/truth.json"))
     GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
-  const auto truth = nlohmann::json::parse(base::read_file(folder + "/truth.json", 1u << 24));
+  const auto truth =
+      base::parse_json<nlohmann::json>(base::read_file(folder + "/truth.json", 1u << 24));
   for (const auto& trial : truth.at("trials")) {
     const std::string id = trial.at("id");
     if (id != "t01" && id != "t06" && id != "t18" && id != "t19") continue;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "base/json_text.h"
 #include "support/places.h"
 #include "support/run_tool.h"
 #include "support/temporary_folder.h"
@@ -44,7 +45,7 @@ TEST(RealLog, ShowsAnEngineAndBrakesAndSaysWhatItCannot) {
   const support::ToolRun engine = log.run("engine");
   ASSERT_EQ(engine.code, 0) << engine.err;
   int seen = 0, places = 0;
-  const json said = json::parse(engine.out);
+  const json said = base::parse_json<json>(engine.out);
   for (const json& place : said.at("map").at("places")) {
     seen += place.contains("torque_nm") ? 1 : 0;
     ++places;

@@ -8,6 +8,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "crg/surface.h"
 #include "make/make_track.h"
 #include "mesh/export_mesh.h"
@@ -52,7 +53,7 @@ nlohmann::json build(const road::Mesh& mesh, const support::TemporaryFolder& fol
   recipe.kerb.max_extra_columns_share = 0.0;  // a grid as coarse as it comes
   const auto built = road::make_track(recipe, folder.path("out_" + ending));
   if (crg_path != nullptr) *crg_path = built.crg_path;
-  return nlohmann::json::parse(built.summary_json);
+  return base::parse_json<nlohmann::json>(built.summary_json);
 }
 
 TEST(RoughPlaces, ASmoothRoadHasNone) {
@@ -150,7 +151,7 @@ TEST(RoughPlaces, SmoothingBeyondItsBoundIsNamed) {
   recipe.smooth.window_u_m = 6.0;
   recipe.smooth.max_change_road_m = 0.04;
   const auto summary =
-      nlohmann::json::parse(road::make_track(recipe, folder.path("out")).summary_json);
+      base::parse_json<nlohmann::json>(road::make_track(recipe, folder.path("out")).summary_json);
   const auto& all = summary["validation"]["rough_places"];
   ASSERT_FALSE(all.empty());
   EXPECT_EQ(with_reason(all, "own nodes are off the mesh").size(), all.size());

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "base/json_text.h"
 #include "crg/error.h"
 #include "crg/file.h"
 #include "mesh/error.h"
@@ -50,7 +51,8 @@ class WriteReport : public ::testing::Test {
     return text.str();
   }
   json report_of(const road::ReportRequest& request) const {
-    return json::parse(text_of(road::write_report(request, (dir_ / "out").string()).json_path));
+    return base::parse_json<json>(
+        text_of(road::write_report(request, (dir_ / "out").string()).json_path));
   }
   fs::path dir_;
 };
@@ -138,7 +140,7 @@ TEST_F(WriteReport, CurvesInTheTextAreTheNumbersOfTheReport) {
                            {0.0f, -0.0f, 1.0f, -1.5f, 1e-6f, -1e-6f, 1e-9f, 123456.789f, 0.1f,
                             100.0f, std::nanf(""), 3e9f, -0.25f},
                            1.0});
-  const json parsed = json::parse(report::report_json(report));
+  const json parsed = base::parse_json<json>(report::report_json(report));
   const auto& x = parsed["along_u"]["x"];
   ASSERT_EQ(x.size(), 13u);
   const double wanted[] = {0, 0, 1, -1.5, 1e-6, -1e-6, 0, 123456.789, 0.1, 100, 0, 3e9, -0.25};
@@ -198,7 +200,7 @@ TEST_F(WriteReport, EachPlantedDefectIsAmongTheFindingsWithinFiveMetres) {
                std::abs(f["u_end_m"].get<double>() - c.u_end_m) <= 5.0 && f["value"].is_number() &&
                !f["unit"].get<std::string>().empty() && !f["text"].get<std::string>().empty());
     }
-    EXPECT_TRUE(found) << c.kind << "\n" << report["findings"].dump(1);
+    EXPECT_TRUE(found) << c.kind << "\n" << base::dump_json(report["findings"], 1);
     EXPECT_NE(report["verdict"], "usable") << c.kind;
   }
 }
@@ -225,7 +227,7 @@ TEST_F(WriteReport, MeshComparisonAndControlPointsAreThere) {
                             {"B", {100, 0, 0}, {100, 0, 0}},
                             {"C", {0, 100, 1}, {0, 100, 1}}};
   const json report = report_of(request);
-  EXPECT_EQ(report["verdict"], "usable") << report["findings"].dump(1);
+  EXPECT_EQ(report["verdict"], "usable") << base::dump_json(report["findings"], 1);
   ASSERT_EQ(report["comparisons"].size(), 1u);
   EXPECT_EQ(report["comparisons"][0]["key"], "mesh");
   EXPECT_LT(report["comparisons"][0]["abs_error_m"]["p99"], 0.002);
@@ -310,7 +312,7 @@ TEST_F(WriteReport, SaysWhatWasLookedForAndFromWhichLimits) {
   road::ReportRequest request;
   request.crg_path = write(bump, "bump.crg");
   const json report = report_of(request);
-  EXPECT_EQ(report["verdict"], "usable") << report["findings"].dump(1);
+  EXPECT_EQ(report["verdict"], "usable") << base::dump_json(report["findings"], 1);
   std::string all;
   for (const json& sentence : report["looked_for"]) all += sentence.get<std::string>() + "\n";
   EXPECT_THAT(all, testing::HasSubstr("Bumps and potholes from 40 mm on"));
@@ -388,7 +390,7 @@ TEST(ReportPage, TextCannotEndTheDataOrBecomeMarkup) {
   EXPECT_EQ(page.find("<script>alert"), std::string::npos);
   const std::size_t begin = page.find("id=\"report-data\">") + 17,
                     end = page.find("</script>", begin);
-  const json parsed = json::parse(page.substr(begin, end - begin));
+  const json parsed = base::parse_json<json>(page.substr(begin, end - begin));
   EXPECT_EQ(parsed["title"].get<std::string>().substr(0, 9), "</script>");
   // Nothing outside the file is referred to.
   for (const char* outside : {"src=\"http", "href=\"http", "url(http", "@import"})

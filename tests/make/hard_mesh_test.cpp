@@ -10,6 +10,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "crg/surface.h"
 #include "make/make_reported.h"
 #include "make/make_track.h"
@@ -44,7 +45,7 @@ TEST(HardMesh, KerbProfilesSurviveEveryStage) {
                        static_cast<double>(std::filesystem::file_size(plain.crg_path));
 
   const road::RaySurface mesh(road::read_mesh(path));
-  const auto kerbs = nlohmann::json::parse(built.summary_json)["kerb"]["kerbs"];
+  const auto kerbs = base::parse_json<nlohmann::json>(built.summary_json)["kerb"]["kerbs"];
   ASSERT_GT(kerbs.size(), 10u);
   const auto profile_errors = [&](const std::string& crg_path, bool at_edges) {
     const crg::Surface road(crg::read(crg_path));
@@ -92,7 +93,7 @@ TEST(HardMesh, JitterAndMissingOrDoubledTrianglesMakeNoNewFailure) {
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent (apt install torcs-data)";
   const support::TemporaryFolder folder;
   const road::Mesh mesh = road::read_mesh(path);
-  const auto whole = nlohmann::json::parse(
+  const auto whole = base::parse_json<nlohmann::json>(
       road::make_track(road::recipe_for_mesh(path), folder.path("whole")).summary_json);
   road::Mesh damaged = support::jitter(mesh, 1e-3, 7);
   damaged = support::delete_triangles(std::move(damaged), 0.005, 8);
@@ -103,7 +104,7 @@ TEST(HardMesh, JitterAndMissingOrDoubledTrianglesMakeNoNewFailure) {
     road::Recipe recipe = road::recipe_for_mesh(file);
     recipe.read.up = road::UpAxis::z;
     const auto built = road::make_track(recipe, folder.path(ending));
-    const auto s = nlohmann::json::parse(built.summary_json);
+    const auto s = base::parse_json<nlohmann::json>(built.summary_json);
     EXPECT_TRUE(built.validation_failures.empty())
         << ending << ": " << built.validation_failures.front();
     EXPECT_EQ(s["reference_line"]["closed"], whole["reference_line"]["closed"]);
@@ -164,7 +165,7 @@ TEST(SlowHardMesh, EveryTrackInEveryForm) {
         const auto built =
             road::make_reported({file, folder.path("road"), true, false, {{"up", "z"}}});
         EXPECT_EQ(road::why_not_usable(built), "") << name << ", " << form.name;
-        const auto s = nlohmann::json::parse(built.result.summary_json);
+        const auto s = base::parse_json<nlohmann::json>(built.result.summary_json);
         EXPECT_NEAR(s["reference_line"]["length_m"].get<double>(), length_m, 3e-3 * length_m)
             << name << ", " << form.name;
         EXPECT_LE(s["validation"]["z_error_m"]["p99"].get<double>(), 1e-3)

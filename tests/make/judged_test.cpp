@@ -8,6 +8,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "make/make_reported.h"
 #include "mesh/export_mesh.h"
 #include "support/ring_strips.h"
@@ -90,7 +91,8 @@ Judged judge(const road::Mesh& mesh) {
   const road::ReportedBuild built = road::make_reported(request);
   std::ifstream file(built.report->json_path);
   const auto report = nlohmann::json::parse(file);
-  return {*built.report, report.at("findings").dump() + report.at("notes").dump()};
+  return {*built.report,
+          base::dump_json(report.at("findings")) + base::dump_json(report.at("notes"))};
 }
 
 void expect_error(const Fault& fault) {

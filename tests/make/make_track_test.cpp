@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "base/json_text.h"
 #include "base/sha256.h"
 #include "circuit/circuit.h"
 #include "circuit/synth.h"
@@ -57,7 +58,7 @@ MadeRoad build_demo(road::SynthOptions options) {
   recipe.read.unit = options.unit;
   built.result = road::make_track(recipe, dir + "/out");
   built.road = std::make_unique<crg::Surface>(crg::read(built.result.crg_path));
-  built.summary = nlohmann::json::parse(built.result.summary_json);
+  built.summary = base::parse_json<nlohmann::json>(built.result.summary_json);
   return built;
 }
 
@@ -183,7 +184,9 @@ TEST(Build, SaysWhatItDid) {
         &built.result.summary_path, &built.result.picture_path, &built.result.classes_path}) {
     EXPECT_TRUE(std::filesystem::exists(*file)) << *file;
   }
-  EXPECT_GT(nlohmann::json::parse(built.result.timing_json)["seconds"]["total"].get<double>(), 0.0);
+  EXPECT_GT(
+      base::parse_json<nlohmann::json>(built.result.timing_json)["seconds"]["total"].get<double>(),
+      0.0);
   // Nothing else lies in the folder but timing, manifest, the world file of the classes and the
   // cleaned mesh: no temporary files.
   const std::filesystem::path dir = std::filesystem::path(built.result.crg_path).parent_path();

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "base/json_text.h"
 #include "crg/surface.h"
 #include "make/make_track.h"
 #include "mesh/error.h"
@@ -106,7 +107,7 @@ TEST(Place, MovedScaledAndExportedAgainIsTheSameRoad) {
                 1e3 * difference[difference.size() * 99 / 100], 1e3 * difference.back(),
                 1e3 * offset);
     EXPECT_LE(difference.back(), 2e-4);
-    const auto align = nlohmann::json::parse(again.summary_json)["align"];
+    const auto align = base::parse_json<nlohmann::json>(again.summary_json)["align"];
     EXPECT_EQ(align["tilt_and_scale"].is_null(), !tilted);
     EXPECT_NEAR(align["scale"].get<double>(), tilted ? 1.0 / 1.01 : 1.0, 1e-6);
     EXPECT_NEAR(align["tilt_rad"].get<double>(), tilted ? 0.026 : 0.0, 1e-6);
@@ -174,7 +175,7 @@ TEST_F(Geographic, HeaderSaysWhereOnEarth) {
                lon = crg::find_value(file.road, "REFERENCE_LINE_START_LON").value();
   // The line starts at the mesh's (0, 0) within 5 cm; a thousandth of an arc second is 3 cm.
   EXPECT_LT((to_utm({32, true}, lat, lon) - moved({0, 0, 0}).head<2>()).norm(), 0.06);
-  const auto align = nlohmann::json::parse(built.summary_json)["align"];
+  const auto align = base::parse_json<nlohmann::json>(built.summary_json)["align"];
   EXPECT_EQ(align["by"], "control_points");
   EXPECT_EQ(align["projection"], "UTM_32N");
   EXPECT_EQ(align["points"][2], "P3");
@@ -247,7 +248,7 @@ TEST_F(Geographic, AGuideAloneLaysTheMesh) {
     Recipe recipe = recipe_for_mesh(folder_.file("bean.obj", bean_obj()));
     recipe.guide_path = folder_.file("driven.csv", driven_bean(with_height));
     const BuildResult built = make_track(recipe, folder_.path("bean"));
-    const auto align = nlohmann::json::parse(built.summary_json)["align"];
+    const auto align = base::parse_json<nlohmann::json>(built.summary_json)["align"];
     EXPECT_EQ(align["by"], "guide");
     EXPECT_EQ(align["projection"], "UTM_32N");
     // Uniform to 1.5 m either way in x and y: 0.87 m rms across the road.
@@ -281,7 +282,7 @@ TEST_F(Geographic, AGuideIsLaidOnTheOneRoadThatHasItsShape) {
   EXPECT_THROW(make_track(recipe, folder_.path("asked")), Error);
   recipe.guide_path = folder_.file("driven.csv", driven_bean(true));
   const BuildResult built = make_track(recipe, folder_.path("two"));
-  const auto align = nlohmann::json::parse(built.summary_json)["align"];
+  const auto align = base::parse_json<nlohmann::json>(built.summary_json)["align"];
   EXPECT_NEAR(align["yaw_deg"].get<double>(), kYaw * 180.0 / M_PI, 0.2);
   const crg::Surface road(crg::read(built.crg_path));
   crg::Cursor cursor;
@@ -324,8 +325,8 @@ TEST_F(Geographic, TrajectoryTakesThePlaceOfControlPoints) {
   driven += ",,\n";  // the receiver lost its fix
   Recipe recipe = recipe_for_mesh(folder_.file("bean.obj", bean_obj()));
   recipe.trajectory_path = folder_.file("lap.csv", driven);
-  const auto align =
-      nlohmann::json::parse(make_track(recipe, folder_.path("driven")).summary_json)["align"];
+  const auto align = base::parse_json<nlohmann::json>(
+      make_track(recipe, folder_.path("driven")).summary_json)["align"];
   EXPECT_EQ(align["by"], "trajectory");
   EXPECT_EQ(align["projection"], "UTM_32N");
   EXPECT_NEAR(align["yaw_deg"].get<double>(), kYaw * 180.0 / M_PI, 0.2);

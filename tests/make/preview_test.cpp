@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "base/json_text.h"
 #include "mesh/error.h"
 #include "mesh/export_mesh.h"
 #include "support/ring_strips.h"
@@ -108,10 +109,10 @@ TEST(Preview, IsAGlbThatReadsBackAsTheSameMesh) {
   std::memcpy(words, glb.data(), sizeof words);
   EXPECT_EQ(glb.substr(0, 4), "glTF");
   EXPECT_EQ(words[2], glb.size());
-  const nlohmann::json json = nlohmann::json::parse(glb.substr(20, words[3]));
+  const nlohmann::json json = base::parse_json<nlohmann::json>(glb.substr(20, words[3]));
   EXPECT_EQ(json["scenes"][0]["extras"]["origin_m"][0], preview.origin_m.x());
   EXPECT_EQ(json["nodes"][1]["extras"]["class"], "kerb");
-  EXPECT_THAT(json["scenes"][0]["extras"]["objects"].dump(), HasSubstr("kerb"));
+  EXPECT_THAT(base::dump_json(json["scenes"][0]["extras"]["objects"]), HasSubstr("kerb"));
   // Another reader (assimp) sees as many triangles, the right way up.
   folder.file("ring.glb", glb);
   const road::Mesh mesh = road::read_mesh(folder.path("ring.glb"));

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "base/json_text.h"
 #include "crg/file.h"
 #include "crg/surface.h"
 #include "make/make_road.h"
@@ -105,7 +106,7 @@ TEST(Roughen, ClosesWithTheRoadAndPassesItsCheck) {
   EXPECT_TRUE(road.result.validation_failures.empty())
       << ::testing::PrintToString(road.result.validation_failures);
   // What was added is no error of the road, and leaves no room for one.
-  EXPECT_LT(nlohmann::json::parse(road.result.summary_json)
+  EXPECT_LT(base::parse_json<nlohmann::json>(road.result.summary_json)
                 .at("validation")
                 .at("z_error_m")
                 .at("max")

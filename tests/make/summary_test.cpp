@@ -6,6 +6,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
+
 namespace road {
 namespace summary_test {
 
@@ -19,7 +21,7 @@ TEST(Summary, HasTheFixedKeys) {
   summary.reference_line.closed = true;
   summary.validate.points = summary.validate.road_points = 10;
   summary.validate.z_error_m = {0.1, 0.2, 0.3, 0.4};
-  const auto json = nlohmann::json::parse(summary_json(summary));
+  const auto json = base::parse_json<nlohmann::json>(summary_json(summary));
   EXPECT_DOUBLE_EQ(json["reference_line"]["length_m"], 2057.6);
   EXPECT_EQ(json["reference_line"]["closed"], true);
   EXPECT_TRUE(json["grid"].contains("nodes"));
@@ -27,7 +29,8 @@ TEST(Summary, HasTheFixedKeys) {
   EXPECT_TRUE(json["grid"].contains("u_step_m"));
   EXPECT_DOUBLE_EQ(json["validation"]["z_error_m"]["p50"], 0.1);
   EXPECT_DOUBLE_EQ(json["validation"]["z_error_m"]["max"], 0.4);
-  const auto timing = nlohmann::json::parse(timing_json({{"read", 0.25}, {"clean", 0.5}}, 0.75));
+  const auto timing =
+      base::parse_json<nlohmann::json>(timing_json({{"read", 0.25}, {"clean", 0.5}}, 0.75));
   EXPECT_DOUBLE_EQ(timing["seconds"]["total"], 0.75);
   EXPECT_DOUBLE_EQ(timing["seconds"]["clean"], 0.5);
   EXPECT_GT(timing["peak_memory_mb"].get<double>(), 1.0);
@@ -43,7 +46,7 @@ TEST(Summary, NaNAndWildNamesAreStillJson) {
   summary.recipe = recipe_for_mesh("\xff\xfe.obj");
   summary.clean.remarks = {"object \xc3\x28\" </script>"};
   summary.placement = Placement{};
-  const auto json = nlohmann::json::parse(summary_json(summary));
+  const auto json = base::parse_json<nlohmann::json>(summary_json(summary));
   EXPECT_FALSE(json["validation"]["passed"]);
   EXPECT_TRUE(json["align"].is_object());
 }

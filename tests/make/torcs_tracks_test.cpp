@@ -13,6 +13,7 @@
 #include <numbers>
 #include <random>
 
+#include "base/json_text.h"
 #include "crg/surface.h"
 #include "make/make_track.h"
 #include "mesh/export_mesh.h"
@@ -207,7 +208,7 @@ TEST_P(TorcsTracks, FollowTheirDesignWithNamesAndWithout) {
         road::recipe_for_mesh(nameless ? out.path(name + ".stl") : mesh_path.string());
     if (nameless) recipe.read.up = road::UpAxis::z;
     const road::BuildResult built = road::make_track(recipe, out.path("out"));
-    const auto summary = nlohmann::json::parse(built.summary_json);
+    const auto summary = base::parse_json<nlohmann::json>(built.summary_json);
     const crg::Surface road(crg::read(built.crg_path));
     const crg::ReferenceLine& line = road.reference_line();
     const crg::Grid& grid = road.grid();
@@ -250,7 +251,8 @@ TEST_P(TorcsTracks, FollowTheirDesignWithNamesAndWithout) {
     const Decks decks = check_decks(road, drivable, 0, grid.rows(), height);
     std::printf(" decks: %zu nodes, %zu wrong, %zu on nothing named, %zu jumps\n", decks.checked,
                 decks.wrong_deck, decks.elsewhere, decks.jumps);
-    EXPECT_TRUE(summary["validation"]["passed"]) << summary["validation"]["failures"].dump();
+    EXPECT_TRUE(summary["validation"]["passed"])
+        << base::dump_json(summary["validation"]["failures"]);
     EXPECT_EQ(decks.wrong_deck, 0u) << name;
     EXPECT_EQ(decks.jumps, 0u) << name;
     EXPECT_LE(nameless ? 0u : decks.elsewhere, 2u)
@@ -302,7 +304,7 @@ TEST_P(TorcsTracks, GiveTheSameLineAlongAGuide) {
   const crg::Surface alone(crg::read(road::make_track(recipe, out.path("alone")).crg_path));
   recipe.guide_path = out.file("guide.csv", rough_line(alone.reference_line()));
   const road::BuildResult built = road::make_track(recipe, out.path("guided"));
-  const auto summary = nlohmann::json::parse(built.summary_json);
+  const auto summary = base::parse_json<nlohmann::json>(built.summary_json);
   const crg::Surface guided(crg::read(built.crg_path));
   const crg::ReferenceLine& line = guided.reference_line();
   std::vector<Vector2d> points;
@@ -310,7 +312,8 @@ TEST_P(TorcsTracks, GiveTheSameLineAlongAGuide) {
   const std::vector<double> off = distances(points, alone.reference_line());
   std::printf("| %s | %.3f | %.3f | %.3f |\n", name.c_str(), off[off.size() / 2],
               off[off.size() * 95 / 100], off.back());
-  EXPECT_TRUE(summary["validation"]["passed"]) << summary["validation"]["failures"].dump();
+  EXPECT_TRUE(summary["validation"]["passed"])
+      << base::dump_json(summary["validation"]["failures"]);
   EXPECT_TRUE(line.closed);
   EXPECT_LE(off[off.size() * 99 / 100], 0.5) << "the guide is up to 1.5 m off";
 }

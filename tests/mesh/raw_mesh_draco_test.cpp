@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "base/json_text.h"
 #include "base/read_file.h"
 #include "mesh/error.h"
 #include "mesh/read_mesh.h"
@@ -174,11 +175,12 @@ TEST(ReadDraco, BoundsManyMeshesOfTheSameBytes) {
   const support::TemporaryFolder folder;
   const support::GltfAndBin parts =
       support::as_draco_gltf(support::small_road(), "a.bin", DracoMethod::sequential, 14);
-  auto root = nlohmann::json::parse(parts.gltf);
+  auto root = base::parse_json<nlohmann::json>(parts.gltf);
   const auto primitive = root["meshes"][0]["primitives"][0];
   for (int i = 0; i < 3000; ++i) root["meshes"][0]["primitives"].push_back(primitive);
   folder.file("a.bin", parts.bin);
-  EXPECT_EQ(road::read_mesh(folder.file("a.gltf", root.dump())).triangles.size(), 3002u * 40u);
+  EXPECT_EQ(road::read_mesh(folder.file("a.gltf", base::dump_json(root))).triangles.size(),
+            3002u * 40u);
   auto large = support::small_road();
   const Mesh once = large;
   for (int i = 1; i < 200; ++i) {
@@ -193,12 +195,13 @@ TEST(ReadDraco, BoundsManyMeshesOfTheSameBytes) {
   }
   const support::GltfAndBin parts_large =
       support::as_draco_gltf(large, "b.bin", DracoMethod::edgebreaker, 14);
-  root = nlohmann::json::parse(parts_large.gltf);
+  root = base::parse_json<nlohmann::json>(parts_large.gltf);
   auto& primitives = root["meshes"][0]["primitives"];
   const auto shown = primitives[0];
   for (int i = 0; i < 3000; ++i) primitives.push_back(shown);
   folder.file("b.bin", parts_large.bin);
-  EXPECT_THAT(message_of(folder.file("b.gltf", root.dump())), HasSubstr("too many for a file of"));
+  EXPECT_THAT(message_of(folder.file("b.gltf", base::dump_json(root))),
+              HasSubstr("too many for a file of"));
 }
 
 TEST(ReadDraco, ReadsAnOpenMeshWhole) {
@@ -209,7 +212,7 @@ TEST(ReadDraco, ReadsAnOpenMeshWhole) {
   const std::string bytes = base::read_file(path);
   std::uint32_t length = 0;
   std::memcpy(&length, bytes.data() + 12, sizeof length);
-  const auto root = nlohmann::json::parse(bytes.substr(20, length));
+  const auto root = base::parse_json<nlohmann::json>(bytes.substr(20, length));
   std::size_t corners = 0;
   for (const auto& node : root["nodes"])
     for (const auto& primitive : root["meshes"][node["mesh"].get<std::size_t>()]["primitives"])

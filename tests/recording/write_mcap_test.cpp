@@ -9,6 +9,7 @@
 #include <set>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "recording/log.h"
 #include "recording/mcap.h"
 #include "support/mcap_file.h"
@@ -186,7 +187,8 @@ TEST(WriteMcap, EveryMessageFitsItsSchema) {
     std::memcpy(&id, records.data() + at + 9, 2);
     const std::string content = records.substr(at + 9, length);
     if (records[at] == 3) {
-      const nlohmann::json schema = nlohmann::json::parse(content.substr(content.find('{')));
+      const nlohmann::json schema =
+          base::parse_json<nlohmann::json>(content.substr(content.find('{')));
       EXPECT_EQ(schema["type"], "object");
       for (const auto& [name, type] : schema["properties"].items()) {
         EXPECT_EQ(type["type"], "number");
@@ -194,7 +196,7 @@ TEST(WriteMcap, EveryMessageFitsItsSchema) {
       }
     }
     if (records[at] == 5)
-      for (const nlohmann::json message = nlohmann::json::parse(content.substr(22));
+      for (const nlohmann::json message = base::parse_json<nlohmann::json>(content.substr(22));
            const auto& [name, value] : message.items()) {
         EXPECT_TRUE(value.is_number());
         EXPECT_TRUE(properties[id + 1].contains(name)) << name;

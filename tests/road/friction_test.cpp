@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "base/json_text.h"
 #include "crg/surface.h"
 #include "make/make_track.h"
 #include "mesh/error.h"
@@ -48,7 +49,7 @@ TEST(Friction, ClassesAndZonesBecomeGripUnderTheWheels) {
   EXPECT_NEAR(friction(55.0, -1.0), 0.6, 1e-6);
   EXPECT_NEAR(friction(55.0, 1.0), 0.98, 1e-6);
   EXPECT_NEAR(friction(5.0, 0.5), 0.7, 1e-6);  // the zone that goes over the start
-  const auto summary = nlohmann::json::parse(built.summary_json)["friction"];
+  const auto summary = base::parse_json<nlohmann::json>(built.summary_json)["friction"];
   EXPECT_EQ(summary["file"], "s.friction.crg");
   EXPECT_GT(summary["nodes"]["grass"].get<int>(), 1000);
   EXPECT_GT(summary["nodes"]["painted"].get<int>(), 1000);
@@ -129,8 +130,8 @@ TEST(Friction, NamesTellConcreteAndGravelApart) {
   ASSERT_GT(renamed, 0) << obj.substr(0, 400);
   Recipe recipe = recipe_for_mesh(folder.file("s.obj", obj));
   recipe.friction.wanted = true;
-  const auto summary =
-      nlohmann::json::parse(make_track(recipe, folder.path("out")).summary_json)["friction"];
+  const auto summary = base::parse_json<nlohmann::json>(
+      make_track(recipe, folder.path("out")).summary_json)["friction"];
   EXPECT_GT(summary["nodes"]["gravel"].get<int>(), 1000);
   // Rays on the very border of the mesh meet no triangle; there the class decides.
   EXPECT_LT(summary["nodes"].value("grass", 0), summary["nodes"]["gravel"].get<int>() / 20);

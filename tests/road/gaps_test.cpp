@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "crg/surface.h"
 #include "make/make_track.h"
 #include "mesh/export_mesh.h"
@@ -44,7 +45,8 @@ Built build(const road::Mesh& mesh, const support::TemporaryFolder& folder) {
   road::Recipe recipe = road::recipe_for_mesh(folder.path("ring.obj"));
   recipe.read.up = road::UpAxis::z;
   const auto built = road::make_track(recipe, folder.path("out"));
-  return {crg::Surface(crg::read(built.crg_path)), nlohmann::json::parse(built.summary_json)};
+  return {crg::Surface(crg::read(built.crg_path)),
+          base::parse_json<nlohmann::json>(built.summary_json)};
 }
 
 double length_of(const nlohmann::json& ranges) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "crg/file.h"
 #include "fmu/export_unit.h"
 #include "sim/serve_unit.h"
@@ -267,7 +268,7 @@ void answer_each(unsigned count) {
       measured += is_refusal ? 0 : 1;
       // One that was taken may have counted far ahead.
       if (!is_refusal && answered.starts_with("{"))
-        sequence = nlohmann::json::parse(answered).at("sequence").get<std::uint32_t>();
+        sequence = base::parse_json<nlohmann::json>(answered).at("sequence").get<std::uint32_t>();
     }
     last = drive_after(sequence + 1);
     driver.say(fmt::format(R"({{"sequence": {}, "end": true}})", sequence + 3));

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "base/json_text.h"
 #include "sim/dds.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
@@ -89,7 +90,7 @@ race alone alone; there blue
     EXPECT_THAT(folder_.read(log), HasSubstr("lap in "));
   for (const std::string car : {"red", "blue"})
     EXPECT_EQ(folder_.read("first/" + car + ".csv"), folder_.read("again/" + car + ".csv"));
-  const auto told = nlohmann::json::parse(folder_.read("first.json")).at("cars");
+  const auto told = base::parse_json<nlohmann::json>(folder_.read("first.json")).at("cars");
   EXPECT_EQ(told.at("red").at("ended"), "by a command");
   EXPECT_EQ(told.at("blue").at("safe_steps"), 0);
   const std::string red = folder_.read("first/red.csv"), blue = folder_.read("first/blue.csv"),
@@ -140,7 +141,7 @@ sleep 1; kill -9 $red; wait $blue; wait)",
   const std::string said = folder_.read("said.txt");
   EXPECT_THAT(said, HasSubstr("red: no command came any more, and its safe input acted"));
   EXPECT_THAT(said, HasSubstr("exit code 3"));
-  const auto told = nlohmann::json::parse(folder_.read("told.json")).at("cars");
+  const auto told = base::parse_json<nlohmann::json>(folder_.read("told.json")).at("cars");
   EXPECT_EQ(told.at("red").at("ended"), "because no command came");
   EXPECT_GT(told.at("red").at("safe_steps"), 1000);
   EXPECT_EQ(told.at("red").at("steps"), told.at("blue").at("steps"));

@@ -19,6 +19,7 @@
 #include <numeric>
 #include <thread>
 
+#include "base/json_text.h"
 #include "sim/serve_unit.h"
 #include "some_unit.h"
 #include "support/demo_circuit.h"
@@ -109,7 +110,7 @@ class RealTime : public testing::Test {
 until test -S s; do sleep 0.05; done
 {2} s line.csv binary > lap.log; wait $!)",
                    places::crgsim(), places::source(), EXAMPLE_STACK));
-    return nlohmann::json::parse(folder_.read("told.json"), nullptr, false);
+    return base::parse_json<nlohmann::json>(folder_.read("told.json"), false);
   }
 
   support::TemporaryFolder folder_;

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "sim/serve_unit.h"
 #include "some_unit.h"
 #include "unit_driver.h"
@@ -117,10 +118,10 @@ TEST(ServeSights, ComeBeforeTheMeasurementInBothFormsAndAreRecorded) {
   std::vector<std::string> kinds;
   std::size_t points_then = 0;
   for (const std::string& line : lines) {
-    const auto said = nlohmann::json::parse(line);
+    const auto said = base::parse_json<nlohmann::json>(line);
     kinds.push_back(said.contains("scan") ? "scan" : said.contains("edges") ? "edges" : "plan");
     if (said.contains("plan")) {
-      EXPECT_EQ(said, nlohmann::json::parse(
+      EXPECT_EQ(said, base::parse_json<nlohmann::json>(
                           R"({"plan": [[51, 0, 10], [52, 0.5, 11]], "sequence": 1, "time_s": 0})"));
     }
     if (said.contains("scan")) {

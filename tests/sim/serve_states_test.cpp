@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/json_text.h"
 #include "fmu/export_unit.h"
 #include "sim/serve_unit.h"
 #include "some_unit.h"
@@ -90,7 +91,7 @@ class Asker {
 
   std::vector<std::string> operator()(nlohmann::json said) {
     said["sequence"] = ++sequence_;
-    driver_.say(said.dump());
+    driver_.say(base::dump_json(said));
     std::vector<std::string> out;
     while (true) {
       nlohmann::json told = driver_.hear();
@@ -101,7 +102,7 @@ class Asker {
       }
       told.erase("sequence");
       told.erase("reset");
-      out.push_back(told.dump());
+      out.push_back(base::dump_json(told));
       if (is_last) return out;
     }
   }
@@ -112,7 +113,7 @@ class Asker {
   }
   void say(nlohmann::json said) {
     said["sequence"] = ++sequence_;
-    driver_.say(said.dump());
+    driver_.say(base::dump_json(said));
   }
   const Driver& driver() const { return driver_; }
   std::uint32_t sequence() { return ++sequence_; }
@@ -254,7 +255,7 @@ TEST(ServeStates, TheCarDrivesOnAsTheFirstTime) {
       ask({{"save", "there"}});
       const Told first = swerve();
       // A teleport: another place and speed, from 0 s.
-      const auto moved = nlohmann::json::parse(
+      const auto moved = base::parse_json<nlohmann::json>(
           ask({{"reset", {{"start.u", 500}, {"start.v", -3}, {"start.speed", 12}}}}).back());
       EXPECT_NEAR(moved.at("values").at("car.x"), 500.0, 1e-9);
       EXPECT_NEAR(moved.at("values").at("car.y"), -3.0, 1e-9);

@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "sim/dds.h"
 #include "some_unit.h"
 #include "support/demo_circuit.h"
@@ -53,7 +54,7 @@ TEST(ServeUnit, InLockstepEveryCommandIsFollowedByItsSteps) {
     driver.say(R"({"sequence": 1, "set": {"a": 0.5, "n": 3}})");
     EXPECT_EQ(
         driver.hear(),
-        nlohmann::json::parse(
+        base::parse_json<nlohmann::json>(
             R"({"sequence": 1, "time_s": 0.05, "safe": false, "reset": false, "values": {"b": 0.5, "m": 3}})"));
     driver.say(R"({"sequence": 1, "set": {"a": 9}})");  // said again: not acted on again
     EXPECT_EQ(driver.hear().at("values").at("b"), 0.5);
@@ -479,7 +480,7 @@ TEST(SlowServeUnit, AStackDrivesInChangingWeatherWithSensorsOfTheRoad) {
   std::istringstream lines(folder.read("binary.jsonl"));
   std::size_t scans = 0, edges = 0, between = 0, plans = 0;
   for (std::string line; std::getline(lines, line);) {
-    const auto said = nlohmann::json::parse(line);
+    const auto said = base::parse_json<nlohmann::json>(line);
     scans += said.contains("scan") ? 1 : 0;
     plans += said.contains("plan") ? 1 : 0;
     if (!said.contains("edges") || said.at("left").empty() || said.at("right").empty()) continue;
@@ -505,7 +506,7 @@ TEST(ServeUnit, AStackDrivesTheLineOfARecordedLapAtItsSpeed) {
       "'{0}/vehicles/av21/vehicle.yaml' '{3}' 5939 9960 '{4}' > '{4}.log' 2>&1",
       places::source(), tools, EXAMPLE_STACK, recording, folder.path("lap"));
   ASSERT_EQ(std::system(command.c_str()), 0) << folder.read("lap.log");
-  const auto errors = nlohmann::json::parse(folder.read("lap/errors.json"));
+  const auto errors = base::parse_json<nlohmann::json>(folder.read("lap/errors.json"));
   EXPECT_LE(errors.at("vx_mps").at("rmse"), 0.4);
   EXPECT_LE(errors.at("lateral_m").at("rmse"), 0.2);
   EXPECT_LE(errors.at("heading_rad").at("rmse"), 0.05);

@@ -5,6 +5,8 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
+
 namespace sights_test {
 
 using nlohmann::json;
@@ -34,11 +36,11 @@ TEST(Sights, AScanIsSplitAndComesTogetherInBothForms) {
   const auto texts = sim::write_sight(scan, false, 60'000);
   for (const std::string& text : texts) {
     EXPECT_LE(text.size(), 60'000u);
-    const json said = json::parse(text);
+    const json said = base::parse_json<json>(text);
     EXPECT_EQ(said.at("scan"), "li\"dar");
     EXPECT_EQ(said.at("time_s"), 1.25);
-    EXPECT_EQ(said.at("at_m"), json::parse("[1.5, 0, 0.5]"));
-    EXPECT_EQ(said.at("turned_rad"), json::parse("[0, 0.25, 0]"));
+    EXPECT_EQ(said.at("at_m"), base::parse_json<json>("[1.5, 0, 0.5]"));
+    EXPECT_EQ(said.at("turned_rad"), base::parse_json<json>("[0, 0.25, 0]"));
     EXPECT_EQ(said.at("part"), part++);
     EXPECT_EQ(said.at("parts"), texts.size());
     for (const json& p : said.at("points")) read.push_back({p.at(0), p.at(1), p.at(2), p.at(3)});
@@ -68,7 +70,7 @@ TEST(Sights, AScanIsSplitAndComesTogetherInBothForms) {
   EXPECT_EQ(std::memcmp(read.data(), scan.points.data(), read.size() * sizeof read[0]), 0);
 
   // That nothing was seen is told too.
-  EXPECT_EQ(json::parse(sim::write_sight(scan_of(0), false, 60'000).at(0)).at("points"),
+  EXPECT_EQ(base::parse_json<json>(sim::write_sight(scan_of(0), false, 60'000).at(0)).at("points"),
             json::array());
   EXPECT_EQ(sim::write_sight(scan_of(0), true, 60'000).at(0).size(), 28u);
 }
@@ -76,8 +78,8 @@ TEST(Sights, AScanIsSplitAndComesTogetherInBothForms) {
 TEST(Sights, EdgesAndPlansAreOneDatagram) {
   const sim::Edges edges{1, "camera", 0.5, {{1.5f, 2.0f, -0.5f}}, {{3.0f, -4.0f, 0.1f}, {5, 6, 7}}};
   EXPECT_EQ(
-      json::parse(sim::write_sight(edges, false, 60'000).at(0)),
-      json::parse(
+      base::parse_json<json>(sim::write_sight(edges, false, 60'000).at(0)),
+      base::parse_json<json>(
           R"({"edges": "camera", "time_s": 0.5, "left": [[1.5, 2, -0.5]], "right": [[3, -4, 0.1], [5, 6, 7]]})"));
   std::string bytes = sim::write_sight(edges, true, 60'000).at(0);
   ASSERT_EQ(bytes.size(), 4u + 3 * 4 + 8 + 3 * 12);
@@ -90,8 +92,9 @@ TEST(Sights, EdgesAndPlansAreOneDatagram) {
   EXPECT_EQ(take<float>(bytes), 1.5f);
 
   const sim::Plan plan{7, 0.25, {{1.0, 2.0, 30.0}, {3.0, 4.0, 29.5}}};
-  EXPECT_EQ(json::parse(sim::write_sight(plan, false, 60'000).at(0)),
-            json::parse(R"({"plan": [[1, 2, 30], [3, 4, 29.5]], "sequence": 7, "time_s": 0.25})"));
+  EXPECT_EQ(base::parse_json<json>(sim::write_sight(plan, false, 60'000).at(0)),
+            base::parse_json<json>(
+                R"({"plan": [[1, 2, 30], [3, 4, 29.5]], "sequence": 7, "time_s": 0.25})"));
   bytes = sim::write_sight(plan, true, 60'000).at(0);
   ASSERT_EQ(bytes.size(), 4u + 2 * 4 + 8 + 2 * 24);
   EXPECT_EQ(bytes.substr(0, 4), "KSP1");

@@ -13,6 +13,8 @@
 #include <string>
 #include <thread>
 
+#include "base/json_text.h"
+
 namespace sim_tests {
 
 /// A program that drives, as a Unix datagram socket.
@@ -41,7 +43,7 @@ class Driver {
     EXPECT_GT(count, 0) << "no measurement came";
     return bytes.substr(0, static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
   }
-  nlohmann::json hear() const { return nlohmann::json::parse(hear_bytes(), nullptr, false); }
+  nlohmann::json hear() const { return base::parse_json<nlohmann::json>(hear_bytes(), false); }
 
  private:
   static sockaddr_un address(const std::string& path) {

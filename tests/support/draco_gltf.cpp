@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "base/json_text.h"
+
 namespace support {
 namespace {
 
@@ -39,7 +41,7 @@ std::string packed(std::string_view positions, DracoMethod method, int bits, boo
 }
 
 GltfAndBin compressed(const GltfAndBin& plain, DracoMethod method, int bits, bool with_metadata) {
-  Json root = Json::parse(plain.gltf);
+  Json root = base::parse_json<Json>(plain.gltf);
   GltfAndBin out;
   for (Json& mesh : root["meshes"]) {
     Json& primitive = mesh["primitives"][0];
@@ -62,7 +64,7 @@ GltfAndBin compressed(const GltfAndBin& plain, DracoMethod method, int bits, boo
   while (out.bin.size() % 4 != 0) out.bin += '\0';
   root["buffers"][0]["byteLength"] = out.bin.size();
   root["extensionsUsed"] = root["extensionsRequired"] = {"KHR_draco_mesh_compression"};
-  out.gltf = root.dump();
+  out.gltf = base::dump_json(root);
   return out;
 }
 
@@ -75,9 +77,9 @@ GltfAndBin as_draco_gltf(const road::Mesh& mesh, const std::string& uri, DracoMe
 
 std::string as_draco_glb(const road::Mesh& mesh, DracoMethod method, int bits, bool with_metadata) {
   GltfAndBin parts = as_draco_gltf(mesh, "", method, bits, with_metadata);
-  Json root = Json::parse(parts.gltf);
+  Json root = base::parse_json<Json>(parts.gltf);
   root["buffers"][0].erase("uri");
-  std::string json = root.dump();
+  std::string json = base::dump_json(root);
   while (json.size() % 4 != 0) json += ' ';
   std::string bytes = "glTF";
   append(bytes, std::uint32_t{2});

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/json_text.h"
 #include "support/mesh_files.h"
 
 namespace support {
@@ -60,12 +61,12 @@ struct GltfParts {
   GltfAndBin with_bin(const std::string& uri) const {
     nlohmann::json whole = root;
     whole["buffers"] = {{{"byteLength", bin.size()}, {"uri", uri}}};
-    return {whole.dump(), bin};
+    return {base::dump_json(whole), bin};
   }
   std::string glb() const {
     nlohmann::json whole = root;
     whole["buffers"] = {{{"byteLength", bin.size()}}};
-    std::string json = whole.dump();
+    std::string json = base::dump_json(whole);
     while (json.size() % 4 != 0) json += ' ';
     std::string bytes = "glTF";
     append(bytes, std::uint32_t{2});

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "base/json_text.h"
 #include "support/places.h"
 #include "test_car.h"
 #include "vehicle/driver.h"
@@ -127,7 +128,7 @@ TEST(Manoeuvre, CanBeWatchedLive) {
   for (;;) {
     const ssize_t size = ::recv(socket, bytes, sizeof bytes, MSG_DONTWAIT);
     if (size < 0) break;
-    const auto row = nlohmann::json::parse(bytes, bytes + size);
+    const auto row = base::parse_json<nlohmann::json>(bytes, bytes + size);
     EXPECT_GT(row["time_s"].get<double>(), last_s);
     last_s = row["time_s"].get<double>();
     EXPECT_TRUE(row.contains("yaw_rate_radps"));

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "base/json_text.h"
 #include "base/read_file.h"
 #include "support/places.h"
 #include "support/recorded_car.h"
@@ -99,7 +100,7 @@ TEST(SlowRecordedSimulator, IsFollowedWithinTheNoiseOfTheLogs) {
     GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
   const nlohmann::json truth =
-      nlohmann::json::parse(base::read_file(folder + "/truth.json", 1u << 24));
+      base::parse_json<nlohmann::json>(base::read_file(folder + "/truth.json", 1u << 24));
   const nlohmann::json& noise = truth.at("noise_sd");
   std::map<std::pair<bool, double>, Sums> all;  // by (whole car, window)
   for (const nlohmann::json& trial : truth.at("trials")) {

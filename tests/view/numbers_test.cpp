@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "crg/file.h"
 #include "support/temporary_folder.h"
 
@@ -22,7 +23,7 @@ Unpacked unpack(const std::string& bytes) {
   Unpacked out;
   std::uint32_t length = 0;
   std::memcpy(&length, bytes.data(), 4);
-  out.head = nlohmann::json::parse(bytes.substr(4, length));
+  out.head = base::parse_json<nlohmann::json>(bytes.substr(4, length));
   std::size_t at = 4 + length;
   for (const nlohmann::json& array : out.head["arrays"]) {
     EXPECT_EQ(at % 8, 0U);
@@ -157,10 +158,11 @@ crg::Surface straight(const support::TemporaryFolder& folder, const std::string&
 TEST(PlaceJson, SaysWhereOnTheRoadAPlaceIs) {
   support::TemporaryFolder folder;
   const crg::Surface road = straight(folder, "road.crg", 10.0, 4.0, 0.0);
-  const auto place = nlohmann::json::parse(view::place_json(road, 32.25, -1.5));
+  const auto place = base::parse_json<nlohmann::json>(view::place_json(road, 32.25, -1.5));
   EXPECT_NEAR(place["u_m"].get<double>(), 22.25, 1e-6);
   EXPECT_NEAR(place["v_m"].get<double>(), -1.5, 1e-6);
-  EXPECT_TRUE(nlohmann::json::parse(view::place_json(road, 30.0, 80.0))["u_m"].is_null());
+  EXPECT_TRUE(
+      base::parse_json<nlohmann::json>(view::place_json(road, 30.0, 80.0))["u_m"].is_null());
 }
 
 TEST(PackedProfile, GoesStraightAcrossTheRoadAndHasNothingBesideIt) {

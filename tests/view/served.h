@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "base/json_text.h"
 #include "page.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
@@ -63,7 +64,9 @@ class Server : public ::testing::Test {
   httplib::Result get(const std::string& path, const httplib::Headers& headers = {}) {
     return client_->Get(at(path), headers);
   }
-  nlohmann::json json(const std::string& path) { return nlohmann::json::parse(get(path)->body); }
+  nlohmann::json json(const std::string& path) {
+    return base::parse_json<nlohmann::json>(get(path)->body);
+  }
   nlohmann::json ended_job(int id) {
     for (int k = 0; k < 3000; ++k) {
       for (const nlohmann::json& job : json("api/jobs"))

@@ -10,6 +10,7 @@
 
 #include "admission.h"
 #include "base/error.h"
+#include "base/json_text.h"
 #include "base/output_set.h"
 #include "base/write_file.h"
 #include "served.h"
@@ -148,7 +149,7 @@ TEST_F(Server, GivesChannelsAsNumbers) {
   const std::string bytes = get("api/channels?id=0/log.csv&name=speed&name=x_m")->body;
   std::uint32_t length = 0;
   std::memcpy(&length, bytes.data(), 4);
-  const nlohmann::json head = nlohmann::json::parse(bytes.substr(4, length));
+  const nlohmann::json head = base::parse_json<nlohmann::json>(bytes.substr(4, length));
   EXPECT_EQ(head["arrays"][0]["name"], "speed");
   ASSERT_EQ(bytes.size(), 4 + length + 6 * sizeof(double));
   std::array<double, 6> values;
@@ -188,9 +189,9 @@ TEST_F(Server, RunsTheToolsAndNothingElse) {
   };
   const auto begun = post(R"({"do": "preview", "input": "0/a.obj"})");
   ASSERT_EQ(begun->status, 200) << begun->body;
-  const nlohmann::json wish = nlohmann::json::parse(begun->body);
+  const nlohmann::json wish = base::parse_json<nlohmann::json>(begun->body);
   EXPECT_EQ(wish["command"],
-            nlohmann::json::parse(R"(["crgbuild", "preview", "a.obj", "-o", "-"])"));
+            base::parse_json<nlohmann::json>(R"(["crgbuild", "preview", "a.obj", "-o", "-"])"));
   EXPECT_EQ(ended_job(wish["id"])["exit_code"], 0);
   EXPECT_THAT(get("api/output?job=" + std::to_string(wish["id"].get<int>()))->body,
               ::testing::StartsWith("glTF"));

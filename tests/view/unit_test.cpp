@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 
+#include "base/json_text.h"
 #include "base/read_file.h"
 #include "base/sha256.h"
 #include "fmu/archive.h"
@@ -30,7 +31,7 @@ class Unit : public Server {
   }
   ~Unit() override { ::unsetenv("KERBSTONE_MARK"); }
   httplib::Result post(const nlohmann::json& wish) {
-    return client_->Post("/api/job", wish.dump(), "application/json");
+    return client_->Post("/api/job", base::dump_json(wish), "application/json");
   }
   bool has_run() const { return std::filesystem::exists(folder_.path("mark")); }
 };
@@ -38,7 +39,7 @@ class Unit : public Server {
 TEST_F(Unit, IsListedAndToldOfWithoutBeingRun) {
   const auto begun = post({{"do", "info"}, {"unit", "0/car.fmu"}});
   ASSERT_EQ(begun->status, 200) << begun->body;
-  const nlohmann::json job = ended_job(nlohmann::json::parse(begun->body)["id"]);
+  const nlohmann::json job = ended_job(base::parse_json<nlohmann::json>(begun->body)["id"]);
   EXPECT_EQ(job["exit_code"], 0) << job;
   const auto told = get("api/output?job=" + std::to_string(job["id"].get<int>()));
   EXPECT_THAT(told->body, HasSubstr("\"a\""));

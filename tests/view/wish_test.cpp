@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "support/temporary_folder.h"
 
 namespace wish_test {
@@ -24,7 +25,7 @@ class Wish : public ::testing::Test {
     folder_.file("secret.crg", "");
   }
   view::Wish of(const char* json) {
-    return view::wish_of(ordered_json::parse(json, nullptr, false),
+    return view::wish_of(base::parse_json<ordered_json>(json, false),
                          view::Folders({folder_.path("a"), folder_.path("b")}));
   }
   int status(const char* json) {

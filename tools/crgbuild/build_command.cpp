@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/ending.h"
+#include "base/json_text.h"
 #include "commands.h"
 #include "make/question.h"
 #include "mesh/error.h"
@@ -61,7 +62,7 @@ std::string alignment_text(const nlohmann::json& align) {
 /// Seconds and memory of the build; nothing where timing.json was removed or changed since.
 std::string timing_text(const std::string& timing_json) {
   try {
-    const auto timing = nlohmann::json::parse(timing_json);
+    const auto timing = base::parse_json<nlohmann::json>(timing_json);
     return fmt::format("{:.2f} s, {:.0f} MB", timing.at("seconds").at("total").get<double>(),
                        timing.at("peak_memory_mb").get<double>());
   } catch (const nlohmann::json::exception&) {
@@ -89,7 +90,7 @@ std::string direction_text(const road::Recipe& recipe, bool closed) {
 
 /// What a build tells its user.
 std::string build_text(const road::Recipe& recipe, const road::BuildResult& result) {
-  const auto s = nlohmann::json::parse(result.summary_json);
+  const auto s = base::parse_json<nlohmann::json>(result.summary_json);
   const auto number = [](const nlohmann::json& j) { return j.is_number() ? j.get<double>() : 0.0; };
   const nlohmann::json &line = s.at("reference_line"), &width = s.at("centreline"),
                        &clean = s.at("clean"), &grid = s.at("grid"), &sample = s.at("sample"),

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "commands.h"
 #include "make/make_track.h"
 
@@ -28,8 +29,8 @@ int run_from_edges(const FromEdgesCommand& command, Terminal& terminal) {
     terminal.print(result.summary_json);
     return kOk;
   }
-  const auto s = nlohmann::json::parse(result.summary_json);
-  const auto timing = nlohmann::json::parse(result.timing_json);
+  const auto s = base::parse_json<nlohmann::json>(result.summary_json);
+  const auto timing = base::parse_json<nlohmann::json>(result.timing_json);
   const auto& edges = s["edges"];
   terminal.print(fmt::format(
       "{}: {} road of {:.1f} m, {:.2f} to {:.2f} m wide, from {} and {} points\n"

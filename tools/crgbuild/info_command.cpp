@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
-#include "base/output_set.h"
 #include "commands.h"
 #include "crg/file.h"
 #include "make/summary.h"
@@ -63,7 +62,6 @@ Range range_of(const std::vector<double>& values) {
 }  // namespace
 
 int run_info(const InfoCommand& command, Terminal& terminal) {
-  base::check_in_set(command.crg);
   const crg::Crg file = crg::read(command.crg);
   const crg::ReferenceLine line = crg::integrate_reference_line(file);
   const road::GridReport grid = road::describe(file.grid, line);
@@ -101,7 +99,7 @@ int run_info(const InfoCommand& command, Terminal& terminal) {
                    {"width_min_m", grid.width_min_m},
                    {"width_median_m", grid.width_median_m},
                    {"width_max_m", grid.width_max_m}};
-    out["wgs84"] = Json::parse(road::json_text(road::geo_ends(file)));
+    out["wgs84"] = base::parse_json<Json>(road::json_text(road::geo_ends(file)));
     out["road"] = entries(file.road);
     out["options"] = entries(file.options);
     out["modifiers"] = file.has_modifier_section ? entries(file.modifiers) : Json(nullptr);

@@ -9,7 +9,6 @@
 #include <fstream>
 #include <string_view>
 
-#include "base/output_set.h"
 #include "base/parallel.h"
 #include "base/read_file.h"
 #include "base/table_form.h"
@@ -144,7 +143,6 @@ int run_query(const QueryCommand& command, Terminal& terminal) {
 
   const road::Progress progress = terminal.progress();
   progress("read", 0.0);
-  base::check_in_set(command.crg);
   const crg::ModifierUse use = command.no_modifiers         ? crg::ModifierUse::None
                                : command.reference_defaults ? crg::ModifierUse::ReferenceDefaults
                                                             : crg::ModifierUse::AsInFile;

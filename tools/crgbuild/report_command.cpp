@@ -73,8 +73,6 @@ int run_report(const ReportCommand& command, Terminal& terminal) {
     road::place_mesh(make_recipe(command.flags), request);
     request.mesh_path.clear();
   }
-  for (const std::string& road : {command.crg, command.against, command.before, command.grip})
-    if (!road.empty()) base::check_in_set(road);
   request.crg_path = command.crg;
   request.against_path = command.against;
   request.before_path = command.before;

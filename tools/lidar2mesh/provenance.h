@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/json_text.h"
 #include "cloud/provenance.h"
 #include "command/version.h"
 
@@ -17,7 +18,7 @@ inline std::string program() { return std::string("lidar2mesh ") + command::vers
 /// schema, program, inputs (role, path, sha256), options: the head of every summary.
 inline nlohmann::ordered_json head_of(const std::vector<road::InputFile>& inputs,
                                       const Options& options) {
-  return nlohmann::ordered_json::parse(cloud::head_json(program(), inputs, options));
+  return base::parse_json<nlohmann::ordered_json>(cloud::head_json(program(), inputs, options));
 }
 
 /// The same as lines for the header of a cloud.

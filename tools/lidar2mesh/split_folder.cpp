@@ -30,7 +30,7 @@ Head take_head(const std::string& path, std::string& text) {
   const std::size_t end = text.find('\n');
   try {
     if (end == std::string::npos || end > 4096) throw cloud::Error("no head");
-    const Json json = Json::parse(text.substr(0, end));
+    const Json json = base::parse_json<Json>(text.substr(0, end));
     Head head{.run = json.at("run").get<std::string>(),
               .before = json.at("before").get<std::string>(),
               .sha256 = json.at("sha256").get<std::string>(),
@@ -82,14 +82,14 @@ SplitFolder::SplitFolder(const std::string& folder) : folder_(folder) {
   MapCommand command;
   std::string base_sha256, trajectory_sha256;
   try {
-    const Json json = Json::parse(text);
+    const Json json = base::parse_json<Json>(text);
     for (const Json& input : json.at("inputs"))
       inputs_.push_back({input.at("role").get<std::string>(), input.at("path").get<std::string>(),
                          input.at("sha256").get<std::string>()});
     for (const auto& [name, value] : json.at("options").items())
       options_.emplace_back(name, value.is_null()     ? ""
                                   : value.is_string() ? value.get<std::string>()
-                                                      : value.dump());
+                                                      : base::dump_json(value));
     remarks_ = json.at("remarks").get<std::vector<std::string>>();
     const Json& set = json.at("settings");
     command.extrinsic = set.at("extrinsic").get<std::vector<double>>();
@@ -180,7 +180,7 @@ void SplitFolder::save(const Slot& slot, const std::string& bytes) const {
                      {"tile", slot.tile},     {"before", hash_before(slot.step)},
                      {"bytes", bytes.size()}, {"sha256", base::sha256(bytes)}};
   base::FileWriter file(path(name_of(slot)));
-  file.append(head.dump() + "\n");
+  file.append(base::dump_json(head) + "\n");
   file.append(bytes);
   file.commit();
 }

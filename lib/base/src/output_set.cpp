@@ -69,7 +69,7 @@ std::optional<Manifest> read_manifest(const std::string& folder) {
   const auto text = try_read_file(folder + "/" + kManifest, kLargestManifest);
   if (!text) return std::nullopt;
   try {
-    const Json json = Json::parse(*text);
+    const Json json = base::parse_json<Json>(*text);
     Manifest manifest{json.at("command").get<std::string>(),
                       json.at("program_sha256").get<std::string>(),
                       json.at("name").get<std::string>(),

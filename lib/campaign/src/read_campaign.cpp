@@ -6,6 +6,7 @@
 #include <set>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "base/one_line.h"
 #include "base/read_file.h"
 #include "campaign/results.h"
@@ -20,7 +21,7 @@ using nlohmann::json;
 constexpr std::size_t kLargestBytes = 256u << 20;  // ten thousand jobs are 10 MB
 
 json parsed(const std::string& path) {
-  json read = json::parse(base::read_file(path, kLargestBytes), nullptr, false);
+  json read = base::parse_json<json>(base::read_file(path, kLargestBytes), false);
   if (read.is_discarded() || !read.is_object())
     throw base::Error(fmt::format("{}: no JSON object; run the campaign again", path));
   return read;

@@ -12,6 +12,7 @@
 #include <new>
 
 #include "base/error.h"
+#include "base/output_set.h"
 #include "base/write_file.h"
 #include "command/signals.h"
 #include "command/version.h"
@@ -193,6 +194,8 @@ void look_at_paths(const CLI::App& app, Terminal& terminal) {
       if (!S_ISREG(found.st_mode) && !S_ISDIR(found.st_mode))
         throw base::Error(fmt::format(
             "{}: is a pipe or device; a regular file is wanted: write it to one first", path));
+      // A road of a killed run, or changed behind its manifest, is taken by nobody.
+      if (S_ISREG(found.st_mode) && path.ends_with(".crg")) base::check_in_set(path);
     }
   }
 }

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "crg/surface.h"
 
 namespace view {
@@ -26,9 +27,7 @@ constexpr double kFarBeside_m = 50.0, kCrossing_m = 100.0;
 constexpr double kFinestProfile_m = 0.02, kMostProfile = 20'000.0;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-std::string dump(const ordered_json& json) {
-  return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
-}
+std::string dump(const ordered_json& json) { return base::dump_json(json); }
 
 class Packed {
  public:

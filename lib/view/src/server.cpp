@@ -13,6 +13,7 @@
 #include "admission.h"
 #include "agreed.h"
 #include "base/error.h"
+#include "base/json_text.h"
 #include "base/output_set.h"
 #include "base/read_file.h"
 #include "base/sha256.h"
@@ -119,9 +120,7 @@ class Pages {
 
   static void refuse(Response& response, int status, const std::string& why) {
     response.status = status;
-    send(response,
-         ordered_json{{"error", why}}.dump(-1, ' ', false, ordered_json::error_handler_t::replace),
-         kJson);
+    send(response, base::dump_json(ordered_json{{"error", why}}), kJson);
   }
 
   static int number_of(const Request& request, const char* key) {
@@ -311,7 +310,7 @@ class Pages {
 
   void start_job(const Request& request, Response& response) {
     const Wish wish =
-        wish_of(ordered_json::parse(request.body, nullptr, false), folders_, options_.demo);
+        wish_of(base::parse_json<ordered_json>(request.body, false), folders_, options_.demo);
     if (!wish.unit.empty()) agreed_.check(wish.unit, wish.agreed);
     const int id = jobs_.start(wish.command, folders_.root(0));
     if (wish.port != 0) links_.drive(id, wish.port);
@@ -338,7 +337,7 @@ class Pages {
   }
 
   static void json(Response& response, const ordered_json& value) {
-    send(response, value.dump(-1, ' ', false, ordered_json::error_handler_t::replace), kJson);
+    send(response, base::dump_json(value), kJson);
   }
 
   const ServerOptions& options_;

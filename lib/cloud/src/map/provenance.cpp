@@ -26,7 +26,9 @@ Json head_of(const std::string& program, const std::vector<road::InputFile>& inp
   for (const road::InputFile& file : inputs)
     files.push_back({{"role", file.role}, {"path", file.path}, {"sha256", file.sha256}});
   for (const auto& [name, value] : options)
-    values[name] = value.empty() ? Json() : Json::accept(value) ? Json::parse(value) : Json(value);
+    values[name] = value.empty()         ? Json()
+                   : Json::accept(value) ? base::parse_json<Json>(value)
+                                         : Json(value);
   return {{"schema", 1}, {"program", program}, {"inputs", files}, {"options", values}};
 }
 
@@ -39,9 +41,9 @@ std::string head_json(const std::string& program, const std::vector<road::InputF
 
 std::string joined_summary(const std::string& head, const std::optional<Eigen::Vector3d>& origin_m,
                            const std::string& rest) {
-  Json out = Json::parse(head);
+  Json out = base::parse_json<Json>(head);
   if (origin_m) out["origin_m"] = {origin_m->x(), origin_m->y(), origin_m->z()};
-  out.update(Json::parse(rest));
+  out.update(base::parse_json<Json>(rest));
   return base::json_text(out);
 }
 

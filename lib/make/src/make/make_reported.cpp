@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "base/ending.h"
+#include "base/json_text.h"
 #include "base/output_set.h"
 #include "base/shell_word.h"
 #include "mesh/error.h"
@@ -77,7 +78,7 @@ ReportFiles report_build(const BuildRequest& order, const Recipe& recipe, const 
   RecipeValues told = order.values;
   std::erase_if(told, [](const auto& value) { return value.first == "threads"; });
   request.command_line = command_line("build", {{"", order.input}, {"-o", order.output_dir}}, told);
-  const Json summary = Json::parse(result.summary_json);
+  const Json summary = base::parse_json<Json>(result.summary_json);
   request.remarks = remarks_of(result.summary_json);
   request.failures = result.validation_failures;
   const Json& align = summary.at("align");
@@ -218,7 +219,7 @@ std::string not_usable(const std::string& crg_path, const ReportFiles& files) {
 }
 
 std::vector<std::string> remarks_of(const std::string& summary_json) {
-  const Json s = Json::parse(summary_json);
+  const Json s = base::parse_json<Json>(summary_json);
   std::vector<std::string> out;
   for (const char* stage : {"read", "clean", "sample", "validation"})
     for (const auto& remark : s.at(stage).at("remarks")) out.push_back(remark.get<std::string>());

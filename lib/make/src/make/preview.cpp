@@ -11,6 +11,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "base/parallel.h"
 #include "make/place.h"
 #include "mesh/read_mesh.h"
@@ -334,8 +335,7 @@ std::string glb_of(const Preview& preview) {
       {"buffers",
        ordered_json::array({ordered_json::object({{"byteLength", glb.buffer.size()}})})}};
   std::string chunks;
-  append_chunk(chunks, "JSON", root.dump(-1, ' ', false, ordered_json::error_handler_t::replace),
-               ' ');
+  append_chunk(chunks, "JSON", base::dump_json(root), ' ');
   append_chunk(chunks, std::string("BIN\0", 4).data(), std::move(glb.buffer), '\0');
   std::string file = "glTF";
   append(file, 2);

@@ -20,7 +20,7 @@ Json json_of(const Recipe& recipe) {
     else if (key.is_text || !Json::accept(text))  // "automatic" in place of a number
       out[key.name] = text;
     else
-      out[key.name] = Json::parse(text);
+      out[key.name] = base::parse_json<Json>(text);
   }
   return out;
 }

@@ -93,7 +93,7 @@ std::optional<std::string> unchanged_summary(const std::string& path, const Buil
   const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   // Whatever else lies under this name is no reason not to build.
   try {
-    Json old = Json::parse(text);
+    Json old = base::parse_json<Json>(text);
     // What the mesh refers to is known only once it has been read: the list of then, as it is now.
     Json& inputs = old.at("inputs");
     for (std::size_t i = inputs.size(); i-- > 0;) {
@@ -114,7 +114,10 @@ std::optional<std::string> unchanged_summary(const std::string& path, const Buil
 }
 
 std::vector<std::string> failures_in_summary(const std::string& summary_json) {
-  return Json::parse(summary_json).at("validation").at("failures").get<std::vector<std::string>>();
+  return base::parse_json<Json>(summary_json)
+      .at("validation")
+      .at("failures")
+      .get<std::vector<std::string>>();
 }
 
 std::string edges_summary_json(const EdgesSummary& summary) {

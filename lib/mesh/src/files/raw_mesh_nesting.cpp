@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "base/ending.h"
+#include "base/json_text.h"
 #include "mesh/error.h"
 #include "raw_mesh.h"
 
@@ -159,7 +160,7 @@ void check_gltf(std::string_view text, const std::string& path) {
   std::replace_if(
       ascii.begin(), ascii.end(), [](char c) { return static_cast<unsigned char>(c) >= 0x80; },
       '?');
-  const auto root = nlohmann::json::parse(ascii, nullptr, false);
+  const auto root = base::parse_json<nlohmann::json>(ascii, false);
   if (!root.is_discarded()) check_gltf_nodes(root, path);
 }
 

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "mcap_records.h"
 #include "recording/mcap.h"
 
@@ -39,9 +40,7 @@ void put_record(std::string& out, Opcode opcode, std::string_view content) {
 }
 
 /// A name in quotes.
-std::string quoted(const std::string& name) {
-  return nlohmann::json(name).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
+std::string quoted(const std::string& name) { return base::dump_json(nlohmann::json(name)); }
 
 std::string schema_text(const WrittenTopic& topic) {
   std::string properties;

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "base/csv.h"
+#include "base/json_text.h"
 #include "base/read_file.h"
 #include "base/table_form.h"
 #include "base/text_lines.h"
@@ -194,7 +195,7 @@ GuideFile from_json(const std::string& path, std::string_view text) {
   GuideFile guide;
   guide.geographic = true;
   try {
-    longest_line(nlohmann::json::parse(text), 0, guide.points);
+    longest_line(base::parse_json<nlohmann::json>(text), 0, guide.points);
   } catch (const nlohmann::json::exception& error) {
     throw Error(fmt::format("{}: no GeoJSON: {}; {}", path, error.what(), kWanted));
   }

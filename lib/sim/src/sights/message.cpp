@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "base/one_line.h"
 #include "put_bytes.h"
 
@@ -136,7 +137,7 @@ std::string quoted(const std::string& said) {
 bool take_number(const std::string& name, const json& said, double& value, std::string& why) {
   value = said.is_number() ? said.get<double>() : std::numeric_limits<double>::quiet_NaN();
   if (std::isfinite(value)) return true;
-  why = quoted(name) + " is said to be " + base::one_line(said.dump().substr(0, 60)) +
+  why = quoted(name) + " is said to be " + base::one_line(base::dump_json(said).substr(0, 60)) +
         "; a finite number wanted";
   return false;
 }
@@ -153,7 +154,7 @@ std::optional<CommandMessage> read_json(std::string_view bytes,
     why = "more lists or tables than a command has";
     return std::nullopt;
   }
-  const json object = json::parse(bytes.begin(), bytes.end(), nullptr, false);
+  const json object = base::parse_json<json>(bytes, false);
   const auto refuse = [&](std::string reason) {
     why = std::move(reason);
     return std::nullopt;
@@ -244,7 +245,7 @@ std::optional<std::uint32_t> sequence_of(std::string_view bytes) {
     return take(bytes, sequence) ? std::optional(sequence) : std::nullopt;
   }
   if (!bytes.starts_with('{') || has_too_many_lists(bytes)) return std::nullopt;
-  const json object = json::parse(bytes.begin(), bytes.end(), nullptr, false);
+  const json object = base::parse_json<json>(bytes, false);
   const auto said = object.is_object() ? object.find("sequence") : object.end();
   if (said == object.end() || !said->is_number_unsigned() ||
       said->get<std::uint64_t>() > std::numeric_limits<std::uint32_t>::max())
@@ -258,7 +259,7 @@ std::string write_remark(const Remark& remark, bool as_binary) {
     if (remark.sequence) line["sequence"] = *remark.sequence;
     line["time_s"] = remark.time_s;
     line["resets"] = remark.resets;
-    return line.dump(-1, ' ', false, json::error_handler_t::replace);
+    return base::dump_json(line);
   }
   std::string bytes(kRemark);
   put(bytes, remark.sequence.value_or(0), static_cast<std::uint32_t>(remark.text.size()),
@@ -278,7 +279,7 @@ std::string write_measurement(const MeasurementMessage& message,
                                {"values", std::move(values)}};
     if (!message.clipped.empty()) out["clipped"] = message.clipped;
     if (!message.parked.empty()) out["parked"] = message.parked;
-    return out.dump(-1, ' ', false, json::error_handler_t::replace);
+    return base::dump_json(out);
   }
   std::string bytes(kMeasurement);
   put(bytes, message.sequence);

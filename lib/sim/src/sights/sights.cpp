@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/json_text.h"
 #include "put_bytes.h"
 #include "sim/message.h"
 
@@ -20,7 +21,7 @@ std::uint32_t small(std::size_t number) { return static_cast<std::uint32_t>(numb
 /// In quotes.
 std::string word(const std::string& name) {
   using nlohmann::json;
-  return json(name).dump(-1, ' ', false, json::error_handler_t::replace);
+  return base::dump_json(json(name));
 }
 
 /// [[1, 2], [3, 4]], numbers that read back as the same bits.
