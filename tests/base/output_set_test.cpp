@@ -316,9 +316,10 @@ TEST(OutputSet, NothingOfAKilledRunIsRead) {
   const support::TemporaryFolder folder;
   run(folder.path("out"), "a", {"a.crg"});
   mark_unfinished(folder, "out/manifest.json");
-  for (const char* const name : {"a.crg", "own.crg"})
-    EXPECT_THAT(refusal_of(folder.path(std::string("out/") + name)),
-                HasSubstr("manifest.json: 'complete' is false: 'tool make' was killed"));
+  EXPECT_THAT(refusal_of(folder.path("out/a.crg")),
+              HasSubstr("manifest.json: 'complete' is false: 'tool make' was killed"));
+  // Where the input of the run lies in the folder of its results, the run could never be run again.
+  EXPECT_EQ(refusal_of(folder.path("out/own.crg")), "");
   run(folder.path("out"), "a", {"a.crg"});
   EXPECT_EQ(refusal_of(folder.path("out/a.crg")), "");
 }

@@ -1,6 +1,6 @@
-// The files of one build belong together: after a kill at any moment, after two builds at once,
-// after a change of anything that was read. KERBSTONE_HEAVY=1 for 200 kills and 50 pairs
-// (docs/evidence.md).
+// The files of one build belong together: after two builds at once, after a change of anything that
+// was read. KERBSTONE_HEAVY=1 for 50 pairs (docs/evidence.md). After a kill:
+// tests/command/whole_sets_test.cpp.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,6 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <random>
 #include <thread>
 
 #include "base/json_text.h"
@@ -91,30 +90,6 @@ class Two : public ::testing::Test {
   std::map<std::string, Files> undisturbed_;
   double seconds_ = 0.0;  ///< of one build
 };
-
-TEST_F(Two, KilledAtAnyMomentTheNextRunLeavesOneWholeSet) {
-  EXPECT_NE(names_of(undisturbed_["a"]), names_of(undisturbed_["b"]));
-  const int rounds = heavy() ? 200 : 8;
-  std::mt19937 random(1);
-  int killed = 0, half = 0;
-  for (int round = 0; round < rounds; ++round) {
-    const std::string mesh = round % 2 == 0 ? "b" : "a";  // over the set of the other
-    const double moment_s = 0.8 * seconds_ * (static_cast<double>(random()) + 1.0) / 0x1.0p32;
-    killed += crgbuild(command(mesh), moment_s).code == 137 ? 1 : 0;
-    half += fs::exists(out() + "/.kerbstone.new") ? 1 : 0;
-    const Ran again = crgbuild(command(mesh));
-    ASSERT_EQ(again.code, 0) << again.err;
-    expect_same(files_in(out()), undisturbed_[mesh],
-                fmt::format("round {}, killed after {:.4f} s", round, moment_s));
-    if (HasFailure()) return;
-  }
-  std::printf(
-      "%d of %d builds killed, %d with files half made; the next run left one whole set each "
-      "time\n",
-      killed, rounds, half);
-  EXPECT_GE(killed, rounds / 4);
-  EXPECT_GE(half, 1);
-}
 
 TEST_F(Two, BuildsAtOnceIntoOneFolderLeaveOneSetOrAreRefused) {
   const int pairs = heavy() ? 50 : 4;

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <pty.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -35,6 +36,30 @@ void become(const std::string& program, const std::vector<std::string>& argument
   ::_exit(127);
 }
 
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+constexpr bool kCanLimit = false;  // a sanitizer takes addresses by the terabyte
+#else
+constexpr bool kCanLimit = true;
+#endif
+#else
+constexpr bool kCanLimit = true;
+#endif
+
+void limit(const ToolOptions& options) {
+  const rlimit most{options.most_address_bytes, options.most_address_bytes};
+  if (kCanLimit && options.most_address_bytes > 0) ::setrlimit(RLIMIT_AS, &most);
+  if (options.most_clock_s > 0) ::alarm(options.most_clock_s);  // it outlives exec
+}
+
+/// Until the file exists, or the process has ended.
+void wait_for(const std::string& path, pid_t child) {
+  siginfo_t ended{};
+  while (::access(path.c_str(), F_OK) != 0 && ended.si_pid == 0 &&
+         ::waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT) == 0)
+    std::this_thread::sleep_for(std::chrono::microseconds(20));
+}
+
 int code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status); }
 
 }  // namespace
@@ -48,17 +73,23 @@ ToolRun run_tool(const std::string& program, const std::vector<std::string>& arg
     ::dup2(::open(options.in.c_str(), O_RDONLY), 0);
     ::dup2(::open(out.c_str(), O_WRONLY | O_CREAT, 0600), 1);
     ::dup2(::open(err.c_str(), O_WRONLY | O_CREAT, 0600), 2);
+    limit(options);
     become(program, arguments);
   }
   ToolRun ran;
+  if (!options.signal_once_exists.empty()) wait_for(options.signal_once_exists, child);
   if (options.signal_after_s > 0.0) {
     std::this_thread::sleep_for(std::chrono::duration<double>(options.signal_after_s));
     ::kill(child, options.signal);
   }
   const auto begin = Clock::now();
   int status = 0;
-  ::waitpid(child, &status, 0);
+  rusage used{};
+  ::wait4(child, &status, 0, &used);
   ran.seconds_after_signal = seconds_since(begin);
+  ran.processor_s = static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
+                    1e-6 * static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
+  ran.most_resident_bytes = static_cast<std::size_t>(used.ru_maxrss) << 10;
   ran.code = code_of(status);
   if (options.out.empty()) ran.out = cli::read(out);
   ran.err = cli::read(err);

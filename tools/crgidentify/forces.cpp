@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -27,16 +28,33 @@ using nlohmann::ordered_json;
 /// A vehicle file has no prior for how its tyres roll: they may do so by another law altogether.
 constexpr double kRollingSd = 1.0;
 
-/// DIR/NAME_forces.csv for each log; throws base::Error where two logs have one name.
+constexpr const char* kEnding = "_forces.csv";
+
+/// NAME_forces.csv for each log; throws base::Error where two logs have one name.
 std::vector<std::string> names_of(const ForcesCommand& command) {
   std::vector<std::string> out;
   std::set<std::string> used;
   for (const std::string& path : command.recording_paths) {
-    const std::string name = fs::path(path).stem().string() + "_forces.csv";
+    const std::string name = fs::path(path).stem().string() + kEnding;
     if (!used.insert(name).second)
       throw base::Error(fmt::format(
           "two logs would be written to {}: give them other names, or other folders", name));
-    out.push_back((fs::path(command.out_path) / name).string());
+    out.push_back(name);
+  }
+  return out;
+}
+
+/// Forces of other logs that lie in the folder: they stay, unless a killed run left them half.
+std::vector<std::string> made_before(const std::string& folder,
+                                     const std::vector<std::string>& now) {
+  std::vector<std::string> out;
+  try {
+    if (const auto files = base::files_of_set(folder))
+      for (const auto& [name, sha256] : *files)
+        if (name.ends_with(kEnding) && std::find(now.begin(), now.end(), name) == now.end() &&
+            fs::is_regular_file(fs::path(folder) / name))
+          out.push_back(name);
+  } catch (const base::Error&) {
   }
   return out;
 }
@@ -192,7 +210,8 @@ int forces(const ForcesCommand& command, Terminal& terminal) {
   options.progress = terminal.progress();
   bool doubted = false;
   ordered_json json = ordered_json::array();
-  fs::create_directories(command.out_path);
+  std::string said;
+  base::OutputSet outputs(command.out_path, "crgidentify forces");
   for (std::size_t i = 0; i < written.size(); ++i) {
     const std::string& log = command.recording_paths[i];
     const recording::Recording recording = recording::read_recording(log, mapping);
@@ -204,13 +223,15 @@ int forces(const ForcesCommand& command, Terminal& terminal) {
       }
     }();
     doubted = doubted || !f.doubts.empty();
-    base::write_file(written[i], file_text(command, log, f));
+    base::write_file(outputs.staged(written[i]), file_text(command, log, f));
+    const std::string path = outputs.path(written[i]);
     if (terminal.json)
-      json.push_back(numbers(log, written[i], f));
+      json.push_back(numbers(log, path, f));
     else
-      terminal.print(forces_said(log, written[i], f));
+      said += forces_said(log, path, f);
   }
-  if (terminal.json) terminal.print(base::json_text(json));
+  outputs.commit("forces", made_before(command.out_path, written));
+  terminal.print(terminal.json ? base::json_text(json) : said);
   return doubted ? command::kNotValid : kOk;
 }
 

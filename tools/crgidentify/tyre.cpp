@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/json_text.h"
+#include "base/output_set.h"
 #include "base/read_file.h"
 #include "base/statistics.h"
 #include "base/write_file.h"
@@ -86,6 +87,7 @@ std::vector<std::string> tables_in(const std::string& folder) {
   std::vector<std::string> out;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
     if (entry.path().string().ends_with("_forces.csv")) out.push_back(entry.path().string());
+  for (const std::string& path : out) base::check_set_is_whole(path);
   std::sort(out.begin(), out.end());
   if (out.empty())
     throw base::Error(fmt::format(

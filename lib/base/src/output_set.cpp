@@ -113,6 +113,26 @@ void move_in(const std::string& from, const std::string& to) {
     throw Error(fmt::format("{}: cannot rename to the final name: {}", to, std::strerror(errno)));
 }
 
+[[noreturn]] void refuse_half(const std::string& folder, const Manifest& manifest) {
+  throw Error(fmt::format(
+      "{}: 'complete' is false: '{}' was killed, or still is, while it moved its files in, and "
+      "those beside it are of two runs; run it again",
+      (fs::path(folder) / kManifest).string(), manifest.command));
+}
+
+/// What the manifest beside a file says of it. Nothing where it does not name it: then no run that
+/// was killed has touched it.
+std::optional<Entry> entry_in_whole_set(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  const std::string there = folder.empty() ? "." : folder.string();
+  const std::optional<Manifest> manifest = read_manifest(there);
+  if (!manifest) return std::nullopt;
+  const auto found = manifest->files.find(fs::path(path).filename().string());
+  if (found == manifest->files.end()) return std::nullopt;
+  if (!manifest->complete) refuse_half(there, *manifest);
+  return found->second;
+}
+
 }  // namespace
 
 FolderLock::FolderLock(const std::string& folder, const std::string& command)
@@ -276,23 +296,18 @@ void OutputSet::commit(const std::string& name, const std::vector<std::string>& 
 std::optional<std::map<std::string, std::string>> files_of_set(const std::string& folder) {
   const std::optional<Manifest> manifest = read_manifest(folder);
   if (!manifest) return std::nullopt;
-  if (!manifest->complete)
-    throw Error(fmt::format(
-        "{}: 'complete' is false: '{}' was killed, or still is, while it moved its files in, and "
-        "those beside it are of two runs; run it again",
-        (fs::path(folder) / kManifest).string(), manifest->command));
+  if (!manifest->complete) refuse_half(folder, *manifest);
   std::map<std::string, std::string> out;
   for (const auto& [name, entry] : manifest->files) out[name] = entry.sha256;
   return out;
 }
 
+void check_set_is_whole(const std::string& path) { (void)entry_in_whole_set(path); }
+
 void check_in_set(const std::string& path) {
-  const fs::path folder = fs::path(path).parent_path();
-  const auto files = files_of_set(folder.empty() ? "." : folder.string());
-  if (!files) return;
-  const auto found = files->find(fs::path(path).filename().string());
-  if (found == files->end() || found->second.empty()) return;
-  check_sha256(path, found->second,
+  const std::optional<Entry> entry = entry_in_whole_set(path);
+  if (!entry || entry->sha256.empty()) return;
+  check_sha256(path, entry->sha256,
                "make it again by the command that manifest.json beside it names; where it was "
                "changed on purpose, put it into another folder");
 }

@@ -194,8 +194,9 @@ void look_at_paths(const CLI::App& app, Terminal& terminal) {
       if (!S_ISREG(found.st_mode) && !S_ISDIR(found.st_mode))
         throw base::Error(fmt::format(
             "{}: is a pipe or device; a regular file is wanted: write it to one first", path));
-      // A road of a killed run, or changed behind its manifest, is taken by nobody.
-      if (S_ISREG(found.st_mode) && path.ends_with(".crg")) base::check_in_set(path);
+      // A file of a killed run, or a road changed behind its manifest, is taken by nobody.
+      if (S_ISREG(found.st_mode))
+        path.ends_with(".crg") ? base::check_in_set(path) : base::check_set_is_whole(path);
     }
   }
 }

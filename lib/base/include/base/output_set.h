@@ -68,8 +68,11 @@ class OutputSet {
 /// was killed while it moved its files in: they are of two runs.
 std::optional<std::map<std::string, std::string>> files_of_set(const std::string& folder);
 
-/// For whoever reads a file that may be part of a set. Throws Error as files_of_set(), and where
-/// the manifest beside the file names it with another SHA-256.
+/// For whoever reads a file that may be part of a set. Throws Error where the manifest beside the
+/// file names it and says that a run was killed while it moved its files in.
+void check_set_is_whole(const std::string& path);
+
+/// The same, and where the manifest names the file with another SHA-256.
 void check_in_set(const std::string& path);
 
 /// Throws Error where a file has another SHA-256 than the one that is stored of it.

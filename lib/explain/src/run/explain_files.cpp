@@ -75,7 +75,9 @@ ExplainedFiles explain_files(const ExplainRequest& request, const base::Progress
   const StatedRoad road = read_road(request.track_path, request.friction_path);
   const Recordings recordings = read_recordings(request, road.surface, car);
   want_laps(request.hold_out, recordings.logs);
-  const base::FolderLock lock(request.out_path, "crgexplain run");
+  base::OutputSet outputs(request.out_path, "crgexplain run");
+  ExplainRequest staged = request;
+  staged.out_path = outputs.staged(".");
 
   const Stages stages(request.out_path, hash_of(request, inputs));
   if (const auto taken = stages.taken_up(); !taken.empty() && remark)
@@ -94,10 +96,6 @@ ExplainedFiles explain_files(const ExplainRequest& request, const base::Progress
   findings.remarks.insert(findings.remarks.begin(), recordings.notes.begin(),
                           recordings.notes.end());
 
-  // From here on until the end no verdict lies beside corrected inputs of another run.
-  out.json_path = request.out_path + "/findings.json";
-  out.page_path = request.out_path + "/report.html";
-  for (const std::string& path : {out.json_path, out.page_path}) std::filesystem::remove(path);
   const bool drive = !findings.findings.empty() && !request.skip_simulation;
   if (!findings.findings.empty() && request.skip_simulation)
     findings.remarks.emplace_back(
@@ -105,16 +103,23 @@ ExplainedFiles explain_files(const ExplainRequest& request, const base::Progress
         "tried");
   Findings used = findings;
   std::erase_if(used.findings, [](const Finding& f) { return !f.not_used.empty(); });
-  out.corrected = drive ? use_what_helps(request, road, car, recordings, stages, progress, findings)
-                        : write_corrected(request, request.out_path, road, car, recordings, used);
+  out.corrected = drive ? use_what_helps(staged, road, car, recordings, stages, progress, findings)
+                        : write_corrected(staged, staged.out_path, road, car, recordings, used);
   // Without a logged fuel the stated mass is that of the whole car.
   out.fuel_logged = recordings.logs.front().present[kFuel] && request.fuel_kg == 0;
 
   const std::string title = fmt::format("Simulation and recording: {} on {}", car.name,
                                         std::filesystem::path(request.track_path).stem().string());
   out.findings_json = findings_json(findings);
-  base::write_file(out.json_path, out.findings_json);
-  base::write_file(out.page_path, findings_page(findings, recordings.logs, title));
+  base::write_file(outputs.staged("findings.json"), out.findings_json);
+  base::write_file(outputs.staged("report.html"), findings_page(findings, recordings.logs, title));
+  outputs.commit("explain");
+  remove_corrected_of_others(request.out_path);
+  out.json_path = outputs.path("findings.json"), out.page_path = outputs.path("report.html");
+  for (std::string* path : {&out.corrected.track_path, &out.corrected.friction_path,
+                            &out.corrected.vehicle_path, &out.corrected.mapping_path})
+    if (path->starts_with(staged.out_path))
+      *path = outputs.path(std::filesystem::path(*path).filename());
   stages.done();
   return out;
 }

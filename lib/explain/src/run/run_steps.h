@@ -15,7 +15,11 @@ namespace explain {
 /// Nothing that is read may lie where a corrected input will be written. Throws vehicle::Error.
 void refuse_to_overwrite(const std::vector<std::string>& inputs, const std::string& folder);
 
-/// Writes the corrected inputs into a folder; none is left over there from an earlier run.
+/// Corrected inputs that lie beside a finished set and are none of its files go: of a run whose
+/// manifest another command has replaced.
+void remove_corrected_of_others(const std::string& folder);
+
+/// Writes the corrected inputs into a folder where none lies.
 CorrectedFiles write_corrected(const ExplainRequest& request, const std::string& folder,
                                const StatedRoad& road, const vehicle::Vehicle& car,
                                const Recordings& recordings, const Findings& findings);

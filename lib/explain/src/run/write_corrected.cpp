@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "base/output_set.h"
 #include "base/write_file.h"
 #include "crg/file.h"
 #include "run_steps.h"
@@ -43,6 +44,13 @@ void refuse_to_overwrite(const std::vector<std::string>& inputs, const std::stri
     }
 }
 
+void remove_corrected_of_others(const std::string& folder) {
+  const auto ours = base::files_of_set(folder);
+  for (const std::string& name : corrected_names())
+    if (ours && !ours->contains(name))
+      std::filesystem::remove(std::filesystem::path(folder) / name);
+}
+
 void write_car(const CorrectedCar& car, const std::string& folder) {
   for (const auto& [name, text] : car.files) base::write_file(folder + "/" + name, text);
   base::write_file(folder + "/vehicle.yaml", car.vehicle_yaml);
@@ -54,8 +62,6 @@ CorrectedFiles write_corrected(const ExplainRequest& request, const std::string&
   CorrectedFiles out{
       request.track_path, request.friction_path, request.vehicle_path, request.mapping_path, {},
       request.fuel_kg};
-  for (const std::string& name : corrected_names())
-    std::filesystem::remove(std::filesystem::path(folder) / name);
   const crg::Crg& road = stated.surface.file();
   const CorrectedInputs made = correct({road, stated.friction ? &*stated.friction : nullptr,
                                         request.vehicle_path, car, recordings.recorded},
