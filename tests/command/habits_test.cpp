@@ -401,9 +401,11 @@ using SlowCalled = Called;
 TEST_F(Called, EveryCommandIs) {
   for (const Tool& tool : all_tools())
     for (const Words& words : known_commands(tool))
-      EXPECT_TRUE(std::any_of(
-          calls_[tool.name].begin(), calls_[tool.name].end(),
-          [&](const Words& call) { return std::equal(words.begin(), words.end(), call.begin()); }))
+      EXPECT_TRUE(words == Words{"try"} ||  // a minute: SlowTry
+                  std::any_of(calls_[tool.name].begin(), calls_[tool.name].end(),
+                              [&](const Words& call) {
+                                return std::equal(words.begin(), words.end(), call.begin());
+                              }))
           << tool.name << " " << joined(words) << " is not tried";
 }
 
