@@ -128,7 +128,7 @@ TEST(Manoeuvre, CanBeWatchedLive) {
   for (;;) {
     const ssize_t size = ::recv(socket, bytes, sizeof bytes, MSG_DONTWAIT);
     if (size < 0) break;
-    const auto row = base::parse_json<nlohmann::json>(bytes, bytes + size);
+    const auto row = base::parse_json<nlohmann::json>({bytes, static_cast<std::size_t>(size)});
     EXPECT_GT(row["time_s"].get<double>(), last_s);
     last_s = row["time_s"].get<double>();
     EXPECT_TRUE(row.contains("yaw_rate_radps"));
