@@ -51,8 +51,7 @@ void run_step(const fs::path& folder, Words words) {
   ::posix_spawn_file_actions_init(&actions);
   ::posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
   ::posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-  ::posix_spawn_file_actions_addopen(&actions, 1, kWordsOfSteps, O_WRONLY | O_CREAT | O_APPEND,
-                                     0666);
+  ::posix_spawn_file_actions_addopen(&actions, 1, kWordsOfSteps, O_RDWR | O_APPEND, 0);
   ::posix_spawn_file_actions_adddup2(&actions, 1, 2);
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
