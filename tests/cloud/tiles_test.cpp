@@ -77,7 +77,8 @@ struct Read {
   int pass = 0, classification = 0, level = 0;
 };
 
-/// What docs/formats_data.md says, by its own words; checks bounds and where tiles begin on the way.
+/// What docs/formats_data.md says, by its own words; checks bounds and where tiles begin on the
+/// way.
 std::vector<Read> read_back(const TileSet& set, const std::string& bytes) {
   std::vector<Read> out;
   std::size_t at = 0;
