@@ -29,7 +29,7 @@ TEST(Csv, PicksColumnsByNameInAnyOrderAndIgnoresOthers) {
   const auto table = base::read_csv(
       file_with(
           "\xEF\xBB\xBF# made by hand\r\n name , y_m,x_m\r\nfoo, 2.5 ,-1e3\r\n\r\nbar,,+4\r\n"),
-      {"x_m", "y_m"}, {"z_m"});
+      {"x_m", "y_m"}, {"z_m"}, base::Gaps::allowed);
   ASSERT_EQ(table.rows(), 2u);
   EXPECT_EQ(table.value(0, 0), -1000.0);
   EXPECT_EQ(table.value(0, 1), 2.5);
@@ -57,6 +57,20 @@ TEST(Csv, SaysFileLineSeenAndWanted) {
   EXPECT_THROW(base::read_csv("/does/not/exist.csv", {"x_m"}), base::Error);
 }
 
+TEST(Csv, RequiredColumnsAreFilled) {
+  for (const char* empty : {"", "\"\"", "nan"}) {
+    const std::string text = std::string("x_m,y_m,z_m\n1,2,\n3,") + empty + ",4\n";
+    EXPECT_THAT(error_of(text), testing::HasSubstr("csv_test.csv:3: column 'y_m' holds")) << empty;
+  }
+}
+
+TEST(Csv, LinesMayEndInCarriageReturnsAlone) {
+  const auto table = base::read_csv(file_with("a,b\r1,2\r\r3,4\r"), {"a", "b"});
+  ASSERT_EQ(table.rows(), 2u);
+  EXPECT_EQ(table.value(1, 1), 4.0);
+  EXPECT_EQ(table.line[1], 4u);
+}
+
 TEST(Csv, AHeaderMayBeginWithAHash) {
   const auto read = [](const std::string& text) {
     return base::read_csv(file_with(text), {"x_m", "y_m"}, {"z_m"});
@@ -74,7 +88,7 @@ TEST(Csv, AHeaderMayBeginWithAHash) {
 TEST(Csv, ReadsWhatSpreadsheetsWrite) {
   const auto table = base::read_csv(
       file_with("\xEF\xBB\xBFname;\"y_m\";x_m;\r\n\"a;b\";2,5;-1e3;\r\n;;\r\nc;0,25;4\r\n"),
-      {"x_m", "y_m"});
+      {"x_m", "y_m"}, {}, base::Gaps::allowed);
   ASSERT_EQ(table.rows(), 3u);
   EXPECT_EQ(table.value(0, 0), -1000.0);
   EXPECT_EQ(table.value(0, 1), 2.5);

@@ -80,6 +80,21 @@ TEST(TableForm, ReadsDecimalCommasBesideOtherSeparators) {
                                                    HasSubstr("decimals of this table have ','")));
 }
 
+TEST(TableForm, AColumnThatIsThereTwiceIsRefused) {
+  const base::TableForm form("a,b,a", 3, "t.csv");
+  EXPECT_EQ(form.column("b"), 1u);
+  EXPECT_EQ(form.column("c"), 3u);
+  EXPECT_THROW((void)form.column("a"), base::Error);
+}
+
+TEST(TableForm, NumbersAreFinite) {
+  EXPECT_EQ(row_below("a,b", "nan,1e-400"), "nan 0");
+  for (const char* cell : {"inf", "-inf", "1e400"})
+    EXPECT_THAT(row_below("a,b", std::string("1,") + cell),
+                HasSubstr(std::string("t.csv:2: column 'b' holds '") + cell))
+        << cell;
+}
+
 TEST(TableForm, SeparatorsBehindTheLastCellArePassedOver) {
   EXPECT_EQ(row_below("a,b", "1,2,"), "1 2") << "as loggers end their rows";
   EXPECT_EQ(row_below("a,b,,", "1,2,,"), "1 2");

@@ -44,7 +44,7 @@ TEST(TyrePoints, NamesWhatIsMissing) {
   };
   EXPECT_THAT(message("fz_n,kappa\n1,2\n"), HasSubstr("p.csv: no column 'alpha_rad'"));
   EXPECT_THAT(message("fz_n,kappa,alpha_rad,gamma_rad,vx_mps\n1,,0,0,0\n"),
-              HasSubstr("point 1 has an empty cell"));
+              HasSubstr("p.csv:2: no value of kappa"));
   EXPECT_THAT(message("fz_n,kappa,alpha_rad,gamma_rad,vx_mps\n1,0,2,0,0\n"),
               HasSubstr("right angle"));
 }
@@ -100,7 +100,7 @@ TEST(TyrePoints, TurningATyreWithoutTurnSlipIsRefused) {
     vehicle::evaluate_tyre(test_tyre(), at("0.2"), "p.csv");
     FAIL() << "not refused";
   } catch (const vehicle::Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("p.csv: point 1 has turn_1pm = 0.2"));
+    EXPECT_THAT(error.what(), HasSubstr("p.csv:2: turn_1pm is 0.2"));
     EXPECT_THAT(error.what(), HasSubstr("QCRP1"));
   }
   EXPECT_NE((*vehicle::evaluate_tyre(test_tyre(), at("0"), "p").find("fy_n"))[0], 0.0);

@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "base/csv.h"
 #include "base/error.h"
 #include "commands.h"
@@ -14,16 +12,11 @@ sim::UnitInputs read_inputs(const std::string& path) {
   inputs.names.assign(table.names.begin() + 1, table.names.end());
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const double time_s = table.value(row, 0);
-    if (!std::isfinite(time_s) || (row > 0 && time_s <= inputs.time_s.back()))
+    if (row > 0 && time_s <= inputs.time_s.back())
       throw base::Error(fmt::format("{}:{}: time_s is {}; later than the row before wanted", path,
                                     table.line[row], time_s));
     inputs.time_s.push_back(time_s);
-    for (std::size_t k = 1; k < table.columns; ++k) {
-      if (!std::isfinite(table.value(row, k)))
-        throw base::Error(fmt::format("{}:{}: no value of {}; fill it in", path, table.line[row],
-                                      inputs.names[k - 1]));
-      inputs.values.push_back(table.value(row, k));
-    }
+    for (std::size_t k = 1; k < table.columns; ++k) inputs.values.push_back(table.value(row, k));
   }
   return inputs;
 }

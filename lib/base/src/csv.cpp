@@ -32,14 +32,12 @@ std::vector<std::size_t> columns_of(const TableForm& form, const std::vector<std
     if (!table.present.back() && source.size() <= required.size())
       throw Error(fmt::format("{}: no column '{}'; saw '{:.120}'; the header line must name {}",
                               place, name, trimmed(header), fmt::join(required, ",")));
-    if (std::count(form.names().begin(), form.names().end(), name) > 1)
-      throw Error(fmt::format("{}: two columns are called '{:.60}'; take one away", place, name));
   }
   return source;
 }
 
 CsvTable read(const std::string& path, const std::vector<std::string>& required,
-              const std::vector<std::string>& optional, bool whole) {
+              const std::vector<std::string>& optional, bool whole, Gaps gaps) {
   const std::string text = base::read_file(path);
   std::vector<std::string> wanted = required;
   wanted.insert(wanted.end(), optional.begin(), optional.end());
@@ -76,10 +74,14 @@ CsvTable read(const std::string& path, const std::vector<std::string>& required,
     }
     form->split(line, lines.number(), cells);
     table.line.push_back(lines.number());
-    for (const std::size_t column : source)
+    const std::size_t filled = whole ? source.size() : gaps == Gaps::refused ? required.size() : 0;
+    for (std::size_t k = 0; k < source.size(); ++k) {
+      const std::size_t column = source[k];
       table.values.push_back(column == CsvTable::kAbsent
                                  ? std::numeric_limits<double>::quiet_NaN()
-                                 : form->number(cells[column], column, lines.number()));
+                                 : form->number(cells[column], column, lines.number(),
+                                                k < filled ? Gaps::refused : Gaps::allowed));
+    }
   }
   if (!form)
     throw Error(
@@ -91,12 +93,12 @@ CsvTable read(const std::string& path, const std::vector<std::string>& required,
 }  // namespace
 
 CsvTable read_csv(const std::string& path, const std::vector<std::string>& required,
-                  const std::vector<std::string>& optional) {
-  return read(path, required, optional, false);
+                  const std::vector<std::string>& optional, Gaps gaps) {
+  return read(path, required, optional, false, gaps);
 }
 
 CsvTable read_whole_csv(const std::string& path, const std::vector<std::string>& required) {
-  return read(path, required, {}, true);
+  return read(path, required, {}, true, Gaps::refused);
 }
 
 }  // namespace base

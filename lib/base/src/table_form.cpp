@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -108,7 +109,11 @@ TableForm::TableForm(std::string_view header, std::size_t line, std::string path
 }
 
 std::size_t TableForm::column(std::string_view name) const {
-  return static_cast<std::size_t>(std::find(names_.begin(), names_.end(), name) - names_.begin());
+  const auto found = std::find(names_.begin(), names_.end(), name);
+  if (found != names_.end() && std::find(found + 1, names_.end(), name) != names_.end())
+    throw Error(
+        fmt::format("{}:{}: two columns are called '{:.60}'; take one away", path_, line_, name));
+  return static_cast<std::size_t>(found - names_.begin());
 }
 
 bool TableForm::is_row(std::string_view line) const {
@@ -134,14 +139,20 @@ void TableForm::split(std::string_view row, std::size_t line,
   cells.resize(wanted);
 }
 
-double TableForm::number(std::string_view cell, std::size_t column, std::size_t line) const {
-  if (cell.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const std::optional<double> value =
-      separator_ == ',' ? to_number<double>(cell) : number_with_comma(cell);
-  if (!value)
+double TableForm::number(std::string_view cell, std::size_t column, std::size_t line,
+                         Gaps gaps) const {
+  const std::optional<double> value = cell.empty()        ? std::numeric_limits<double>::quiet_NaN()
+                                      : separator_ == ',' ? to_number<double>(cell)
+                                                          : number_with_comma(cell);
+  if (!value || std::isinf(*value))
+    throw Error(
+        fmt::format("{}:{}: column '{:.40}' holds '{:.40}', wanted a {}number or an empty cell{}",
+                    path_, line, names_[column], cell, value ? "finite " : "",
+                    !value && number_with_comma(cell) ? "; write a point for the comma" : ""));
+  if (gaps == Gaps::refused && std::isnan(*value))
     throw Error(fmt::format(
-        "{}:{}: column '{:.40}' holds '{:.40}', wanted a number or an empty cell{}", path_, line,
-        names_[column], cell, number_with_comma(cell) ? "; write a point for the comma" : ""));
+        "{}:{}: column '{:.40}' holds '{:.40}', wanted a number; fill it in, or take the row out",
+        path_, line, names_[column], cell));
   if (const std::size_t at = cell.find_first_of(",."); at != std::string_view::npos) {
     char seen = 0;
     if (!mark_.compare_exchange_strong(seen, cell[at]) && seen != cell[at])

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "base/table_form.h"
+
 namespace base {
 
 /// Values of the wanted columns, row after row; an empty cell is NaN.
@@ -24,11 +26,11 @@ struct CsvTable {
 /// Reads a table of text (base/table_form.h) with one header line, which may begin with '#' (other
 /// lines that do are skipped). Other columns are ignored. Throws Error with file:line on a missing
 /// required column (lists those seen), a wanted one that is there twice, a row that is longer or
-/// shorter than the header, or a cell that is not a number.
+/// shorter than the header, a cell that is not a number, or an empty one in a required column.
 CsvTable read_csv(const std::string& path, const std::vector<std::string>& required,
-                  const std::vector<std::string>& optional = {});
+                  const std::vector<std::string>& optional = {}, Gaps gaps = Gaps::refused);
 
-/// The same with all columns that the file has wanted, the required ones first.
+/// The same with all columns that the file has wanted and filled, the required ones first.
 CsvTable read_whole_csv(const std::string& path, const std::vector<std::string>& required);
 
 }  // namespace base

@@ -11,6 +11,9 @@
 
 namespace base {
 
+/// What empty cells are to a reader.
+enum class Gaps { refused, allowed };
+
 /// The text behind its mark of byte order, if it has one. Throws Error where that says UTF-16.
 std::string_view behind_byte_order_mark(std::string_view text, const std::string& path);
 
@@ -44,15 +47,17 @@ class TableForm {
 
   /// The names of the columns, up to the last that has one.
   const std::vector<std::string>& names() const { return names_; }
-  /// The first column of that name, or names().size().
+  /// The column of that name, or names().size(). Throws Error where there are two.
   std::size_t column(std::string_view name) const;
   /// Whether a line that is blank or begins with # is a row all the same: it has as many cells as
   /// the header names, as a row of empty cells or one called #1, and no blank behind the #.
   bool is_row(std::string_view line) const;
   /// One cell for each name. Throws Error with file:line where the row is longer or shorter.
   void split(std::string_view row, std::size_t line, std::vector<std::string_view>& cells) const;
-  /// NaN for an empty cell. Throws Error with file:line where the cell of that column is no number.
-  double number(std::string_view cell, std::size_t column, std::size_t line) const;
+  /// NaN for an empty cell or "nan", where gaps are allowed. Throws Error with file:line where the
+  /// cell of that column is no number or infinite.
+  double number(std::string_view cell, std::size_t column, std::size_t line,
+                Gaps gaps = Gaps::allowed) const;
 
  private:
   std::string path_;

@@ -9,14 +9,16 @@
 
 namespace base {
 
-/// One line after the other, without line ends; number() counts from 1.
+/// One line after the other, without line ends (LF, CR LF, or CR in a text without LF); number()
+/// counts from 1.
 class Lines {
  public:
-  explicit Lines(std::string_view text) : rest_(text) {}
+  explicit Lines(std::string_view text)
+      : rest_(text), end_(text.find('\n') == std::string_view::npos ? '\r' : '\n') {}
 
   bool next(std::string_view& line) {
     if (rest_.empty()) return false;
-    const std::size_t end = rest_.find('\n');
+    const std::size_t end = rest_.find(end_);
     line = rest_.substr(0, end);
     rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
     if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
@@ -28,6 +30,7 @@ class Lines {
 
  private:
   std::string_view rest_;
+  char end_;
   std::size_t number_ = 0;
 };
 

@@ -48,16 +48,16 @@ Trajectory read_trajectory(const std::string& path, const Eigen::Isometry3d& ext
     const auto at = [&](std::size_t column) { return table.value(i, column); };
     for (std::size_t k = 0; k < 8; ++k)
       if (!(std::abs(at(k)) < 1e12))
-        throw Error(fmt::format("{}: pose {}: a cell is empty or not finite; leave the row out",
-                                path, i + 1));
+        throw Error(fmt::format("{}:{}: {} is {}; wanted seconds and metres; leave the row out",
+                                path, table.line[i], table.names[k], at(k)));
     const Eigen::Quaterniond q(at(7), at(4), at(5), at(6));
     if (std::abs(q.norm() - 1.0) > 0.01)
-      throw Error(fmt::format(
-          "{}: pose {}: quaternion of length {:.4f} seen, 1 wanted; columns are qx,qy,qz,qw", path,
-          i + 1, q.norm()));
+      throw Error(
+          fmt::format("{}:{}: quaternion of length {:.4f} seen, 1 wanted; columns are qx,qy,qz,qw",
+                      path, table.line[i], q.norm()));
     if (i > 0 && !(at(0) > trajectory.time_s.back()))
-      throw Error(fmt::format("{}: pose {}: time {:.6f} s after {:.6f} s; times must ascend", path,
-                              i + 1, at(0), trajectory.time_s.back()));
+      throw Error(fmt::format("{}:{}: time {:.6f} s after {:.6f} s; times must ascend", path,
+                              table.line[i], at(0), trajectory.time_s.back()));
     const Eigen::Vector3d p(at(1), at(2), at(3));
     trajectory.time_s.push_back(at(0));
     trajectory.position_m.push_back(p + q.normalized() * extrinsic.translation());

@@ -27,7 +27,7 @@ void check_names(const std::vector<std::string>& names, const std::string& where
   }
 }
 
-Table parse(const std::string& text, const std::string& name) {
+Table parse(const std::string& text, const std::string& name, base::Gaps gaps) {
   Table table;
   std::optional<base::TableForm> form;
   base::Lines lines(base::behind_byte_order_mark(text, name));
@@ -49,8 +49,9 @@ Table parse(const std::string& text, const std::string& name) {
       continue;
     }
     form->split(line, number, cells);
+    table.lines.push_back(number);
     for (std::size_t c = 0; c < cells.size(); ++c) {
-      const double value = form->number(cells[c], c, number);
+      const double value = form->number(cells[c], c, number, gaps);
       if (!cells[c].empty() && !std::isfinite(value))
         throw base::Error(
             fmt::format("{}:{}: '{}' in column '{}', wanted a finite number or nothing", name,
@@ -69,15 +70,22 @@ const std::vector<double>* Table::find(std::string_view name) const {
   return found == names.end() ? nullptr : &columns[static_cast<std::size_t>(found - names.begin())];
 }
 
+std::string Table::place(const std::string& name, std::size_t row) const {
+  return row < lines.size() ? fmt::format("{}:{}", name, lines[row])
+                            : fmt::format("{}, row {}", name, row + 1);
+}
+
 void Table::add(std::string name, std::vector<double> values) {
   names.push_back(std::move(name));
   columns.push_back(std::move(values));
 }
 
-Table parse_table(const std::string& text, const std::string& name) { return parse(text, name); }
+Table parse_table(const std::string& text, const std::string& name, base::Gaps gaps) {
+  return parse(text, name, gaps);
+}
 
-Table read_table(const std::string& path) {
-  return parse_table(base::read_file(path, kLargestFileBytes), path);
+Table read_table(const std::string& path, base::Gaps gaps) {
+  return parse_table(base::read_file(path, kLargestFileBytes), path, gaps);
 }
 
 std::string format_table(const Table& table, int digits) {

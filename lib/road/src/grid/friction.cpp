@@ -63,11 +63,6 @@ std::vector<FrictionZone> read_friction_zones(const std::string& path) {
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const FrictionZone zone{table.value(i, 0), table.value(i, 1), table.value(i, 2),
                             table.value(i, 3), table.value(i, 4)};
-    for (std::size_t j = 0; j < table.columns; ++j) {
-      if (!std::isfinite(table.value(i, j)))
-        throw Error(fmt::format("{}:{}: a cell is empty or not finite; wanted five numbers", path,
-                                table.line[i]));
-    }
     if (zone.v_begin_m > zone.v_end_m) {
       throw Error(
           fmt::format("{}:{}: v_begin_m {} lies left of v_end_m {}; wanted from right to left",

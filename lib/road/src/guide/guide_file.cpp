@@ -75,10 +75,12 @@ GuideFile from_csv(const std::string& path, std::string_view text) {
       throw Error(fmt::format("{}; {}", error.what(), kWanted));
     }
   }
-  const base::CsvTable table = !guide.geographic ? base::read_csv(path, {"x_m", "y_m"}, {"z_m"})
-                               : written_out
-                                   ? base::read_csv(path, {"latitude", "longitude"}, {"height"})
-                                   : base::read_csv(path, {"lat_deg", "lon_deg"}, {"h_m"});
+  const auto read = [&](const std::vector<std::string>& place, const char* height) {
+    return base::read_csv(path, place, {height}, base::Gaps::allowed);
+  };
+  const base::CsvTable table = !guide.geographic ? read({"x_m", "y_m"}, "z_m")
+                               : written_out     ? read({"latitude", "longitude"}, "height")
+                                                 : read({"lat_deg", "lon_deg"}, "h_m");
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const double z_m = table.present[2] ? table.value(i, 2) : kNoHeight;
     const Vector3d point(table.value(i, 0), table.value(i, 1), z_m);

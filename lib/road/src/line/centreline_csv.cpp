@@ -31,11 +31,9 @@ Centreline read_centreline_csv(const std::string& path) {
     };
     line.points_m.emplace_back(value(0), value(1), value(2));
     line.half_width_m.push_back(value(3));
-    if (!line.points_m.back().allFinite()) {
-      throw Error(
-          fmt::format("{}: empty or not finite coordinate in row {}; every row needs x_m and y_m",
-                      path, i + 2));
-    }
+    if (!line.points_m.back().allFinite())
+      throw Error(fmt::format("{}:{}: no value of z_m; fill it in, or take the column out", path,
+                              table.line[i]));
   }
   if (line.points_m.size() >= 2 &&
       (line.points_m.front() - line.points_m.back()).head<2>().norm() < 1e-3) {

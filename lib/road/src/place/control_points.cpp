@@ -65,11 +65,7 @@ ControlPoint read_point(const std::vector<std::string_view>& cells, const base::
   std::array<double, 6> value{};
   for (std::size_t k = 0; k < 6; ++k) {
     const std::size_t column = header.column[k];
-    value[k] = form.number(cells[column], column, line);
-    if (!std::isfinite(value[k]))
-      throw Error(
-          fmt::format("{}: '{}'; wanted a number: a control point needs all six coordinates", place,
-                      cells[column]));
+    value[k] = form.number(cells[column], column, line, base::Gaps::refused);
   }
   ControlPoint point;
   point.name = header.name < cells.size() && !cells[header.name].empty()

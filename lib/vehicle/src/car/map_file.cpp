@@ -43,7 +43,7 @@ Map1 read_map1(const std::string& path, const std::string& x, const std::string&
     map.x = read_vector(path, x);
     map.y = read_vector(path, value);
   } else {
-    const recording::Table table = recording::read_table(path);
+    const recording::Table table = recording::read_table(path, base::Gaps::refused);
     const auto* const places = table.find(x);
     const auto* const values = table.find(value);
     if (places == nullptr || values == nullptr || table.names.size() != 2)
@@ -71,7 +71,7 @@ Map2 read_map2(const std::string& path, const std::string& x, const std::string&
                               value, m.rows, m.columns, x, map.x.size(), y, map.y.size()));
     map.z = std::move(m.values);
   } else {
-    const recording::Table table = recording::read_table(path);
+    const recording::Table table = recording::read_table(path, base::Gaps::refused);
     const std::string corner = x + ":" + y;
     if (table.names.front() != corner)
       throw Error(fmt::format("{}: first header cell is '{}', wanted '{}'", path,

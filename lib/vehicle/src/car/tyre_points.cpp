@@ -35,17 +35,20 @@ recording::Table evaluate_tyre(const TyreCoefficients& tyre, const recording::Ta
                              vx_mps[i],
                              pressure_pa ? (*pressure_pa)[i] : 0.0,
                              turn_1pm ? (*turn_1pm)[i] : 0.0};
-    for (const double value : values)
-      if (std::isnan(value))
-        throw Error(fmt::format("{}: point {} has an empty cell", name, i + 1));
+    constexpr const char* kNames[] = {"fz_n",   "kappa",       "alpha_rad", "gamma_rad",
+                                      "vx_mps", "pressure_pa", "turn_1pm"};
+    for (std::size_t k = 0; k < std::size(kNames); ++k)
+      if (std::isnan(values[k]))
+        throw Error(fmt::format("{}: no value of {}; fill it in, or take the row out",
+                                points.place(name, i), kNames[k]));
     if (!(std::abs(alpha_rad[i]) < std::numbers::pi / 2))
-      throw Error(fmt::format("{}: point {} has alpha_rad = {}, wanted less than a right angle",
-                              name, i + 1, alpha_rad[i]));
+      throw Error(fmt::format("{}: alpha_rad is {}, wanted less than a right angle",
+                              points.place(name, i), alpha_rad[i]));
     if (values[6] != 0.0 && !has_turn_slip(tyre))
-      throw Error(fmt::format(
-          "{}: point {} has turn_1pm = {}, but the tyre file has no turn slip (6.x with QCRP1, "
-          "QDRP1, PHYP1, PHYP2 above 0, QDRP1 below 2); wanted 0, or no such column",
-          name, i + 1, values[6]));
+      throw Error(
+          fmt::format("{}: turn_1pm is {}, but the tyre file has no turn slip (6.x with QCRP1, "
+                      "QDRP1, PHYP1, PHYP2 above 0, QDRP1 below 2); wanted 0, or no such column",
+                      points.place(name, i), values[6]));
     const TyreInput<double> in{fz_n[i],   kappa[i], std::tan(alpha_rad[i]), gamma_rad[i], vx_mps[i],
                                values[5], values[6]};
     const TyreForces<double> f = tyre_forces(tyre, in, {}, options);
