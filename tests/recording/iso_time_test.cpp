@@ -62,6 +62,28 @@ TEST(IsoTime, LogsCountSecondsFromTheFirstRow) {
   EXPECT_EQ(parse_log(canonical, "x.csv").channels[0].unit, "") << "its name says it";
 }
 
+TEST(IsoTime, ReadsTimesOfDay) {
+  const auto time = time_of_day("9:30:05.125");
+  ASSERT_TRUE(time);
+  EXPECT_EQ(time->whole_s, 34205);
+  EXPECT_EQ(time->part_s, 0.125);
+  EXPECT_FALSE(time->dated);
+  EXPECT_EQ(time_of_day("12:00:00,07")->part_s, 0.07);
+  for (const char* other : {"", "12:00", "24:00:00", "12:60:00", "12:00:61", "12:00:00.", "1:2:3",
+                            "012:00:00", "12:00:00Z", ":00:00", "2024-05-01T12:00:00"})
+    EXPECT_FALSE(time_of_day(other)) << other;
+}
+
+TEST(IsoTime, OfTheClockTimesOfDayCountFromTheFirstRow) {
+  EXPECT_THAT(times_of("time,v\n12:00:00.1,1\n12:00:00.2,2\n12:01:00.1,2\n"),
+              ElementsAre(0.0, DoubleNear(0.1, 1e-12), DoubleNear(60.0, 1e-12)));
+  EXPECT_THAT(times_of("time;v\n23:59:59,5;1,5\n0:00:00,5;2\n\n23:59:59,75;2\n0:00:01,5;2\n"),
+              ElementsAre(0.0, 1.0, 0.25, 2.0))
+      << "over midnight, and a row that is late";
+  const Log log = parse_log("time,lap\n0,0:01:20\n1,0:01:21\n", "x.csv");
+  EXPECT_EQ(log.channels[1].words, 2u) << "of another column, how long something took";
+}
+
 TEST(IsoTime, OfOtherColumnsOddCellsAreWords) {
   const Log log = parse_log("time,fix\n0,0\n1,0\n2,2024-05-01T12:00:00Z\n3,\n", "x.csv");
   EXPECT_EQ(log.channels[1].words, 1u);
@@ -80,6 +102,7 @@ TEST(IsoTime, WhatDoesNotFitTheRowsAboveIsRefused) {
   EXPECT_THAT(refusal("time,v\n2025-09-05T12:00:00,1\n0.1,2\n"),
               AllOf(HasSubstr("x.csv:3: column 'time' holds '0.1'"), HasSubstr("write all alike")));
   EXPECT_THAT(refusal("time,v\n0.1,2\n2025-09-05T12:00:00,1\n"), HasSubstr("x.csv:3:"));
+  EXPECT_THAT(refusal("time,v\n2025-09-05T12:00:00,1\n12:00:01,1\n"), HasSubstr("x.csv:3:"));
   EXPECT_THAT(refusal("time,v\n2025-09-05T12:00:00Z,1\n2025-09-05T12:00:00,1\n"),
               HasSubstr("x.csv:3:"));
 }

@@ -197,6 +197,55 @@ TEST(Log, RefusesInOneLine) {
   EXPECT_THAT(refusal(many), testing::HasSubstr("bytes, but a record has 25; the file is damaged"));
 }
 
+std::string refusal_of(const std::string& text) {
+  try {
+    (void)parse_log(text, "x.csv");
+  } catch (const base::Error& error) {
+    return error.what();
+  }
+  return "read";
+}
+
+Channel second(const std::string& text) { return parse_log(text, "x.csv").channels.at(1); }
+
+TEST(Log, DecimalsAreWrittenAllAlike) {
+  using testing::HasSubstr;
+  EXPECT_THAT(refusal_of("t;v;w\n0.1;1,5;2.5\n0.2;1,6;2.5\n"),
+              HasSubstr("x.csv:2: column 'v' holds '1,5', but other decimals of this table have "
+                        "'.'; write all alike"))
+      << "not a column of words";
+  std::string late = "t;v\n";
+  for (int i = 0; i < 400; ++i) late += std::to_string(i) + ";7\n";
+  EXPECT_EQ(second(late + "400;7,5\n").values.back(), 7.5) << "decimals far below the header";
+  EXPECT_THAT(refusal_of(late + "400;7,5\n401;7.5\n"), HasSubstr("x.csv:403: column 'v'"));
+}
+
+TEST(Log, NumbersWithCommasThatAreNoneAreRefused) {
+  using testing::HasSubstr;
+  for (const char* cell : {"1,234.5", "-1,234,567", "1.234,5", "1,234,567.25"})
+    EXPECT_THAT(refusal_of(std::string("t;v\n0;") + cell + "\n"),
+                HasSubstr(std::string("x.csv:2: column 'v' holds '") + cell))
+        << cell;
+  for (const char* cell : {"0,5", "1,234", "-12,25"})
+    EXPECT_THAT(refusal_of(std::string("t,v\n0,\"") + cell + "\"\n"),
+                HasSubstr("x.csv:2: column 'v'"))
+        << cell;
+  for (const char* word : {"1,2,3", "a,5", ",", "192.168.0.1", "1,234 m"})
+    EXPECT_EQ(second(std::string("t;v\n0;") + word + "\n").words, 1u) << word;
+}
+
+TEST(Log, OfACutOffLineLessThanTheHeaderNamesIsLeftOut) {
+  EXPECT_EQ(second("t,v\n0,1\n1").values.size(), 1u);
+  EXPECT_THAT(refusal_of("t,v\n0,1\n1,2,3"), testing::HasSubstr("x.csv:3: 3 cells"));
+}
+
+TEST(Log, SeparatorsBehindTheNamesArePassedOver) {
+  for (const char* text : {"t,v,,\n0,1\n1,2\n", "t,v,\n0,1,\n1,2,\n"})
+    EXPECT_EQ(parse_log(text, "x.csv").channels.size(), 2u) << text;
+  EXPECT_THAT(refusal_of("t,v,\n0,1,2\n"), testing::HasSubstr("x.csv:2: 3 cells"));
+  EXPECT_THAT(refusal_of("t,,v\n0,1,2\n"), testing::HasSubstr("x.csv:1: a column without"));
+}
+
 TEST(Log, MutantsAreReadOrRefused) {
   const char* const wanted = std::getenv("KERBSTONE_MUTANTS");
   const int mutants = wanted != nullptr ? std::atoi(wanted) : 300;

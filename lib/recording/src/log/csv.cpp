@@ -23,13 +23,23 @@ double number(std::string_view cell, bool comma) {
   return value && std::isfinite(*value) ? *value : std::numeric_limits<double>::quiet_NaN();
 }
 
-bool is_decimal_comma(std::string_view cell) {
-  return std::count(cell.begin(), cell.end(), ',') == 1 && std::isfinite(number(cell, true));
+/// Whether a cell that is no number would be one without the separators of its thousands, or with a
+/// point for a comma.
+bool is_number_with_commas(std::string_view cell) {
+  if (cell.find(',') == std::string_view::npos) return false;
+  if (std::isfinite(number(cell, true))) return true;
+  if (cell.starts_with('-') || cell.starts_with('+')) cell.remove_prefix(1);
+  for (bool first = true;; first = false) {
+    const std::size_t digits = std::min(cell.find_first_not_of("0123456789"), cell.size());
+    if (digits == cell.size()) return digits > 0;
+    if ((cell[digits] != ',' && cell[digits] != '.') || digits > 3 || digits < (first ? 1 : 3))
+      return false;
+    cell.remove_prefix(digits + 1);
+  }
 }
 
 struct Shape {
   char separator = ',';
-  bool comma = false;  ///< decimal commas
   std::size_t header_line = 0, data_line = 0;
   std::vector<std::string> names, units;
   bool exported = false;  ///< by a logger's program, with units
@@ -71,6 +81,7 @@ Look look_at(std::string_view line, char separator) {
 void take_names(std::string_view line, Shape& shape) {
   std::vector<std::string_view> cells;
   base::split_cells(line, shape.separator, cells);
+  while (!shape.exported && cells.size() > 1 && cells.back().empty()) cells.pop_back();
   for (const std::string_view cell : cells) shape.names.emplace_back(cell);
 }
 
@@ -175,21 +186,56 @@ const Channel* clock_of(const Log& log) {
   return nullptr;
 }
 
-/// Takes the cells of one column, dates with times as seconds from the first one on.
+/// Whether decimals have points or commas: in a log, all alike.
+class Decimals {
+ public:
+  explicit Decimals(char separator) : with_comma_(separator != ',') {}
+
+  /// NaN where the cell is no finite number; `column` and `place` are for messages.
+  double number(std::string_view cell, const std::string& column, const auto& place) {
+    const double value = recording::number(cell, with_comma_);
+    if (std::isnan(value)) {
+      if (is_number_with_commas(cell))
+        throw base::Error(fmt::format(
+            "{}: column '{:.40}' holds '{:.40}', wanted a number, a word or nothing; write numbers "
+            "without separators of thousands and, between commas, with a point",
+            place(), column, cell));
+      return value;
+    }
+    const std::size_t at = cell.find_first_of(",.");
+    if (at == std::string_view::npos) return value;
+    if (mark_ == 0) mark_ = cell[at];
+    if (mark_ != cell[at])
+      throw base::Error(fmt::format(
+          "{}: column '{:.40}' holds '{:.40}', but other decimals of this table have '{}'; write "
+          "all alike",
+          place(), column, cell, mark_));
+    return value;
+  }
+
+ private:
+  bool with_comma_;  ///< whether commas may be decimal
+  char mark_ = 0;    ///< once one was seen
+};
+
+/// Takes the cells of one column: dates with times, of the clock also times without dates, as
+/// seconds from the first one on.
 class ColumnReader {
  public:
   ColumnReader(Channel& channel, bool is_clock) : channel_(&channel), is_clock_(is_clock) {}
 
-  void take(std::string_view cell, bool comma, const std::string& name, std::size_t line) {
-    double value = number(cell, comma);
+  void take(std::string_view cell, Decimals& decimals, const std::string& name, std::size_t line) {
+    double value =
+        decimals.number(cell, channel_->name, [&] { return fmt::format("{}:{}", name, line); });
     const bool counts = !std::isnan(value);
-    const std::optional<IsoTime> time = counts || cell.empty() ? std::nullopt : iso_time(cell);
-    const bool unlike = (counts && first_) || (time && counted_) ||
-                        (time && first_ && time->zoned != first_->zoned);
+    const std::optional<IsoTime> time = counts || cell.empty() ? std::nullopt : moment(cell);
+    const bool unlike =
+        (counts && first_) || (time && counted_) ||
+        (time && first_ && (time->zoned != first_->zoned || time->dated != first_->dated));
     if (unlike && is_clock_)
       throw base::Error(fmt::format(
-          "{}:{}: column '{}' holds '{:.40}', unlike the rows above: seconds, dates with times, or "
-          "dates with times and zones are wanted; write all alike",
+          "{}:{}: column '{}' holds '{:.40}', unlike the rows above: seconds, times, dates with "
+          "times, or dates with times and zones are wanted; write all alike",
           name, line, channel_->name.substr(0, 40), cell));
     counted_ = counted_ || (counts && !unlike);
     if (time && !unlike) {
@@ -205,10 +251,25 @@ class ColumnReader {
   }
 
  private:
+  std::optional<IsoTime> moment(std::string_view cell) {
+    std::optional<IsoTime> time = iso_time(cell);
+    if (time || !is_clock_) return time;
+    time = time_of_day(cell);
+    if (!time) return time;
+    constexpr std::int64_t kDay_s = 86400;
+    const std::int64_t step_s = time->whole_s - last_of_day_s_;
+    if (step_s < -kDay_s / 2) midnights_s_ += kDay_s;
+    if (step_s > kDay_s / 2 && midnights_s_ > 0) midnights_s_ -= kDay_s;  // a row that is late
+    last_of_day_s_ = time->whole_s;
+    time->whole_s += midnights_s_;
+    return time;
+  }
+
   Channel* channel_;
   bool is_clock_;  ///< else a cell unlike the others is a word
   std::optional<IsoTime> first_;
   bool counted_ = false;  ///< a number was there
+  std::int64_t last_of_day_s_ = 0, midnights_s_ = 0;
 };
 
 void read_rows(std::string_view text, const Shape& shape, const std::string& name, Log& log) {
@@ -219,38 +280,23 @@ void read_rows(std::string_view text, const Shape& shape, const std::string& nam
   std::vector<ColumnReader> readers;
   for (Channel& channel : log.channels) readers.emplace_back(channel, &channel == clock);
   const std::size_t columns = readers.size();
+  Decimals decimals(shape.separator);
   while (lines.next(line)) {
-    const bool cut_off = lines.rest().empty() && !text.ends_with('\n');
+    const bool cut_off = lines.rest().empty() && text.find_last_of("\r\n") + 1 != text.size();
     if (lines.number() < shape.data_line) continue;
     const std::string_view inside = base::trimmed(line);
     if (inside.empty() || inside.front() == '#') continue;
     base::split_cells(shape.separator == '\t' ? line : inside, shape.separator, cells);
     while (cells.size() > columns && cells.back().empty()) cells.pop_back();
     if (cells.size() != columns) {
-      if (cut_off) break;  // the logger lost power
+      if (cut_off && cells.size() < columns) break;  // the logger lost power
       throw base::Error(fmt::format("{}:{}: {} cells, the header names {} columns{}", name,
                                     lines.number(), cells.size(), columns,
                                     base::advice_on_length(cells, columns, shape.separator)));
     }
     for (std::size_t c = 0; c < columns; ++c)
-      readers[c].take(cells[c], shape.comma, name, lines.number());
+      readers[c].take(cells[c], decimals, name, lines.number());
   }
-}
-
-bool has_decimal_commas(const std::vector<NumberedLine>& head, const Shape& shape) {
-  if (shape.separator == ',') return false;
-  std::vector<std::string_view> cells;
-  std::size_t commas = 0, points = 0;
-  for (const NumberedLine& line : head) {
-    if (line.number < shape.data_line) continue;
-    base::split_cells(line.text, shape.separator, cells);
-    for (const std::string_view cell : cells) {
-      commas += is_decimal_comma(cell) ? 1 : 0;
-      points +=
-          cell.find('.') != std::string_view::npos && std::isfinite(number(cell, false)) ? 1 : 0;
-    }
-  }
-  return commas > 0 && points == 0;
 }
 
 }  // namespace
@@ -290,7 +336,6 @@ Log parse_csv(std::string_view text, const std::string& name) {
     }
   }
   if (!shape.exported) check_names(shape, name);
-  shape.comma = has_decimal_commas(head, shape);
   Log log{"CSV", {}, true};
   for (std::size_t c = 0; c < shape.names.size(); ++c) {
     Channel channel;

@@ -29,11 +29,12 @@ bool take_digits(std::string_view& text, std::size_t count, int most, int& value
 bool take_part(std::string_view& text, double& part_s) {
   if (!take_one(text, ".,")) return true;
   const std::size_t count = std::min(text.find_first_not_of("0123456789"), text.size());
-  double digit_s = 0.1;
+  double digits = 0.0, one = 1.0;  // exact up to 1e15, so that the decimals are as of a number
   for (const char c : text.substr(0, std::min<std::size_t>(count, 12))) {
-    part_s += (c - '0') * digit_s;
-    digit_s /= 10.0;
+    digits = 10.0 * digits + (c - '0');
+    one *= 10.0;
   }
+  part_s = digits / one;
   text.remove_prefix(count);
   return count > 0;
 }
@@ -71,6 +72,19 @@ std::optional<IsoTime> iso_time(std::string_view cell) {
                  std::int64_t{60} * (60 * hour + minute) + second;
   time.zoned = !cell.empty();
   if (!take_zone(cell, time) || !cell.empty()) return std::nullopt;
+  return time;
+}
+
+std::optional<IsoTime> time_of_day(std::string_view cell) {
+  int hour = 0, minute = 0, second = 0;
+  IsoTime time;
+  time.dated = false;
+  const std::size_t digits = cell.find(':') == 1 ? 1 : 2;
+  if (!take_digits(cell, digits, 23, hour) || !take_one(cell, ":") ||
+      !take_digits(cell, 2, 59, minute) || !take_one(cell, ":") ||
+      !take_digits(cell, 2, 60, second) || !take_part(cell, time.part_s) || !cell.empty())
+    return std::nullopt;
+  time.whole_s = std::int64_t{60} * (60 * hour + minute) + second;
   return time;
 }
 
