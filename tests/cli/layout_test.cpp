@@ -274,6 +274,37 @@ TEST(Layout, EachLawOfTheCarStandsInOneFile) {
   }
 }
 
+// Quotes, decimal commas and rows of another length are looked after there alone.
+TEST(Layout, TablesAreSplitByBaseAlone) {
+  const std::map<std::string, std::string> others{
+      {"lib/campaign/src/table.cpp", "quotes what it writes"},
+      {"lib/cloud/src/files/text_records.cpp", "clouds: blanks separate too, millions of rows"},
+      {"lib/crg/src/file/header.cpp", "channels of a CRG header; knows no neighbour"},
+      {"lib/explain/src/signals/late_together.cpp", "names of columns that it joined itself"},
+      {"lib/explain/src/signals/sides.cpp", "names of columns that it joined itself"},
+      {"lib/make/src/make/key_kinds.cpp", "x,y of a flag"},
+      {"lib/recording/src/log/csv.cpp", "what a cell and a preamble are; base splits"},
+      {"lib/recording/src/log/message_types.cpp", "types of messages"},
+      {"lib/recording/src/table/table.cpp", "an axis of a map with a decimal comma"},
+      {"lib/road/src/guide/guide_file.cpp", "coordinates of KML"},
+      {"tools/crgidentify/aero.cpp", "two numbers of a flag"},
+      {"tools/crgsim/table.cpp", "quotes what it writes"}};
+  const std::regex by_hand(
+      "(find|find_first_of|getline)\\([^()]*('[,;]'|\"[^\" a-z]*[,;])|[=!]= '[,;]'");
+  std::set<std::string> files;
+  for (const std::string& name : support::cpp_of_lib_and_tools()) {
+    if (name.starts_with("lib/base/")) continue;
+    std::istringstream lines(read(fs::path(places::source()) / name));
+    for (std::string line; std::getline(lines, line);)
+      if (std::regex_search(line, by_hand)) files.insert(name);
+  }
+  for (const std::string& file : files)
+    EXPECT_TRUE(others.contains(file))
+        << file << " splits text at commas by hand; use base/table_form.h";
+  for (const auto& [file, reason] : others)
+    EXPECT_TRUE(files.contains(file)) << file << " (" << reason << ") no longer does; take it out";
+}
+
 TEST(Layout, CommandLineParserStaysInOneFilePerTool) {
   for (const auto& tool : fs::directory_iterator(fs::path(places::source()) / "tools")) {
     if (!tool.is_directory()) continue;
