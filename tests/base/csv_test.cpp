@@ -60,7 +60,7 @@ TEST(Csv, SaysFileLineSeenAndWanted) {
 TEST(Csv, RequiredColumnsAreFilled) {
   for (const char* empty : {"", "\"\"", "nan"}) {
     const std::string text = std::string("x_m,y_m,z_m\n1,2,\n3,") + empty + ",4\n";
-    EXPECT_THAT(error_of(text), testing::HasSubstr("csv_test.csv:3: column 'y_m' holds")) << empty;
+    EXPECT_THAT(error_of(text), testing::HasSubstr("csv_test.csv:3: column 'y_m' ")) << empty;
   }
 }
 

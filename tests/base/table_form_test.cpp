@@ -67,7 +67,10 @@ TEST(TableForm, DecimalCommasBesideCommasAreNamed) {
   EXPECT_THAT(row_below("time_s,steering", "0,-0,05"), HasSubstr("look like decimal commas"));
   EXPECT_THAT(row_below("a,b", "1,5,2,5"), HasSubstr("look like decimal commas"));
   EXPECT_THAT(row_below("a,b", "1,two,2"), Not(HasSubstr("decimal")));
-  EXPECT_THAT(row_below("a,b", R"(1,"2,5")"), HasSubstr("write a point for the comma"));
+  EXPECT_THAT(row_below("a,b", R"(1.5,"2,5")"), HasSubstr("decimals of this table have '.'"));
+  EXPECT_THAT(row_below("a,b", R"(1,"2,500")"), HasSubstr("write a point for the comma"));
+  EXPECT_EQ(row_below("a,b", R"("0,5","-2,25")"), "0.5 -2.25");
+  EXPECT_EQ(row_below("a,b", R"("0,125",-7)"), "0.125 -7");
 }
 
 TEST(TableForm, ReadsDecimalCommasBesideOtherSeparators) {

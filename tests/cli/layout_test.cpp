@@ -279,6 +279,7 @@ TEST(Layout, TablesAreSplitByBaseAlone) {
   const std::map<std::string, std::string> others{
       {"lib/campaign/src/table.cpp", "quotes what it writes"},
       {"lib/cloud/src/files/text_records.cpp", "clouds: blanks separate too, millions of rows"},
+      {"lib/cloud/src/files/wkt.cpp", "parts of a coordinate system"},
       {"lib/crg/src/file/header.cpp", "channels of a CRG header; knows no neighbour"},
       {"lib/explain/src/signals/late_together.cpp", "names of columns that it joined itself"},
       {"lib/explain/src/signals/sides.cpp", "names of columns that it joined itself"},
@@ -290,7 +291,7 @@ TEST(Layout, TablesAreSplitByBaseAlone) {
       {"tools/crgidentify/aero.cpp", "two numbers of a flag"},
       {"tools/crgsim/table.cpp", "quotes what it writes"}};
   const std::regex by_hand(
-      "(find|find_first_of|getline)\\([^()]*('[,;]'|\"[^\" a-z]*[,;])|[=!]= '[,;]'");
+      "(find|find_first_of|getline)\\([^()]*'[,;]'|find_first_of\\(\"[^\"]*[,;]|[=!]= '[,;]'");
   std::set<std::string> files;
   for (const std::string& name : support::cpp_of_lib_and_tools()) {
     if (name.starts_with("lib/base/")) continue;

@@ -319,6 +319,22 @@ struct Outcome {
   bool operator==(const Outcome& other) const { return code == other.code && made == other.made; }
 };
 
+/// A text without sums of what was read and without the count of words in place of numbers.
+std::string without_asides(std::string text) {
+  for (std::size_t at; (at = text.find(" are no numbers: taken as empty")) != std::string::npos;) {
+    const std::size_t begin = text.rfind('\n', at) + 1;
+    text.erase(begin, text.find('\n', at) + 1 - begin);
+  }
+  std::string out;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find_first_not_of("0123456789abcdef", at), text.size());
+    if (end - at < 16) out.append(text, at, end - at);
+    if (end < text.size()) out += text[end];
+    at = end + 1;
+  }
+  return out;
+}
+
 Outcome outcome(const Reader& reader, const Folder& folder, const std::string& bytes) {
   const std::string table = folder / "t.csv", out = folder / "o";
   std::filesystem::remove_all(out);
@@ -347,14 +363,12 @@ Outcome outcome(const Reader& reader, const Folder& folder, const std::string& b
   for (const auto& entry : std::filesystem::recursive_directory_iterator(out))
     if (entry.is_regular_file()) files.push_back(entry.path());
   std::sort(files.begin(), files.end());
-  static const std::regex sum("[0-9a-f]{16,}");
   for (const std::filesystem::path& file : files)
     if (const std::string ending = file.extension();
         ending == ".csv" || ending == ".crg" || ending == ".yaml" || ending == ".tir" ||
-        ending == ".txt" || ending == ".tiles" || ending == ".html" ||
+        ending == ".txt" || ending == ".tiles" || file.filename() == "page.html" ||
         file.filename() == "findings.json")
-      found.made +=
-          file.filename().string() + "\n" + std::regex_replace(cli::read(file), sum, "SUM") + "\n";
+      found.made += file.filename().string() + "\n" + without_asides(cli::read(file)) + "\n";
   return found;
 }
 
@@ -505,7 +519,7 @@ std::vector<Reader> quick_readers(const Folder& folder) {
       {.name = "crgidentify actuator",
        .tool = places::crgidentify(),
        .call = {"actuator", "T", "-o", "O/sheet.txt"},
-       .plain = sheet_of({"time_s", "steer_command_rad", "steer_rad"}, 1200,
+       .plain = sheet_of({"time_s", "steer_command_rad", "steer_rad"}, 600,
                          [](int i) {
                            const auto wave = [](int k) {
                              return 0.1 * std::sin(0.03 * k) + 0.03 * std::sin(0.11 * k);
@@ -665,8 +679,8 @@ std::vector<Reader> readers_of_crgbuild(const Folder& f) {
        .none_is_some = true},
       {.name = "crgbuild build --friction-zones",
        .tool = tool,
-       .call = {"build", mesh, "--friction-zones", "T", "--no-report", "--u-step-m", "1",
-                "--v-step-m", "0.5", "-o", "O/b"},
+       .call = {"build", mesh, "--friction", "--friction-zones", "T", "--no-report", "--u-step-m",
+                "1", "--v-step-m", "0.5", "-o", "O/b"},
        .plain = zone("friction", 0.85),
        .hurt = 4,
        .none_is_some = true},

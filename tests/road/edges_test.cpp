@@ -264,15 +264,17 @@ TEST(Edges, FilesAreRefusedWithTheirLine) {
     }
     return "accepted";
   };
-  EXPECT_THAT(refused("x_m,y_m\n0,0\n1,0\nnan,0\n3,0\n"), HasSubstr("edge.csv:4: x_m is nan"));
+  EXPECT_THAT(refused("x_m,y_m\n0,0\n1,0\nnan,0\n3,0\n"),
+              HasSubstr("edge.csv:4: column 'x_m' holds no number"));
   EXPECT_THAT(refused("x_m,y_m\n0,0\n1,1e12\n2,0\n3,0\n"),
               HasSubstr("edge.csv:3: y_m is 1000000000000"));
-  EXPECT_THAT(refused("x_m,y_m\n0,0\n1,\n2,0\n3,0\n"), HasSubstr("edge.csv:3: y_m is nan"));
+  EXPECT_THAT(refused("x_m,y_m\n0,0\n1,\n2,0\n3,0\n"),
+              HasSubstr("edge.csv:3: column 'y_m' is empty"));
   EXPECT_THAT(refused("x_m,y_m\n0,0\n1,b\n2,0\n"), HasSubstr("edge.csv:3"));
   EXPECT_THAT(refused("x_m,y_m\n0,0\n1,0\n"), HasSubstr("edge.csv: 2 points; wanted at least 4"));
   EXPECT_THAT(refused("x,y\n0,0\n"), HasSubstr("no column 'x_m'"));
   EXPECT_THAT(refused("x_m,y_m,z_m\n0,0,1\n1,0,inf\n2,0,1\n3,0,1\n"),
-              HasSubstr("edge.csv:3: z_m is inf"));
+              HasSubstr("edge.csv:3: column 'z_m' holds 'inf'"));
 }
 
 TEST(Edges, NamesAreWhatBothFilesShare) {

@@ -150,7 +150,7 @@ TEST(Friction, ZonesAreRefusedWithTheirLine) {
   };
   EXPECT_THAT(refused("0,1,2,1,0.5"), HasSubstr("z.csv:2: v_begin_m 2"));
   EXPECT_THAT(refused("0,1,1,2,5"), HasSubstr("z.csv:2: friction is 5"));
-  EXPECT_THAT(refused("0,1,1,,0.5"), HasSubstr("z.csv:2: column 'v_end_m' holds '', wanted"));
+  EXPECT_THAT(refused("0,1,1,,0.5"), HasSubstr("z.csv:2: column 'v_end_m' is empty, wanted"));
 }
 
 }  // namespace friction_test

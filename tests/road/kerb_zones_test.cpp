@@ -103,7 +103,7 @@ TEST(KerbZones, WrongRowsAreRefusedWithTheirLine) {
   };
   EXPECT_THAT(refused("0,1,2,1,0"), HasSubstr("zones.csv:2: v_begin_m 2"));
   EXPECT_THAT(refused("0,1,1,2,0.5"), HasSubstr("zones.csv:2: kerb is 0.5; wanted 1 (kerb) or 0"));
-  EXPECT_THAT(refused("0,1,1,,1"), HasSubstr("zones.csv:2: column 'v_end_m' holds '', wanted"));
+  EXPECT_THAT(refused("0,1,1,,1"), HasSubstr("zones.csv:2: column 'v_end_m' is empty, wanted"));
   EXPECT_EQ(refused("9,1,1,1,1"), "accepted");
 }
 

@@ -91,6 +91,14 @@ std::optional<double> number_with_comma(std::string_view cell) {
   return to_number<double>(cell);
 }
 
+std::optional<double> number_between(std::string_view cell, char separator) {
+  const std::size_t comma = separator == ',' ? cell.find(',') : std::string_view::npos;
+  const bool doubtful = comma != std::string_view::npos && cell.size() - comma == 4 &&
+                        is_digits(cell.substr(comma + 1)) &&
+                        cell.substr(0, comma).find_first_of("123456789") != std::string_view::npos;
+  return doubtful ? std::nullopt : number_with_comma(cell);
+}
+
 std::string advice_on_length(const std::vector<std::string_view>& cells, std::size_t wanted,
                              char separator) {
   if (cells.size() < wanted) return "; fill in what is missing: an empty cell has its separator";
@@ -141,18 +149,17 @@ void TableForm::split(std::string_view row, std::size_t line,
 
 double TableForm::number(std::string_view cell, std::size_t column, std::size_t line,
                          Gaps gaps) const {
-  const std::optional<double> value = cell.empty()        ? std::numeric_limits<double>::quiet_NaN()
-                                      : separator_ == ',' ? to_number<double>(cell)
-                                                          : number_with_comma(cell);
+  const std::optional<double> value =
+      cell.empty() ? std::numeric_limits<double>::quiet_NaN() : number_between(cell, separator_);
   if (!value || std::isinf(*value))
     throw Error(
         fmt::format("{}:{}: column '{:.40}' holds '{:.40}', wanted a {}number or an empty cell{}",
                     path_, line, names_[column], cell, value ? "finite " : "",
                     !value && number_with_comma(cell) ? "; write a point for the comma" : ""));
   if (gaps == Gaps::refused && std::isnan(*value))
-    throw Error(fmt::format(
-        "{}:{}: column '{:.40}' holds '{:.40}', wanted a number; fill it in, or take the row out",
-        path_, line, names_[column], cell));
+    throw Error(
+        fmt::format("{}:{}: column '{:.40}' {}, wanted a number; fill it in, or take the row out",
+                    path_, line, names_[column], cell.empty() ? "is empty" : "holds no number"));
   if (const std::size_t at = cell.find_first_of(",."); at != std::string_view::npos) {
     char seen = 0;
     if (!mark_.compare_exchange_strong(seen, cell[at]) && seen != cell[at])

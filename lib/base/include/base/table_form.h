@@ -31,6 +31,10 @@ char separator_of(std::string_view header, const std::vector<std::string>& wante
 /// A number with a decimal point or a decimal comma; nothing where the cell is none.
 std::optional<double> number_with_comma(std::string_view cell);
 
+/// A number with a decimal point or a decimal comma, of a table with that separator. Between commas
+/// three digits behind a comma may be thousands (quoted "1,234"): nothing, unless 0 is before it.
+std::optional<double> number_between(std::string_view cell, char separator);
+
 /// What to do about a row with other than the `wanted` number of cells, after a semicolon. Says so
 /// where decimal commas beside separating commas are the likely cause.
 std::string advice_on_length(const std::vector<std::string_view>& cells, std::size_t wanted,

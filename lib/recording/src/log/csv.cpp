@@ -189,16 +189,18 @@ const Channel* clock_of(const Log& log) {
 /// Whether decimals have points or commas: in a log, all alike.
 class Decimals {
  public:
-  explicit Decimals(char separator) : with_comma_(separator != ',') {}
+  explicit Decimals(char separator) : separator_(separator) {}
 
   /// NaN where the cell is no finite number; `column` and `place` are for messages.
   double number(std::string_view cell, const std::string& column, const auto& place) {
-    const double value = recording::number(cell, with_comma_);
+    const auto found = base::number_between(cell, separator_);
+    const double value =
+        found && std::isfinite(*found) ? *found : std::numeric_limits<double>::quiet_NaN();
     if (std::isnan(value)) {
       if (is_number_with_commas(cell))
         throw base::Error(fmt::format(
-            "{}: column '{:.40}' holds '{:.40}', wanted a number, a word or nothing; write numbers "
-            "without separators of thousands and, between commas, with a point",
+            "{}: column '{:.40}' holds '{:.40}', wanted a number, a word or nothing; write "
+            "numbers without separators of thousands",
             place(), column, cell));
       return value;
     }
@@ -214,8 +216,8 @@ class Decimals {
   }
 
  private:
-  bool with_comma_;  ///< whether commas may be decimal
-  char mark_ = 0;    ///< once one was seen
+  char separator_;
+  char mark_ = 0;  ///< once one was seen
 };
 
 /// Takes the cells of one column: dates with times, of the clock also times without dates, as
