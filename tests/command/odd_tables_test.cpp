@@ -591,6 +591,12 @@ Numbers on_stadium(double u_m) {
   return {kStraight_m - opposite[0], 2 * kRadius_m - opposite[1]};
 }
 
+/// Places `left_m` beside the middle of a ring whose halves differ.
+Numbers on_egg(double turned, double left_m) {
+  const double radius_m = 60 + 15 * std::sin(turned) + 6 * std::sin(2 * turned + 1) - left_m;
+  return {radius_m * std::cos(turned), radius_m * std::sin(turned)};
+}
+
 void run_or_fail(const std::string& tool, const Words& words) {
   const ToolRun ran = run_tool(tool, words);
   ASSERT_EQ(ran.code, 0) << ran.err;
@@ -602,6 +608,13 @@ std::vector<Reader> readers_of_crgbuild(const Folder& f) {
   run_or_fail(tool, {"build", mesh, "-o", f / "out", "--no-report"});
   cli::write(f / "right_deg.csv",
              "lat_deg,lon_deg\n48.1,11.5\n48.1,11.5004\n48.1,11.5008\n48.1,11.5012\n");
+  const auto edge = [](double left_m) {
+    return sheet_of({"x_m", "y_m"}, 120,
+                    [left_m](int i) { return on_egg(i * std::numbers::pi / 60, left_m); });
+  };
+  cli::write(f / "egg_left.csv", text(edge(4)));
+  cli::write(f / "egg_right.csv", text(edge(-4)));
+  run_or_fail(tool, {"from-edges", f / "egg_left.csv", f / "egg_right.csv", "-o", f / "egg"});
   cli::write(f / "mapping.yaml",
              "version: 1\ncolumns:\n  east: {channel: x_m}\n  north: {channel: y_m}\n");
   const auto round = [](const Words& names, int points, const auto& row) {
@@ -658,11 +671,12 @@ std::vector<Reader> readers_of_crgbuild(const Folder& f) {
        .hurt = 3},
       {.name = "crgbuild align --trajectory",
        .tool = tool,
-       .call = {"align", road, "--trajectory", "T", "-o", "O/a.crg"},
-       .plain = round({"x_m", "y_m", "z_m"}, 60,
-                      [](int, const Numbers& p) {
-                        return Numbers{1000.5 + p[0], 2000.25 + p[1], 300.5};
-                      }),
+       .call = {"align", f / "egg/egg.crg", "--trajectory", "T", "-o", "O/a.crg"},
+       .plain = sheet_of({"x_m", "y_m", "z_m"}, 60,
+                         [](int i) {
+                           const Numbers p = on_egg((i + 0.25) * std::numbers::pi / 30, 0);
+                           return Numbers{1000.5 + p[0], 2000.25 + p[1], 300.5};
+                         }),
        .gaps = true},
       {.name = "crgbuild from-edges, degrees",
        .tool = tool,

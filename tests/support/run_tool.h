@@ -19,9 +19,9 @@ struct ToolOptions {
   std::string in = "/dev/null", out = "";  ///< files; empty: `out` is read back
   double signal_after_s = 0.0;             ///< 0: none
   int signal = 15;
-  std::string signal_once_exists;      ///< signal_after_s counts from when this file exists
-  std::size_t most_address_bytes = 0;  ///< that it may have; 0, or under a sanitizer: no limit
-  unsigned most_clock_s = 0;           ///< it is ended by SIGALRM then; 0: never
+  std::string signal_once_exists = "";  ///< signal_after_s counts from when this file exists
+  std::size_t most_address_bytes = 0;   ///< that it may have; 0, or under a sanitizer: no limit
+  unsigned most_clock_s = 0;            ///< it is ended by SIGALRM then; 0: never
 };
 
 /// With standard output and error in pipes or files, never a terminal.
