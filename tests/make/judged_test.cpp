@@ -118,6 +118,22 @@ TEST(Judged, AHoleAndASpikeOfTheRoadAreErrorsBeyondItsEdgesTheyAreNot) {
   }
 }
 
+/// Road to 4.5 m on both sides, and on the right, from begin_m to end_m alone, 1.5 m more.
+road::Mesh ring_widened(double begin_m, double end_m) {
+  road::Mesh mesh;
+  add_ring_strip(mesh, "TKMN1", -4.5, 4.5, 0.0, 0.0);
+  add_ring_strip(mesh, "TKMN2", -6.0, -4.5, 0.0, 0.0, begin_m, end_m);
+  return mesh;
+}
+
+TEST(Judged, AKerbThatBeginsAtARightAngleIsNoHoleALostStripIs) {
+  const Judged kerb = judge(ring_widened(200.0, 230.0));
+  EXPECT_NE(kerb.files.verdict, road::Verdict::not_usable)
+      << (kerb.files.errors.empty() ? "" : kerb.files.errors.front());
+  const Judged lost = judge(ring_widened(230.0, support::kRingLength_m + 200.0));
+  EXPECT_EQ(lost.files.verdict, road::Verdict::not_usable);
+}
+
 TEST(SlowJudged, EveryFaultAtEveryPlace) {
   for (const Fault& fault : faults()) {
     expect_error(fault);

@@ -23,7 +23,8 @@ struct RoadEdges {
 /// In each row the outermost node of road or kerb that follows from the line on: over what is
 /// missing up to the width that was traced, further only without a break. A notch of the edge
 /// belongs to the road: all of it where both ends are abrupt and no more than 12 m apart, else up
-/// to the lines at 45 degrees from its ends; but not in rows that sampling cut short (`report`).
+/// to the lines at 45 degrees from its ends, as far as the road is narrower there than it usually
+/// is within 150 m; but not in rows that sampling cut short (`report`).
 RoadEdges road_edges(const SampledGrid& sampled, const crg::ReferenceLine& line,
                      const Centreline& centreline, const SampleReport& report);
 

@@ -16,6 +16,9 @@ namespace {
 // A piece of the road's edge that is missing: both ends this abrupt, and no longer than this.
 constexpr double kAbrupt_m = 0.4, kLongestNotch_m = 12.0;
 constexpr double kBesideCut_m = 20.0;
+// The width that a road has without kerbs, lay-bys and what is lost of it: that of the narrowest
+// quarter of this much before and behind, less a kerb where the road has that width elsewhere.
+constexpr double kUsualWithin_m = 150.0, kUsualStep_m = 1.0, kNarrowest = 0.25, kKerb_m = 2.0;
 
 bool is_driven(const SampledGrid& sampled, std::size_t node) {
   return sampled.provenance[node] != Provenance::none &&
@@ -55,6 +58,46 @@ void fill_notches(std::vector<double>& edge_m, double u_step_m, double sign) {
         edge_m[i] = sign * std::max(sign * edge_m[i], sign * filled_m);
       break;
     }
+  }
+}
+
+/// That a quarter of `widths_m` do not reach.
+double narrowest_m(std::vector<double> widths_m) {
+  const auto narrow = widths_m.begin() + static_cast<std::ptrdiff_t>(
+                                             kNarrowest * static_cast<double>(widths_m.size()));
+  std::nth_element(widths_m.begin(), narrow, widths_m.end());
+  return *narrow;
+}
+
+/// The usual width of the road about each row.
+std::vector<double> usual_width_m(const RoadEdges& edges, const crg::ReferenceLine& line) {
+  const std::size_t rows = edges.left_m.size();
+  const auto in_rows = [&](double length_m) {
+    return static_cast<std::size_t>(std::max(1.0, length_m / line.u_step_m));
+  };
+  const std::size_t stride = in_rows(kUsualStep_m),
+                    reach = std::min(in_rows(kUsualWithin_m), (rows - 1) / 2);
+  std::vector<double> width_m(rows), usual_m(rows), around_m;
+  for (std::size_t i = 0; i < rows; ++i) width_m[i] = edges.left_m[i] - edges.right_m[i];
+  const double of_all_m = narrowest_m(width_m);
+  for (std::size_t i = 0; i < rows; i += stride) {
+    around_m.clear();
+    for (std::size_t k = 0; k <= 2 * reach; k += stride)
+      if (line.closed || (i + k >= reach && i + k - reach < rows))
+        around_m.push_back(width_m[(i + rows + k - reach) % rows]);
+    const double here_m = narrowest_m(around_m);
+    std::fill_n(usual_m.begin() + static_cast<std::ptrdiff_t>(i), std::min(stride, rows - i),
+                std::max(std::min(here_m, of_all_m), here_m - kKerb_m));
+  }
+  return usual_m;
+}
+
+/// No row is wider than usual for its neighbours' sake alone: a kerb begins where it begins.
+void limit_to_usual(const RoadEdges& before, const std::vector<double>& usual_m, RoadEdges& edges) {
+  for (std::size_t i = 0; i < usual_m.size(); ++i) {
+    const double left_m = before.left_m[i], right_m = before.right_m[i];
+    edges.left_m[i] = std::min(edges.left_m[i], std::max(left_m, right_m + usual_m[i]));
+    edges.right_m[i] = std::max(edges.right_m[i], std::min(right_m, left_m - usual_m[i]));
   }
 }
 
@@ -204,8 +247,10 @@ RoadEdges road_edges(const SampledGrid& sampled, const crg::ReferenceLine& line,
   const RoadEdges seen = edges;
   fill_notches(edges.left_m, line.u_step_m, 1.0);
   fill_notches(edges.right_m, line.u_step_m, -1.0);
+  const RoadEdges filled = edges;
   limit_slope(edges.left_m, line.u_step_m, line.closed, 1.0);
   limit_slope(edges.right_m, line.u_step_m, line.closed, -1.0);
+  limit_to_usual(filled, usual_width_m(seen, line), edges);
   for (const auto* ranges : {&report.folds, &report.neighbours, &report.walls})
     for (const URange& range : *ranges)
       for (std::size_t i = 0; i < rows; ++i) {
