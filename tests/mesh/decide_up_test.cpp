@@ -232,6 +232,35 @@ TEST_F(DecideUp, MirrorsAnFbxThatStatesAxesOfTheLeftHand) {
   EXPECT_THAT(report_.remarks, Contains(HasSubstr("axes of the left hand")));
 }
 
+/// A road on walls of 30 m, closed on all sides: 80 by 80 m, 5 m wide.
+Mesh body_on_walls() {
+  Mesh mesh;
+  mesh.objects.resize(1);
+  const auto at = [](double half_m, int corner, double z_m) {
+    return Eigen::Vector3d(corner % 3 == 0 ? -half_m : half_m, corner < 2 ? -half_m : half_m, z_m);
+  };
+  for (const auto& [half_m, z_m] : {std::pair(40.0, 30.0), {35.0, 30.0}, {35.0, 0.0}, {40.0, 0.0}})
+    for (int corner = 0; corner < 4; ++corner) mesh.vertices_m.push_back(at(half_m, corner, z_m));
+  for (std::uint32_t side = 0; side < 4; ++side)
+    for (std::uint32_t corner = 0; corner < 4; ++corner) {
+      const std::uint32_t a = 4 * side + corner, b = 4 * side + (corner + 1) % 4, c = (a + 4) % 16,
+                          d = (b + 4) % 16;
+      mesh.triangles.push_back({a, b, c});
+      mesh.triangles.push_back({b, d, c});
+      mesh.object_of_triangle.insert(mesh.object_of_triangle.end(), 2, 0);
+    }
+  return mesh;
+}
+
+TEST_F(DecideUp, WallsThatFaceEachOtherDecideNothing) {
+  const Mesh body = body_on_walls();
+  EXPECT_THROW(read("a.obj", as_obj(body)), road::UnknownUp);
+  MeshReadOptions told;
+  told.up = UpAxis::z;
+  EXPECT_LT(largest_distance_m(body, read("a.obj", as_obj(body), told)), 1e-5);
+  EXPECT_EQ(report_.up_why, "as told");
+}
+
 TEST(DecideUpReal, TheCircuitsThatLieOnTheirBack) {
   const std::filesystem::path folder = places::data() + "/f1";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not there";

@@ -33,6 +33,10 @@ constexpr double kOneSided = 0.9;
 constexpr double kSteep = 0.5, kStands = 0.5, kEnoughSteep = 0.002;
 constexpr int kGroundCells = 200;  // along the longer side of the mesh
 
+// Nothing lies over a road but a bridge and its own underside; a line across the walls of a ring
+// meets at least four of them.
+constexpr double kWalls = 1.5, kEnoughFlat = 0.05;
+
 constexpr const char* kLines[] = {"x", "y", "z"};
 
 /// One of the three lines through the faces of a mesh.
@@ -81,25 +85,72 @@ Facing facing(const RawMesh& mesh) {
   return out;
 }
 
+/// How many faces lie over each other, of those that are flat along a line.
+double times_over(const RawMesh& mesh, int line) {
+  const int a = (line + 1) % 3, b = (line + 2) % 3;
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& v : mesh.vertices) box.extend(v);
+  const double cell = std::max(box.sizes()[a], box.sizes()[b]) / kGroundCells;
+  if (!(cell > 0.0)) return 0.0;
+  std::unordered_map<std::int64_t, double> area_of;
+  for (const auto& t : mesh.triangles) {
+    const Eigen::Vector3d p = mesh.vertices[t[0]], q = mesh.vertices[t[1]] - p,
+                          r = mesh.vertices[t[2]] - p;
+    const Eigen::Vector3d normal = q.cross(r) / 2.0;
+    if (!(std::abs(normal[line]) >= kFlat * normal.norm() && normal.norm() > 0.0)) continue;
+    const double longest = std::max({q.norm(), r.norm(), (q - r).norm()});
+    const int parts =
+        static_cast<int>(std::ceil(std::min(2.0 * longest / cell, 2.0 * kGroundCells)));
+    const double share = std::abs(normal[line]) / (parts * parts);
+    const auto add = [&](double i, double j) {
+      const Eigen::Vector3d at = p + (q * i + r * j) / parts - box.min();
+      area_of[static_cast<std::int64_t>(at[a] / cell) * (kGroundCells + 1) +
+              static_cast<std::int64_t>(at[b] / cell)] += share;
+    };
+    // The middles of the parts, of those that lie the other way round too.
+    for (int i = 0; i < parts; ++i)
+      for (int j = 0; i + j < parts; ++j) {
+        add(i + 1.0 / 3.0, j + 1.0 / 3.0);
+        if (i + j + 1 < parts) add(i + 2.0 / 3.0, j + 2.0 / 3.0);
+      }
+  }
+  double all = 0.0, squares = 0.0;
+  for (const auto& [at, area] : area_of) all += area, squares += area * area;
+  return all > 0.0 ? squares / (all * cell * cell) : 0.0;
+}
+
+/// Walls that face each other are flat along a line too: they lie over each other where the faces
+/// that are flat along the other line do not.
+bool are_walls(const RawMesh& mesh, const Facing& all, int line, int other) {
+  const auto flat = [&](int k) {
+    const auto& area = all[static_cast<std::size_t>(k)].flat_area;
+    return area[0] + area[1];
+  };
+  return flat(other) > kEnoughFlat * flat(line) &&
+         times_over(mesh, line) > kWalls * times_over(mesh, other);
+}
+
 /// Along y or z (1, 2) where the faces tell it, else -1: by what they project, and by which way
 /// they look. Large walls can outweigh a small road; then the two contradict each other and nothing
-/// is told.
-int seen_y_or_z(const AlongLine& y, const AlongLine& z) {
+/// is told, or nothing is left along either line.
+int seen_y_or_z(const RawMesh& mesh, const Facing& all) {
+  const AlongLine &y = all[1], &z = all[2];
   int flat = -1, net = -1;
   if (y.area > kClearVerdict * z.area) flat = 1;
   if (z.area > kClearVerdict * y.area) flat = 2;
   if (y.net > std::max(kLeastNet, kClearNet * z.net)) net = 1;
   if (z.net > std::max(kLeastNet, kClearNet * y.net)) net = 2;
-  if (flat >= 0) return net < 0 || net == flat ? flat : -1;
+  if (flat >= 0 && net < 0) return are_walls(mesh, all, flat, 3 - flat) ? -1 : flat;
+  if (flat >= 0) return net == flat ? flat : -1;
   // Alone it must be more than chance; to contradict, less will do.
   const AlongLine& left = net == 1 ? y : z;
   return left.net > kNoChance * left.chance ? net : -1;
 }
 
 /// Few files have x up, so both must say so; where one does, the other lines are not to be trusted.
-int seen_line(const Facing& all) {
+int seen_line(const RawMesh& mesh, const Facing& all) {
   const auto& [x, y, z] = all;
-  if (x.area <= kClearVerdict * std::max(y.area, z.area)) return seen_y_or_z(y, z);
+  if (x.area <= kClearVerdict * std::max(y.area, z.area)) return seen_y_or_z(mesh, all);
   return x.net > std::max(kLeastNet, kClearNet * std::max(y.net, z.net)) ? 0 : -1;
 }
 
@@ -201,9 +252,9 @@ std::string look_to(const AlongLine& along, UpAxis to) {
                      100.0 * area / (along.flat_area[0] + along.flat_area[1]), name_of(to));
 }
 
-Up as_told(const Facing& all, UpAxis told, const std::string& path,
+Up as_told(const RawMesh& mesh, const Facing& all, UpAxis told, const std::string& path,
            std::vector<std::string>& remarks) {
-  const int line = seen_line(all);
+  const int line = seen_line(mesh, all);
   if (line >= 0 && line != line_of(told)) {
     const char* seen = name_of(measured(all, line));
     throw Error(
@@ -266,8 +317,8 @@ Up as_the_format(const AlongLine& along, UpAxis up, const std::string& path,
 Up decide_up(const RawMesh& mesh, UpAxis told, const std::string& path,
              std::vector<std::string>& remarks) {
   const Facing all = facing(mesh);
-  if (told != UpAxis::automatic) return as_told(all, told, path, remarks);
-  const int line = seen_line(all);
+  if (told != UpAxis::automatic) return as_told(mesh, all, told, path, remarks);
+  const int line = seen_line(mesh, all);
   if (line < 0) {
     if (mesh.up == UpAxis::automatic) ask_for_up(all, path);
     return {mesh.up, rule_of(path) + "; the faces do not tell"};
