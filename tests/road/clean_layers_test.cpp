@@ -15,6 +15,7 @@ namespace clean_layers_test {
 using support::add_ring_strip;
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// Heights of the corners of what is kept.
 std::pair<double, double> heights_of(const road::RoadMesh& kept) {
@@ -59,7 +60,35 @@ TEST(Layers, AnUndersideIsLeftOut) {
   const auto [low_m, high_m] = heights_of(road::clean(mesh, {}, &report));
   EXPECT_EQ(low_m, 1.0);
   EXPECT_EQ(high_m, 1.0);
-  EXPECT_THAT(report.remarks, Contains(HasSubstr("left out as undersides")));
+  EXPECT_THAT(report.remarks, Contains(HasSubstr("that look up, left out")));
+}
+
+/// A ring of 10 m on walls of 30 m, closed below.
+road::Mesh thick_body() {
+  road::Mesh mesh;
+  add_ring_strip(mesh, "", -5.0, 5.0, 20.0, 20.0);
+  add_ring_strip(mesh, "", 5.0, 5.0, 20.0, -10.0);
+  add_ring_strip(mesh, "", 5.0, -5.0, -10.0, -10.0);
+  add_ring_strip(mesh, "", -5.0, -5.0, -10.0, 20.0);
+  std::fill(mesh.object_of_triangle.begin(), mesh.object_of_triangle.end(), 0);
+  return mesh;
+}
+
+TEST(Layers, AThickBodyHasAnUnderside) {
+  const auto [low_m, high_m] = heights_of(road::clean(thick_body()));
+  EXPECT_EQ(low_m, 20.0);
+  EXPECT_EQ(high_m, 20.0);
+}
+
+TEST(Layers, UnderADeckWithoutSidesOneDrives) {
+  road::Mesh mesh = thick_body();
+  const std::size_t strip = mesh.triangles.size() / 4;
+  mesh.triangles.erase(mesh.triangles.begin() + static_cast<std::ptrdiff_t>(strip),
+                       mesh.triangles.begin() + static_cast<std::ptrdiff_t>(2 * strip));
+  mesh.object_of_triangle.resize(mesh.triangles.size());
+  road::CleanReport report;
+  road::clean(mesh, {}, &report);
+  EXPECT_THAT(report.remarks, Not(Contains(HasSubstr("left out"))));
 }
 
 TEST(Layers, WhatLooksDownWithoutAnUpperSideIsRoad) {

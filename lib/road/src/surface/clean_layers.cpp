@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <compare>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -65,6 +67,57 @@ std::vector<bool> two_sided(const Mesh& mesh, const std::vector<bool>& flat) {
   return up;
 }
 
+/// Of each place whether it is a corner of a body: closed, wound one way all over, its faces
+/// looking out. What looks down there is an underside, however thick the body is.
+std::vector<bool> corners_of_bodies(const Mesh& mesh, const std::vector<std::uint32_t>& place,
+                                    const std::vector<bool>& looked_at) {
+  struct Edge {
+    std::uint32_t low, high;
+    int way;
+    auto operator<=>(const Edge&) const = default;
+  };
+  std::vector<Edge> edges;
+  DisjointSets sets(place.size());
+  std::vector<double> six_volumes_m3(place.size(), 0.0);
+  const auto each = [&](const auto& run) {
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      const auto& corners = mesh.triangles[t];
+      const std::array<std::uint32_t, 3> at{place[corners[0]], place[corners[1]],
+                                            place[corners[2]]};
+      if (looked_at[mesh.object_of_triangle[t]] && at[0] != at[1] && at[1] != at[2] &&
+          at[2] != at[0])
+        run(t, at);
+    }
+  };
+  each([&](std::uint32_t, const auto& at) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::uint32_t a = at[c], b = at[(c + 1) % 3];
+      edges.push_back({std::min(a, b), std::max(a, b), a < b ? 1 : -1});
+      sets.join(a, b);
+    }
+  });
+  each([&](std::uint32_t t, const auto& at) {
+    six_volumes_m3[sets.find(at[0])] +=
+        mesh.vertex(t, 0).dot(mesh.vertex(t, 1).cross(mesh.vertex(t, 2)));
+  });
+  std::sort(edges.begin(), edges.end());
+  std::vector<bool> open(place.size(), false), found(place.size(), false);
+  for (std::size_t i = 0; i < edges.size();) {
+    std::size_t end = i;
+    int ways = 0;
+    for (; end < edges.size() && edges[end].low == edges[i].low && edges[end].high == edges[i].high;
+         ++end)
+      ways += edges[end].way;
+    if (end - i != 2 || ways != 0) open[sets.find(edges[i].low)] = true;
+    i = end;
+  }
+  for (const Edge& edge : edges) {
+    const std::uint32_t body = sets.find(edge.low);
+    found[edge.low] = found[edge.high] = !open[body] && six_volumes_m3[body] > 0.0;
+  }
+  return found;
+}
+
 /// Marks the undersides, each with all that hangs together with it and looks down; their number.
 std::size_t mark_undersides(const Mesh& mesh, const std::vector<bool>& flat,
                             std::vector<bool>& hidden) {
@@ -98,9 +151,10 @@ std::size_t mark_undersides(const Mesh& mesh, const std::vector<bool>& flat,
   std::map<std::uint32_t, double> more_below_m2;
   for (const std::uint32_t t : down)
     more_below_m2[piece_of(t)] += 2.0 * below_m2[t] + rise_m2(mesh, t);
+  const std::vector<bool> of_body = corners_of_bodies(mesh, place, looked_at);
   std::size_t count = 0;
   for (const std::uint32_t t : down) {
-    hidden[t] = more_below_m2[piece_of(t)] > 0.0;
+    hidden[t] = of_body[place[mesh.triangles[t][0]]] || more_below_m2[piece_of(t)] > 0.0;
     count += hidden[t] ? 1 : 0;
   }
   return count;
@@ -150,11 +204,10 @@ std::vector<bool> hidden_triangles(const Mesh& mesh, const std::vector<bool>& fl
                     mesh.objects[static_cast<std::size_t>(first - coarser.begin())].name));
   }
   if (const std::size_t count = mark_undersides(mesh, flat, hidden); count > 0)
-    remarks.push_back(
-        fmt::format("{} triangle{} that look down, most of each piece up to {} m below faces of "
-                    "their own object "
-                    "that look up, left out as undersides",
-                    count, count == 1 ? "" : "s", kThickest_m));
+    remarks.push_back(fmt::format(
+        "{} triangle{} that look down, undersides of closed bodies or most of each piece "
+        "up to {} m below faces of their own object that look up, left out",
+        count, count == 1 ? "" : "s", kThickest_m));
   return hidden;
 }
 
