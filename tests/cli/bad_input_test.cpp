@@ -95,9 +95,12 @@ TEST(BadInput, WrongUnitSaysWhichFlagToGive) {
       EXPECT_EQ(wide.code, 3) << wide.out;
       EXPECT_THAT(wide.out + wide.err, HasSubstr("with --unit ft there is a closed road of"));
       EXPECT_EQ(build(folder, folder / "s.obj", {"--line-is-right"}).code, 0);
+    } else if (std::string(unit) == "mm") {  // larger than any track
+      expect_refused(build(folder, folder / "s.obj"), folder / "out", {"--unit mm"});
     } else {
-      expect_refused(build(folder, folder / "s.obj"), folder / "out",
-                     {fmt::format("--unit {}", unit)});
+      const Ran asked = build(folder, folder / "s.obj");
+      EXPECT_EQ(asked.code, 3) << asked.err;
+      EXPECT_THAT(asked.out + asked.err, HasSubstr(fmt::format("--unit {}", unit)));
     }
     const Ran ran = build(folder, folder / "s.obj", {"--unit", unit});
     EXPECT_EQ(ran.code, 0) << unit << ran.err;
@@ -116,6 +119,31 @@ TEST(BadInput, AScaleStandsForAUnitWithoutAName) {
   const auto s = base::parse_json<nlohmann::json>(read(folder / "out/summary.json"));
   EXPECT_NEAR(s["reference_line"]["length_m"], Stadium::length_m(), 0.3);
   EXPECT_EQ(s["read"]["scale"], 0.254);
+}
+
+TEST(BadInput, OfAToyTheScaleIsAskedThatMakesARoadOfIt) {
+  // An eight of about 16 units, 1 wide, that crosses itself.
+  constexpr int kStations = 200;
+  std::string obj;
+  for (int i = 0; i < kStations; ++i) {
+    const double t = 2.0 * M_PI * i / kStations;
+    const double along_x = 2.7 * std::cos(t), along_y = 2.7 * std::cos(2.0 * t);
+    const double half = 0.5 / std::hypot(along_x, along_y);
+    const double x = 2.7 * std::sin(t), y = 1.35 * std::sin(2.0 * t);
+    obj += fmt::format("v {} {} 0\nv {} {} 0\n", x + half * along_y, y - half * along_x,
+                       x - half * along_y, y + half * along_x);
+  }
+  for (int i = 0; i < kStations; ++i) {
+    const int a = 2 * i + 1, b = 2 * ((i + 1) % kStations) + 1;
+    obj += fmt::format("f {} {} {} {}\n", a, b, b + 1, a + 1);
+  }
+  const Folder folder;
+  write(folder / "s.obj", obj);
+  const Ran asked = build(folder, folder / "s.obj");
+  EXPECT_EQ(asked.code, 3) << asked.err;
+  EXPECT_THAT(asked.out + asked.err, HasSubstr("--scale 10 "));
+  const Ran ran = crgbuild({"build", folder / "s.obj", "--scale", "10", "-o", folder / "out"});
+  EXPECT_EQ(ran.code, 0) << ran.err;
 }
 
 TEST(BadInput, WrongUpAxisSaysWhichFlagToGive) {

@@ -106,9 +106,7 @@ Found found_or_asked(base::Answer<Found> found, const Mesh& mesh, double metres_
   if (found || recipe.clean.guide || !recipe.clean.route_m.empty())
     return std::move(found).or_throw();
   const std::string& refused = found.refusal().message;
-  const std::string other =
-      recipe.read.scale == 1.0 ? unit_with_a_road(mesh, metres_per_unit, recipe.clean) : "";
-  if (!other.empty()) throw Error(refused + other);
+  if (recipe.read.scale == 1.0) refuse_in_this_unit(refused, mesh, metres_per_unit, recipe.clean);
   std::vector<Candidate> could_be = candidates(mesh, recipe);
   if (could_be.empty())
     throw Error(

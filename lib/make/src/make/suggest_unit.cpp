@@ -5,9 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "base/statistics.h"
+#include "make/question.h"
+#include "mesh/error.h"
 #include "mesh/read_mesh.h"
 #include "road/centreline.h"
 
@@ -22,11 +26,8 @@ constexpr double kTooWide_m = 60.0;
 // The ovals of TORCS are 30 m wide; the next that was met, 33 m, was a road in feet.
 constexpr double kWidest_m = 31.0;
 
-struct Trial {
-  const char* unit;
-  bool closed;
-  double length_m, width_m;
-};
+// Toys and games, whose unit is none of those with a name.
+constexpr double kScales[] = {10.0, 100.0};
 
 std::optional<Centreline> road_in(Mesh mesh, double factor, const CleanOptions& options) {
   mesh.origin_m *= factor;
@@ -39,27 +40,31 @@ std::optional<Centreline> road_in(Mesh mesh, double factor, const CleanOptions& 
 
 double typical_width_m(const Centreline& line) { return 2.0 * base::median(line.half_width_m); }
 
-/// The road in every other unit in which it is as wide as roads are.
-std::vector<Trial> other_units(const Mesh& mesh, double metres_per_unit,
-                               const CleanOptions& options) {
-  std::vector<Trial> trials;
-  for (const NamedUnit& unit : kUnits) {
-    if (std::abs(unit.metres - metres_per_unit) < 1e-6 * unit.metres) continue;
-    const auto line = road_in(mesh, unit.metres / metres_per_unit, options);
-    if (!line) continue;
+/// The road in every other unit in which it is as wide as roads are; else enlarged.
+std::vector<Candidate> other_units(const Mesh& mesh, double metres_per_unit,
+                                   const CleanOptions& options) {
+  std::vector<Candidate> found;
+  const auto add = [&](std::string flag, double factor) {
+    const auto line = road_in(mesh, factor, options);
+    if (!line) return;
     const double width_m = typical_width_m(*line);
     if (width_m >= kLeastWidth_m && width_m <= kMostWidth_m && line->length_m >= kShortest_m)
-      trials.push_back({unit.name, line->closed, line->length_m, width_m});
-  }
-  return trials;
+      found.push_back({std::move(flag), line->points_m, line->length_m, width_m, line->closed});
+  };
+  for (const NamedUnit& unit : kUnits)
+    if (std::abs(unit.metres - metres_per_unit) >= 1e-6 * unit.metres)
+      add(fmt::format("--unit {}", unit.name), unit.metres / metres_per_unit);
+  for (const double scale : kScales)
+    if (found.empty()) add(fmt::format("--scale {:.0f}", scale), scale);
+  return found;
 }
 
-std::string described(const std::vector<Trial>& trials) {
+std::string described(const std::vector<Candidate>& found) {
   std::string text;
-  for (const Trial& trial : trials)
-    text += fmt::format("{}with --unit {} there is {} road of {:.0f} m, {:.1f} m wide",
-                        text.empty() ? "" : ", and ", trial.unit,
-                        trial.closed ? "a closed" : "an open", trial.length_m, trial.width_m);
+  for (const Candidate& road : found)
+    text += fmt::format("{}with {} there is {} road of {:.0f} m, {:.1f} m wide",
+                        text.empty() ? "" : ", and ", road.flags,
+                        road.closed ? "a closed" : "an open", road.length_m, road.width_m);
   return text;
 }
 
@@ -70,17 +75,18 @@ CleanOptions anywhere(CleanOptions options) {
 
 }  // namespace
 
-std::string unit_with_a_road(const Mesh& mesh, double metres_per_unit,
-                             const CleanOptions& options) {
-  if (mesh.triangles.size() > kMostTriangles) return {};
+void refuse_in_this_unit(const std::string& refused, const Mesh& mesh, double metres_per_unit,
+                         const CleanOptions& options) {
+  if (mesh.triangles.size() > kMostTriangles) return;
   const auto as_it_is = road_in(mesh, 1.0, anywhere(options));
-  if (as_it_is && typical_width_m(*as_it_is) <= kTooWide_m) return {};
-  const std::string text = described(other_units(mesh, metres_per_unit, anywhere(options)));
-  if (!text.empty()) return "; " + text;
-  if (!as_it_is) return {};
-  return fmt::format(
-      "; the road is {:.1f} m wide: if it is not, give the mesh's --unit, or --scale",
-      typical_width_m(*as_it_is));
+  const double width_m = as_it_is ? typical_width_m(*as_it_is) : 0.0;
+  if (width_m >= kLeastWidth_m && width_m <= kTooWide_m) return;
+  auto found = other_units(mesh, metres_per_unit, anywhere(options));
+  if (!found.empty()) throw Question(refused, std::move(found));
+  if (as_it_is)
+    throw Error(fmt::format(
+        "{}; the road is {:.1f} m wide: if it is not, give the mesh's --unit, or --scale", refused,
+        width_m));
 }
 
 std::optional<std::string> doubt_about_width(const Centreline& line, const Mesh& mesh,

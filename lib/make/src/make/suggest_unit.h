@@ -11,11 +11,13 @@
 
 namespace road {
 
-/// A clause for a refusal ("; in inch (--unit inch) ..."), or nothing. Every unit is tried: the
-/// mesh is cleaned and the road traced as a build would. Where none has a road, but the mesh as it
-/// is has one wider than any, that is said. Nothing is said where the mesh, as it is, has a road
-/// after all (then the refusal has another reason), or where it is so large that trying takes long.
-std::string unit_with_a_road(const Mesh& mesh, double metres_per_unit, const CleanOptions& options);
+/// Asks for the unit (throws a Question) where what was `refused` is a road in another one, or
+/// enlarged: the mesh is cleaned and the road traced as a build would. Where none has a road, but
+/// the mesh as it is has one wider or narrower than any, refuses with that (Error). Does nothing
+/// where the mesh, as it is, has a road after all (then the refusal has another reason), or where
+/// it is so large that trying takes long.
+void refuse_in_this_unit(const std::string& refused, const Mesh& mesh, double metres_per_unit,
+                         const CleanOptions& options);
 
 /// That a road of which nobody said the unit is wider on the median than roads are, with the units
 /// in which it would be as wide as they are (tried, where the mesh is not so large that this takes
