@@ -4,12 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <random>
 
 #include "base/error.h"
+#include "base/read_file.h"
 #include "fuzz/mutated.h"
 #include "support/places.h"
 
@@ -154,9 +157,9 @@ TEST(Log, ReadsIracing) {
 
 TEST(Log, ReadsExportsOfLoggers) {
   const Log chrono = read_log(corpus("racechrono.csv"));
-  EXPECT_EQ(of(chrono, "speed #2").values.size(), 5u);
-  EXPECT_EQ(of(chrono, "speed").unit, "m/s");
-  EXPECT_NEAR(of(chrono, "speed").rate_hz, 50, 0.01);
+  EXPECT_EQ(of(chrono, "calc speed").values[0], 33.4);
+  EXPECT_EQ(of(chrono, "gps speed").unit, "m/s");
+  EXPECT_NEAR(of(chrono, "gps speed").rate_hz, 50, 0.01);
   const Log aim = read_log(corpus("aim.csv"));
   EXPECT_EQ(of(aim, "GPS Speed").unit, "km/h");
   EXPECT_EQ(of(aim, "GPS Speed").values, (std::vector<double>{100, 101, 102, 103, 104}));
@@ -167,6 +170,66 @@ TEST(Log, ReadsExportsOfLoggers) {
   EXPECT_NEAR(of(comma, "Zeit").values[3], 0.15, 1e-12);
   EXPECT_EQ(of(comma, "Lenkwinkel").unit, "\xb0");
   EXPECT_EQ(of(comma, "Lenkwinkel").values[0], -1.5);
+}
+
+TEST(Log, APreambleThatASpreadsheetHasPaddedIsNoHeader) {
+  const Log log = parse_log(
+      "Format,AiM CSV File,,\nVehicle,,,\nDuration,535.9,,\nBeacon Markers,62.7,117.7,171\n"
+      "Segment Times,01:02.8,00:54.9,\n,,,\nTime,GPS Speed,GPS LatAcc,GPS Gyro\ns,km/h,g,deg/s\n"
+      ",,,\n0,49,0.1,1\n0.05,50,0.2,2\n0.1,51,0.3,3\n",
+      "aim.csv");
+  EXPECT_EQ(of(log, "GPS LatAcc").values, (std::vector<double>{0.1, 0.2, 0.3}));
+  EXPECT_EQ(of(log, "GPS Gyro").unit, "deg/s");
+  EXPECT_NEAR(of(log, "GPS Speed").rate_hz, 20, 1e-9);
+  EXPECT_THAT(log.notes,
+              testing::ElementsAre(testing::HasSubstr("states 535.9 s, its rows end after 0.1 s")));
+}
+
+TEST(Log, LongitudesAreCalledLngToo) {
+  const Log log = parse_log(
+      "[column names]\ntime lat lng\n[data]\n120000.0 +2743.9 -784.3\n120000.1 +2743.9 -784.4\n",
+      "box.vbo");
+  EXPECT_NEAR(of(log, "lat").values[0], 2743.9 / 60, 1e-12);
+  EXPECT_NEAR(of(log, "lng").values[1], 784.4 / 60, 1e-12);
+}
+
+TEST(Log, FormatsThatAreNotReadAreNamedWithTheWayOut) {
+  const auto refusal = [](const std::string& begin) {
+    try {
+      parse_log(begin + std::string(200, '\0'), "x");
+    } catch (const base::Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_THAT(refusal("MDF     4.10    "),
+              testing::HasSubstr("x: ASAM MDF, which is not read; export"));
+  EXPECT_THAT(refusal("<hCNF"), testing::HasSubstr("AiM .xrk"));
+  EXPECT_THAT(refusal("PK\x03\x04"), testing::HasSubstr("spreadsheet"));
+  EXPECT_THAT(refusal("PAR1"), testing::HasSubstr("Parquet"));
+}
+
+TEST(Log, OfMotecOnlyTheChannelIsLeftOutWhoseSamplesAreUnknown) {
+  std::string bytes = base::read_file(corpus("log.ld"));
+  const std::size_t whole = parse_log(bytes, "log.ld").channels.size();
+  std::uint32_t first = 0;
+  std::memcpy(&first, bytes.data() + 8, sizeof first);
+  bytes[first + 20] = 1;  // bytes of a sample
+  const Log log = parse_log(bytes, "log.ld");
+  EXPECT_EQ(log.channels.size(), whole - 1);
+  EXPECT_THAT(log.notes, testing::ElementsAre(testing::HasSubstr("with 1 bytes are not read")));
+}
+
+TEST(Log, AnImageOfTheSimulatorsLiveMemoryIsNoRecording) {
+  std::string bytes = base::read_file(corpus("log.ibt"));
+  bytes[32] = 3;  // buffers
+  try {
+    parse_log(bytes, "live.ibt");
+    FAIL();
+  } catch (const base::Error& error) {
+    EXPECT_THAT(error.what(),
+                testing::HasSubstr("live.ibt: an image of the simulator's live memory"));
+  }
 }
 
 TEST(Log, AHeaderMayBeginWithAHash) {

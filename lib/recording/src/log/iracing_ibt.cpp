@@ -81,6 +81,11 @@ Log parse_iracing_ibt(std::string_view bytes, const std::string& name) {
         fmt::format("{}: {} bytes, an iRacing log begins with {}; the file was cut "
                     "off",
                     name, bytes.size(), kHeaderBytes));
+  if (const auto buffers = little<std::int32_t>(bytes, 32); buffers > 1)
+    throw base::Error(fmt::format(
+        "{}: an image of the simulator's live memory, with {} buffers of one moment each, no "
+        "recording; record with its telemetry logging, which writes .ibt files",
+        name, buffers));
   const std::size_t variables = whole_at(bytes, 24, "the number of variables", name),
                     first = whole_at(bytes, 28, "the place of the variables", name),
                     record_bytes = whole_at(bytes, 36, "the length of a record", name),

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/read_file.h"
+#include "base/stand_in.h"
 #include "base/table_form.h"
 #include "base/text_lines.h"
 #include "readers.h"
@@ -36,12 +37,41 @@ std::vector<double> spread(const Channel& channel, std::size_t rows, double step
   return out;
 }
 
+/// Formats that are known by their first bytes and not read, with the way out.
+struct NotRead {
+  std::string_view begin, format, way_out;
+};
+constexpr NotRead kNotRead[] = {
+    {"MDF     ", "ASAM MDF", "export it as CSV, for instance by asammdf"},
+    {"UnFinMF ", "ASAM MDF that was not finished", "finish and export it as CSV, by asammdf"},
+    {"<hCNF", "AiM .xrk or .xrz", "export it as CSV in Race Studio"},
+    {"LOGG", "Vector .blf", "export its signals as CSV with their database"},
+    {"MATLAB 5.0", "MATLAB .mat", "write the signals as CSV (writetable)"},
+    {"\x89HDF\r\n", "HDF5 or MATLAB .mat", "write the signals as CSV"},
+    {"PAR1", "Parquet", "write it as CSV"},
+    {"PK\x03\x04", "a zip archive or a spreadsheet", "unpack it, or save the sheet as CSV"},
+    {"\x1f\x8b", "gzip", "unpack it (gunzip)"},
+    {"\xfd"
+     "7zXZ",
+     "xz", "unpack it (xz --decompress)"},
+    {"BZh", "bzip2", "unpack it (bunzip2)"},
+    {"#ROSBAG V", "a bag of ROS 1", "convert it to MCAP (mcap convert)"}};
+
+void refuse_what_is_not_read(std::string_view bytes, const std::string& name) {
+  for (const NotRead& known : kNotRead)
+    if (bytes.starts_with(known.begin))
+      throw base::Error(
+          fmt::format("{}: {}, which is not read; {}", name, known.format, known.way_out));
+}
+
 Log parse_plain(std::string_view bytes, const std::string& name) {
   if (is_motec_ld(bytes)) return parse_motec_ld(bytes, name);
   if (is_iracing_ibt(bytes)) return parse_iracing_ibt(bytes, name);
   if (is_mcap(bytes)) return parse_mcap(bytes, name);
   if (is_rosbag2(bytes)) return parse_rosbag2(bytes, name);
   if (is_racelogic_vbo(bytes)) return parse_racelogic_vbo(bytes, name);
+  refuse_what_is_not_read(bytes, name);
+  base::want_no_web_page(bytes, name);
   bytes = base::behind_byte_order_mark(bytes, name);  // refuses UTF-16, which is full of zeros
   if (bytes.substr(0, 4096).find('\0') != std::string_view::npos)
     throw base::Error(fmt::format(

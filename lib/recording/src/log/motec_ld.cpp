@@ -43,19 +43,19 @@ double sample(std::string_view bytes, std::size_t at, bool floating, std::size_t
   return little<std::int32_t>(bytes, at);
 }
 
+bool is_floating(const ChannelDescription& d) { return d.kind == 7 || d.kind == 8; }
+
+/// Whether samples are integers of 2 or 4 bytes, or floats of 2, 4 or 8.
+bool is_known(const ChannelDescription& d) {
+  return is_floating(d) ? d.bytes == 2 || d.bytes == 4 || d.bytes == 8
+                        : d.kind <= 6 && (d.bytes == 2 || d.bytes == 4);
+}
+
 Channel channel_at(std::string_view bytes, std::size_t at, const ChannelDescription& d,
                    const std::string& name) {
   Channel out;
   out.name = field(bytes, at + 32, 32);
   out.unit = field(bytes, at + 72, 12);
-  const bool floating = d.kind == 7 || d.kind == 8;
-  const bool known = floating ? d.bytes == 2 || d.bytes == 4 || d.bytes == 8
-                              : d.kind <= 6 && (d.bytes == 2 || d.bytes == 4);
-  if (!known)
-    throw base::Error(
-        fmt::format("{}: channel '{}' has samples of type {} with {} bytes, wanted "
-                    "integers of 2 or 4 or floats of 2, 4 or 8; export it as CSV",
-                    name, out.name, d.kind, d.bytes));
   if (d.rate_hz == 0 || d.divisor == 0)
     throw base::Error(
         fmt::format("{}: channel '{}' has {} Hz and divisor {}, wanted others than 0; "
@@ -70,7 +70,7 @@ Channel channel_at(std::string_view bytes, std::size_t at, const ChannelDescript
   const double scale = std::pow(10.0, -d.decimals) / d.divisor;
   out.values.reserve(d.samples);
   for (std::size_t k = 0; k < d.samples; ++k) {
-    const double raw = sample(bytes, d.data + k * d.bytes, floating, d.bytes);
+    const double raw = sample(bytes, d.data + k * d.bytes, is_floating(d), d.bytes);
     const double value = (raw * scale + d.shift) * d.factor;
     out.values.push_back(std::isfinite(value) ? value : std::nan(""));
   }
@@ -102,10 +102,18 @@ Log parse_motec_ld(std::string_view bytes, const std::string& name) {
     cells += d.samples;
     if (cells > kMostCells)
       throw base::Error(name + ": more than 2 GB of samples; cut the log or the file is damaged");
-    if (d.samples > 0) log.channels.push_back(channel_at(bytes, at, d, name));
+    if (d.samples > 0 && !is_known(d))
+      log.notes.push_back(
+          fmt::format("channel '{}' is left out: samples of type {} with {} bytes are not read",
+                      field(bytes, at + 32, 32), d.kind, d.bytes));
+    else if (d.samples > 0)
+      log.channels.push_back(channel_at(bytes, at, d, name));
     at = d.next;
   }
-  if (log.channels.empty()) throw base::Error(name + ": a MoTeC log without samples");
+  if (log.channels.empty())
+    throw base::Error(
+        fmt::format("{}: a MoTeC log without samples that can be read{}; export it as CSV", name,
+                    log.notes.empty() ? "" : ": " + log.notes.front()));
   number_names(log.channels);
   return log;
 }

@@ -18,16 +18,20 @@ struct Standard {
 };
 /// What a receiver may write by itself: [channel units] lists the units of all others. Units that
 /// differ between receivers are known from the titles under [header] alone.
-constexpr Standard kStandardChannels[] = {
-    {"sats", "1"},          {"time", "s"},         {"lat", "deg"},
-    {"long", "deg"},        {"velocity", "km/h"},  {"heading", "deg"},
-    {"height", "m"},        {"vert-vel", ""},      {"vertvel", ""},
-    {"event", "1"},         {"event-1", "1"},      {"event1", "1"},
-    {"solution_type", "1"}, {"avifileindex", "1"}, {"avitime", "ms"},
-    {"avisynctime", "ms"},  {"longacc", ""},       {"latacc", ""},
-    {"glonass_sats", "1"},  {"gps_sats", "1"},     {"velocity_quality", ""},
-    {"_lat", ""},           {"_long", ""},         {"_velocity", ""},
-    {"_heading", ""},       {"_height", ""},       {"_vert-vel", ""}};
+constexpr Standard kStandardChannels[] = {{"sats", "1"},         {"time", "s"},
+                                          {"lat", "deg"},        {"long", "deg"},
+                                          {"lng", "deg"},        {"velocity", "km/h"},
+                                          {"heading", "deg"},    {"height", "m"},
+                                          {"vert-vel", ""},      {"vertvel", ""},
+                                          {"event", "1"},        {"event-1", "1"},
+                                          {"event1", "1"},       {"solution_type", "1"},
+                                          {"avifileindex", "1"}, {"avitime", "ms"},
+                                          {"avisynctime", "ms"}, {"longacc", ""},
+                                          {"latacc", ""},        {"glonass_sats", "1"},
+                                          {"gps_sats", "1"},     {"velocity_quality", ""},
+                                          {"_lat", ""},          {"_long", ""},
+                                          {"_velocity", ""},     {"_heading", ""},
+                                          {"_height", ""},       {"_vert-vel", ""}};
 
 const Standard* standard_of(std::string name) {
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -176,8 +180,9 @@ void to_plain_units(Log& log, const std::string& name) {
   }
   if (std::vector<double>* const latitude = channel_of(log, "lat"))
     for (double& value : *latitude) value /= 60.0;
-  if (std::vector<double>* const longitude = channel_of(log, "long"))
-    for (double& value : *longitude) value /= -60.0;
+  for (const char* word : {"long", "lng"})
+    if (std::vector<double>* const longitude = channel_of(log, word))
+      for (double& value : *longitude) value /= -60.0;
 }
 
 }  // namespace

@@ -35,6 +35,9 @@ bool is_iracing_ibt(std::string_view bytes);
 bool is_mcap(std::string_view bytes);
 bool is_rosbag2(std::string_view bytes);
 
+/// The channel of a log in rows that is called a clock, or nullptr.
+const Channel* clock_of(const Log& log);
+
 /// Names that come again get a number: "speed", "speed #2".
 void number_names(std::vector<Channel>& channels);
 

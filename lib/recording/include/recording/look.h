@@ -1,0 +1,36 @@
+// What the channels of a log are like, before anything is known of what they mean.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "recording/log.h"
+
+namespace recording {
+
+/// One channel, as logged.
+struct ChannelLook {
+  std::string name, unit;   ///< as the file has them; the unit may be empty
+  double rate_hz = 0.0;     ///< 0: the file has no clock
+  std::size_t samples = 0;  ///< that are numbers
+  std::size_t words = 0;    ///< cells that were none
+  double least = 0.0, greatest = 0.0;  ///< 0 where there are no samples
+  double held = 0.0;                   ///< share_held() of its values
+  bool dead = false;                   ///< is_dead() of its values
+};
+
+std::vector<ChannelLook> look_at_channels(const Log& log);
+
+/// Share of the samples that repeat the one before exactly; NaN is skipped. The longest run of them
+/// does not count: a column that stands still from some time on is broken, not sampled and held. 0
+/// where hardly anything else is left.
+double share_held(const std::vector<double>& values);
+
+/// One value in all of 50 samples or more.
+bool is_dead(const std::vector<double>& values);
+
+/// The moments of a log in rows, s, from the channel that is called a clock; empty where none is.
+std::vector<double> clock_of_rows(const Log& log);
+
+}  // namespace recording

@@ -1,0 +1,230 @@
+#include "csv_shape.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "base/error.h"
+#include "base/table_form.h"
+#include "base/text_lines.h"
+#include "readers.h"
+
+namespace recording {
+namespace {
+
+/// A number; `comma` stands for the decimal point too.
+double number(std::string_view cell, bool comma) {
+  const auto value = comma ? base::number_with_comma(cell) : base::to_number<double>(cell);
+  return value && std::isfinite(*value) ? *value : std::numeric_limits<double>::quiet_NaN();
+}
+
+struct NumberedLine {
+  std::string_view text;
+  std::size_t number;
+};
+
+/// Not a separator: spreadsheets pad empty lines with them.
+bool says_something(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 || static_cast<unsigned char>(c) > 127;
+}
+
+/// What stands at the beginning: enough to see where the numbers begin.
+std::vector<NumberedLine> head_of(std::string_view text) {
+  constexpr std::size_t kMostLines = 300;
+  std::vector<NumberedLine> out;
+  base::Lines lines(text);
+  std::string_view line;
+  while (out.size() < kMostLines && lines.next(line))
+    if (std::any_of(line.begin(), line.end(), says_something))
+      out.push_back({line, lines.number()});
+  return out;
+}
+
+/// What the cells of one line are.
+struct Look {
+  std::size_t cells = 0, numbers = 0, words = 0, units = 0;
+};
+Look look_at(std::string_view line, char separator) {
+  std::vector<std::string_view> cells;
+  base::split_cells(line, separator, cells);
+  Look out{cells.size()};
+  for (const std::string_view cell : cells) {
+    if (cell.empty()) continue;
+    const bool is_number = std::isfinite(number(cell, separator != ','));
+    ++(is_number ? out.numbers : out.words);
+    out.units += !is_number && is_unit(cell) ? 1 : 0;
+  }
+  return out;
+}
+
+void take_names(std::string_view line, Shape& shape) {
+  std::vector<std::string_view> cells;
+  base::split_cells(line, shape.separator, cells);
+  while (!shape.exported && cells.size() > 1 && cells.back().empty()) cells.pop_back();
+  for (const std::string_view cell : cells) shape.names.emplace_back(cell);
+}
+
+/// A log that begins with its header, or with remarks and its header: as ever.
+bool plain_shape(const std::vector<NumberedLine>& head, Shape& shape) {
+  std::size_t h = 0;
+  while (h < head.size() && base::trimmed(head[h].text).starts_with('#')) ++h;
+  if (h == head.size()) return false;
+  shape.separator = base::separator_of(head[h].text);
+  const Look first = look_at(head[h].text, shape.separator);
+  // Numbers at once: a remark before them is the header, if it has as many cells.
+  if (first.words == 0 && first.numbers > 1 && h > 0) {
+    std::string_view line = base::trimmed(head[h - 1].text);
+    line.remove_prefix(std::min(line.find_first_not_of("# \t"), line.size()));
+    const Look header = look_at(line, shape.separator);
+    if (header.cells == first.cells && header.numbers == 0 && header.words == header.cells) {
+      take_names(line, shape);
+      shape.header_line = head[h - 1].number;
+      shape.data_line = head[h].number;
+      return true;
+    }
+  }
+  std::size_t next = h + 1;
+  while (next < head.size() && base::trimmed(head[next].text).starts_with('#')) ++next;
+  if (next < head.size()) {
+    const Look second = look_at(head[next].text, shape.separator);
+    // A preamble, or units: an export.
+    if (second.cells != first.cells &&
+        look_at(head.back().text, shape.separator).cells != first.cells)
+      return false;
+    if (second.numbers == 0 && second.units > 0) return false;
+    if (first.cells == 1 && second.cells == 1 && head.size() > 3 &&
+        head.back().text.find_first_of(",;\t") != std::string_view::npos)
+      return false;
+  }
+  take_names(head[h].text, shape);
+  shape.header_line = head[h].number;
+  shape.data_line = head[h].number + 1;
+  return true;
+}
+
+/// Of lines [first, last) with as many cells, the one with the names: the highest without gaps.
+/// Above it may stand a preamble that a spreadsheet has padded, below it units and sources.
+std::size_t names_among(const std::vector<NumberedLine>& head, std::size_t first, std::size_t last,
+                        char separator) {
+  std::size_t best = first, most = 0;
+  for (std::size_t k = first; k < last; ++k) {
+    const Look look = look_at(head[k].text, separator);
+    if (look.numbers + look.words > most) best = k, most = look.numbers + look.words;
+  }
+  return best;
+}
+
+/// A line of units, or of what measured each column ("100: gps").
+void take_below_names(std::string_view line, Shape& shape) {
+  const bool are_units = look_at(line, shape.separator).units > 0;
+  std::vector<std::string>& into = are_units ? shape.units : shape.sources;
+  if (!into.empty()) return;
+  std::vector<std::string_view> cells;
+  base::split_cells(line, shape.separator, cells);
+  for (std::string_view cell : cells) {
+    if (are_units && cell.size() > 2 && (cell.front() == '[' || cell.front() == '('))
+      cell = cell.substr(1, cell.size() - 2);
+    if (const std::size_t at = cell.find(": "); !are_units && at != std::string_view::npos)
+      cell.remove_prefix(at + 2);
+    into.emplace_back(cell);
+  }
+}
+
+double stated_duration_s(const std::vector<NumberedLine>& head, std::size_t end, char separator) {
+  std::vector<std::string_view> cells;
+  for (std::size_t k = 0; k < end; ++k) {
+    base::split_cells(head[k].text, separator, cells);
+    if (cells.size() > 1 && cells[0] == "Duration")
+      return std::max(0.0, base::to_number<double>(cells[1]).value_or(0.0));
+  }
+  return 0.0;
+}
+
+/// A logger's export: the first line of numbers that goes on as such, and what stands before it.
+bool exported_shape(const std::vector<NumberedLine>& head, Shape& shape) {
+  for (std::size_t d = 1; d < head.size(); ++d) {
+    const char separator = base::separator_of(head[d].text);
+    // In "0,00;1,50" the commas are many, too.
+    for (const char candidate : {';', '\t', separator}) {
+      const Look look = look_at(head[d].text, candidate);
+      if (look.cells < 3 || look.numbers < 2 || look.numbers < look.words) continue;
+      if (d + 1 < head.size()) {
+        const Look next = look_at(head[d + 1].text, candidate);
+        if (next.cells != look.cells || next.numbers < next.words) continue;
+      }
+      std::size_t h = d;  // the highest line of words with as many cells
+      while (h > 0) {
+        const Look above = look_at(head[h - 1].text, candidate);
+        if (above.cells != look.cells || above.numbers > above.words) break;
+        --h;
+      }
+      if (h == d) continue;
+      h = names_among(head, h, d, candidate);
+      shape.separator = candidate;
+      shape.exported = true;
+      shape.header_line = head[h].number;
+      shape.data_line = head[d].number;
+      take_names(head[h].text, shape);
+      shape.stated_s = stated_duration_s(head, h, candidate);
+      for (std::size_t k = h + 1; k < d; ++k) take_below_names(head[k].text, shape);
+      return true;
+    }
+  }
+  return false;
+}
+
+void check_names(const Shape& shape, const std::string& name) {
+  std::set<std::string_view> seen;
+  for (const std::string& column : shape.names) {
+    if (column.empty())
+      throw base::Error(fmt::format("{}:{}: a column without a name", name, shape.header_line));
+    if (!seen.insert(column).second)
+      throw base::Error(
+          fmt::format("{}:{}: column '{}' twice", name, shape.header_line, column.substr(0, 40)));
+  }
+}
+
+}  // namespace
+
+bool is_unit(std::string_view cell) {
+  static const std::set<std::string, std::less<>> known{
+      "s",     "ms",   "us",   "ns",  "m",      "km",    "mm",    "ft",    "deg",       "rad",
+      "m/s",   "km/h", "kmh",  "kph", "mph",    "knots", "deg/s", "rad/s", "g",         "m/s2",
+      "%",     "rpm",  "bar",  "kpa", "mbar",   "psi",   "c",     "v",     "unix time", "m/s/s",
+      "m/s^2", "°",    "\xb0", "°/s", "\xb0/s", "1/min", "mpa",   "nm",    "n",         "k"};
+  std::string lower;
+  for (const char c : cell)
+    if (c != '[' && c != ']' && c != '(' && c != ')')
+      lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return known.contains(lower);
+}
+
+Shape shape_of(std::string_view text, const std::string& name) {
+  const std::vector<NumberedLine> head = head_of(text);
+  Shape shape;
+  Shape other;
+  const bool exported = exported_shape(head, other);
+  if (exported && !other.units.empty()) {
+    shape = other;
+  } else if (!plain_shape(head, shape)) {
+    if (exported) {
+      shape = other;
+    } else if (shape.names.empty()) {
+      std::size_t h = 0;
+      while (h < head.size() && base::trimmed(head[h].text).starts_with('#')) ++h;
+      if (h == head.size()) throw base::Error(name + ": no header line with column names");
+      shape.separator = base::separator_of(head[h].text);
+      take_names(head[h].text, shape);
+      shape.header_line = head[h].number;
+      shape.data_line = shape.header_line + 1;
+    }
+  }
+  if (!shape.exported) check_names(shape, name);
+  return shape;
+}
+
+}  // namespace recording
