@@ -228,6 +228,69 @@ TEST(Mapping, TravelsBumpInFrontWhereTheCarBrakes) {
                                             ::testing::HasSubstr("the sign is not confirmed"))));
 }
 
+/// A log of 60 rows whose columns are the numbers of rows times these, moved by one.
+recording::Table counted(const std::vector<std::pair<std::string, double>>& columns) {
+  recording::Table log;
+  for (const auto& [name, factor] : columns) {
+    log.names.push_back(name);
+    auto& values = log.columns.emplace_back();
+    for (int i = 0; i < 60; ++i) values.push_back(factor * (i + 1));
+  }
+  return log;
+}
+
+TEST(Mapping, EndingsOfNamesAreUnitsAndOrigins) {
+  const Mapping m = propose_mapping(counted({{"INS_time_sec", 0.01},
+                                             {"speedo_obd", 1},
+                                             {"yaw_rate_degps", 1},
+                                             {"ax_cg_mps2", 0.1},
+                                             {"latacc-calc [g]", 0.01},
+                                             {"aps", 1},
+                                             {"pbrake_f", 1},
+                                             {"pbrake_r", 1},
+                                             {"nmot", 100}}),
+                                    "log");
+  EXPECT_THAT(m.missing, ::testing::IsEmpty());
+  EXPECT_EQ(of(m, "time_s").column, "INS_time_sec");
+  EXPECT_EQ(of(m, "vx_mps").column, "speedo_obd");
+  EXPECT_NEAR(of(m, "yaw_rate_radps").scale, M_PI / 180, 1e-12);
+  EXPECT_EQ(of(m, "ax_mps2").scale, 1.0);
+  EXPECT_EQ(of(m, "ay_mps2").scale, 9.80665);
+  EXPECT_EQ(of(m, "throttle").scale, 0.01);
+  EXPECT_EQ(of(m, "brake_fr_pa").column, "pbrake_f");
+  EXPECT_EQ(of(m, "brake_rl_pa").column, "pbrake_r");
+  EXPECT_EQ(of(m, "engine_radps").column, "nmot");
+}
+
+TEST(Mapping, AMomentSince1970AndASpeedBeyondAllCarsSayTheirUnits) {
+  recording::Table log = counted({{"rosbagTimestamp", 1e7}, {"speed", 5}});
+  for (double& t : log.columns[0]) t += 1.7e18;
+  const Mapping m = propose_mapping(log, "log");
+  EXPECT_EQ(of(m, "time_s").scale, 1e-9);
+  EXPECT_NEAR(of(m, "vx_mps").scale, 1 / 3.6, 1e-12);
+}
+
+TEST(Mapping, OfTwoAccelerationsTheLiveOneIsTaken) {
+  const Mapping m = propose_mapping(
+      counted({{"time", 0.01}, {"speed", 1}, {"latacc", 0}, {"latacc-calc", 0.1}}), "log");
+  EXPECT_EQ(of(m, "ay_mps2").column, "latacc-calc");
+  EXPECT_THAT(m.notes,
+              ::testing::Contains(::testing::HasSubstr("'latacc' is not used: it holds 0 in")));
+}
+
+TEST(Mapping, WhatIsMissingIsSaidOfADraft) {
+  using ::testing::ElementsAre, ::testing::HasSubstr;
+  EXPECT_THAT(propose_mapping(counted({{"a", 1}, {"speed", 1}}), "log").missing,
+              ElementsAre(HasSubstr("no clock")));
+  EXPECT_THAT(propose_mapping(counted({{"time", 1}, {"rpm", 1}}), "log").missing,
+              ElementsAre(HasSubstr("no place and no speed")));
+  recording::Table small = counted({{"time", 1}, {"speed", 1}});
+  for (auto& column : small.columns) column.resize(6);
+  const Mapping m = propose_mapping(small, "log");
+  EXPECT_THAT(m.missing, ElementsAre(HasSubstr("6 rows: a log of at least 50")));
+  EXPECT_EQ(of(m, "vx_mps").column, "speed");
+}
+
 TEST(Mapping, ProposesForRealLogsWhatTheyHold) {
   const std::string folder = places::data() + "/recordings/";
   if (!std::filesystem::exists(folder + "road_america_run1.vbo"))
@@ -242,7 +305,7 @@ TEST(Mapping, ProposesForRealLogsWhatTheyHold) {
   EXPECT_THROW(of(vbo, "yaw_rad"), std::runtime_error);    // the receiver's course
   EXPECT_THROW(of(vbo, "steer_rad"), std::runtime_error);  // the steering wheel
   const Mapping chrono = proposed("racechrono_tianma_lap9.csv");
-  EXPECT_EQ(of(chrono, "vx_mps").column, "speed [m/s]");
+  EXPECT_EQ(of(chrono, "vx_mps").column, "gps speed [m/s]");
   EXPECT_NEAR(of(chrono, "ay_mps2").scale, 9.80665, 1e-9);
   EXPECT_NEAR(chrono.origin_latitude_deg, 31.08, 1e-9);
   const Mapping ibt = proposed("iracing_valid.ibt");

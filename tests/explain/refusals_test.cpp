@@ -151,7 +151,7 @@ TEST_F(Refusals, AMappingInThePlaceOfItsLog) {
 
 TEST_F(Refusals, AMappingOfALogWithoutAClock) {
   std::string rows = "time,speed [km/h]\n";
-  for (int i = 0; i < 60; ++i) rows += fmt::format("12:00:{:02},100\n", i);
+  for (int i = 0; i < 60; ++i) rows += fmt::format("day {},100\n", i);
   const std::string log = file("day.csv", rows);
   EXPECT_THAT(
       refused(fmt::format("map {} -o mapping.yaml", log)),
@@ -210,7 +210,7 @@ TEST(SlowTwoRecordings, HaveOneMapping) {
   const std::string notes = base::dump_json(all.at("remarks"));
   EXPECT_THAT(notes, HasSubstr("held.csv: 'ax_mps2': 50 % of the samples repeat"));
   const explain::Mapping mapping =
-      explain::Mapping{recording::read_mapping(proof.folder.path("out/mapping.yaml")), {}};
+      explain::Mapping{recording::read_mapping(proof.folder.path("out/mapping.yaml")), {}, {}};
   for (const auto& m : mapping.columns) EXPECT_EQ(m.held, m.channel == "ax_mps2") << m.channel;
 }
 

@@ -14,36 +14,19 @@
 #include "explain/mapping.h"
 #include "recording/log.h"
 #include "recording/log_table.h"
+#include "recording/look.h"
 #include "vehicle/error.h"
 
 namespace crgexplain {
 namespace {
 
-/// A channel as logged and what the mapping makes of it.
-struct Listed {
-  std::string name, unit, canonical;
-  double rate_hz = 0.0;     ///< 0: the file has no clock that tells
-  std::size_t samples = 0;  ///< that are numbers
-  double least = 0.0, greatest = 0.0;
-};
-
-std::vector<Listed> channels_of(const std::string& path, const explain::Mapping& mapping) {
-  std::vector<Listed> out;
-  for (const recording::Channel& channel : recording::read_log(path).channels) {
-    Listed listed{channel.name, channel.unit, "", channel.rate_hz, 0, 0.0, 0.0};
-    const std::string column =
-        channel.unit.empty() ? channel.name : fmt::format("{} [{}]", channel.name, channel.unit);
-    for (const explain::ColumnMapping& m : mapping.columns)
-      if (m.column == column)
-        listed.canonical += (listed.canonical.empty() ? "" : ", ") + m.channel;
-    for (const double value : channel.values) {
-      if (!std::isfinite(value)) continue;
-      listed.least = listed.samples == 0 ? value : std::min(listed.least, value);
-      listed.greatest = listed.samples == 0 ? value : std::max(listed.greatest, value);
-      ++listed.samples;
-    }
-    out.push_back(std::move(listed));
-  }
+/// What the mapping makes of a channel; empty: nothing.
+std::string becomes(const recording::ChannelLook& look, const explain::Mapping& mapping) {
+  const std::string column =
+      look.unit.empty() ? look.name : fmt::format("{} [{}]", look.name, look.unit);
+  std::string out;
+  for (const explain::ColumnMapping& m : mapping.columns)
+    if (m.column == column) out += (out.empty() ? "" : ", ") + m.channel;
   return out;
 }
 
@@ -74,9 +57,9 @@ int map(const MapCommand& command, Terminal& terminal) {
       notes.push_back(fmt::format("{} of {} cells of '{}' are no numbers: taken as empty", words[c],
                                   table.rows(), table.names[c]));
   base::write_file(command.out_path, explain::format_mapping(mapping));
-  const std::vector<Listed> listed = command.list || terminal.json
-                                         ? channels_of(command.log_path, mapping)
-                                         : std::vector<Listed>{};
+  std::vector<recording::ChannelLook> listed;
+  if (command.list || terminal.json)
+    listed = recording::look_at_channels(recording::read_log(command.log_path));
   if (terminal.json) {
     nlohmann::ordered_json columns = nlohmann::ordered_json::object();
     for (const explain::ColumnMapping& m : mapping.columns)
@@ -85,21 +68,22 @@ int map(const MapCommand& command, Terminal& terminal) {
       else
         columns[m.column] = m.channel;
     nlohmann::ordered_json channels = nlohmann::ordered_json::array();
-    for (const Listed& c : listed)
+    for (const recording::ChannelLook& c : listed)
       channels.push_back({{"name", c.name},
                           {"unit", c.unit},
                           {"rate_hz", c.rate_hz},
                           {"samples", c.samples},
                           {"least", c.least},
                           {"greatest", c.greatest},
-                          {"channel", c.canonical}});
+                          {"channel", becomes(c, mapping)}});
     terminal.print(base::json_text(nlohmann::ordered_json{{"rows", table.rows()},
                                                           {"columns", table.names.size()},
                                                           {"channel_of_column", columns},
                                                           {"notes", notes},
+                                                          {"missing", mapping.missing},
                                                           {"channels", channels},
                                                           {"mapping", command.out_path}}));
-    return kOk;
+    return mapping.missing.empty() ? kOk : command::kNotValid;
   }
   std::set<std::string> used;
   for (const explain::ColumnMapping& m : mapping.columns) used.insert(m.column);
@@ -108,16 +92,20 @@ int map(const MapCommand& command, Terminal& terminal) {
   if (command.list) {
     terminal.print(fmt::format("{:<32} {:<10} {:>9} {:>9} {:>12} {:>12}  {}\n", "channel", "unit",
                                "rate, Hz", "samples", "least", "greatest", "becomes"));
-    for (const Listed& c : listed)
-      terminal.print(fmt::format("{:<32} {:<10} {:>9} {:>9} {:>12.6g} {:>12.6g}  {}\n",
-                                 one_line(c.name), one_line(c.unit),
-                                 c.rate_hz > 0 ? fmt::format("{:.4g}", c.rate_hz) : "?", c.samples,
-                                 c.least, c.greatest, c.canonical.empty() ? "-" : c.canonical));
+    for (const recording::ChannelLook& c : listed)
+      terminal.print(fmt::format(
+          "{:<32} {:<10} {:>9} {:>9} {:>12.6g} {:>12.6g}  {}\n", one_line(c.name), one_line(c.unit),
+          c.rate_hz > 0 ? fmt::format("{:.4g}", c.rate_hz) : "?", c.samples, c.least, c.greatest,
+          becomes(c, mapping).empty() ? "-" : becomes(c, mapping)));
   }
   for (const std::string& note : notes) terminal.print(fmt::format("  {}\n", one_line(note)));
-  terminal.print(
-      fmt::format("{}: look through it and correct what was guessed wrong\n", command.out_path));
-  return kOk;
+  for (const std::string& missing : mapping.missing)
+    terminal.print(fmt::format("  {}\n", one_line(missing)));
+  terminal.print(fmt::format("{}: {}\n", command.out_path,
+                             mapping.missing.empty()
+                                 ? "look through it and correct what was guessed wrong"
+                                 : "a draft that no command can use yet"));
+  return mapping.missing.empty() ? kOk : command::kNotValid;
 }
 
 }  // namespace crgexplain

@@ -13,7 +13,8 @@ using recording::ColumnMapping;
 
 /// A mapping as recording::read_mapping() reads it, and how it came about.
 struct Mapping : recording::Mapping {
-  std::vector<std::string> notes;  ///< what was inferred and from what
+  std::vector<std::string> notes;    ///< what was inferred and from what
+  std::vector<std::string> missing;  ///< without which it is a draft to be completed by hand
 };
 
 /// Columns of channels that the analysis reads, mapped to themselves; the others left out.
@@ -21,7 +22,8 @@ Mapping identity_mapping(const recording::Table& table);
 
 /// Guesses a mapping from names, units in the names, and the redundancy between the columns: signs
 /// and the zero of headings from the path, delays from the yaw rate and acceleration the path
-/// implies, repeats from counting. Throws vehicle::Error when there is no time or no position.
+/// implies, repeats from counting. Where there is no clock, neither place nor speed, or fewer than
+/// 50 rows, what names alone say, and `missing`. `name` is for messages.
 Mapping propose_mapping(const recording::Table& table, const std::string& name);
 
 /// The text of a mapping.yaml (docs/recordings.md) that recording::read_mapping() takes.

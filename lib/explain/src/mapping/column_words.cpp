@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <map>
 #include <numbers>
+#include <string_view>
+
+#include "base/text_lines.h"
 
 namespace explain {
 namespace {
@@ -81,39 +85,41 @@ const std::vector<Alias>& aliases() {
   static const std::vector<Alias> list{
       {"time_s",
        "time",
-       {"time", "t", "ts", "timestamp", "times", "logtime", "sessiontime", "elapsedtime", "zeit",
-        "temps", "tiempo", "tempo"}},
+       {"time",        "t",        "ts",    "timestamp", "times",   "logtime",  "sessiontime",
+        "elapsedtime", "zeit",     "temps", "tiempo",    "tempo",   "utc",      "timeutc",
+        "utctime",     "unixtime", "epoch", "gpstime",   "instime", "metatime", "rosbagtimestamp"}},
       {"x_m", "length", {"x", "posx", "xposition", "positionx", "east", "easting"}},
       {"y_m", "length", {"y", "posy", "yposition", "positiony", "north", "northing"}},
-      {"latitude_rad", "angle", {"latitude", "lat", "gpslatitude", "breitengrad"}},
+      {"latitude_rad", "angle", {"latitude", "lat", "gpslatitude", "vboxlatmin", "breitengrad"}},
       {"longitude_rad",
        "angle",
-       {"longitude", "long", "lon", "lng", "gpslongitude", "lngengrad", "laengengrad"}},
+       {"longitude", "long", "lon", "lng", "gpslongitude", "vboxlongminutes", "lngengrad",
+        "laengengrad"}},
       {"z_m", "length", {"z", "posz", "positionz", "altitude", "height", "alt", "gpsaltitude"}},
       {"yaw_rad",
        "angle",
        {"yaw", "phi", "psi", "heading", "yawnorth", "gierwinkel", "orientationyaw"}},
       {"vx_mps",
        "speed",
-       {"vx", "velx", "linearx", "speed", "vlong", "velocityx", "velocity", "groundspeed",
+       {"vx", "velx", "linearx", "speed", "vlong", "velocityx", "velocity", "groundspeed", "speedo",
         "gpsspeed", "speedoverground", "vehiclespeed", "geschwindigkeit", "vitesse", "velocita",
         "velocidad"}},
       {"vy_mps", "speed", {"vy", "vely", "lineary", "vlat", "velocityy"}},
       {"yaw_rate_radps",
        "rate",
        {"yawrate", "omega", "r", "gyroz", "omegaz", "wz", "angularz", "angularvelocityz",
-        "gyroyawvelocity", "yawvelocity", "gierrate", "giergeschwindigkeit"}},
+        "gyroyawvelocity", "yawvelocity", "gpsgyro", "gierrate", "giergeschwindigkeit"}},
       {"roll_rate_radps", "rate", {"rollrate", "gyrox", "angularx", "angularvelocityx"}},
       {"pitch_rate_radps", "rate", {"pitchrate", "gyroy", "angulary", "angularvelocityy"}},
       {"ax_mps2",
        "acceleration",
        {"ax", "accx", "linearaccelerationx", "along", "accelx", "longacc", "gforcelong",
-        "longitudinalacc", "longitudinalacceleration", "longaccel", "inlineacc",
-        "lngsbeschleunigung", "laengsbeschleunigung"}},
+        "longitudinalacc", "longitudinalacceleration", "longaccel", "inlineacc", "lonacc",
+        "gpslonacc", "gpslongacc", "lngsbeschleunigung", "laengsbeschleunigung"}},
       {"ay_mps2",
        "acceleration",
        {"ay", "accy", "linearaccelerationy", "alat", "accely", "latacc", "gforcelat", "lateralacc",
-        "lateralacceleration", "lataccel", "querbeschleunigung"}},
+        "lateralacceleration", "lataccel", "gpslatacc", "querbeschleunigung"}},
       {"az_mps2",
        "acceleration",
        {"az", "accz", "linearaccelerationz", "accelz", "vertaccel", "gforcevert", "verticalacc"}},
@@ -124,7 +130,7 @@ const std::vector<Alias>& aliases() {
       {"steer_command_rad", "angle", {"steercmd", "steercommand", "deltacmd"}},
       {"throttle",
        "share",
-       {"throttle", "throttlepos", "throttleposition", "tps", "drosselklappe"}},
+       {"throttle", "throttlepos", "throttleposition", "tps", "aps", "drosselklappe"}},
       {"throttle_command",
        "share",
        {"throttlecommand", "throttlecmd", "throttlepedcmd", "throttlepedalcmd", "pedal",
@@ -137,7 +143,7 @@ const std::vector<Alias>& aliases() {
       {"gear", "none", {"gear", "currentgear", "gearposition", "gang", "marcia", "rapport"}},
       {"engine_radps",
        "turn",
-       {"engine", "rpm", "enginespeed", "enginerpm", "motordrehzahl", "drehzahl", "regime",
+       {"engine", "rpm", "enginespeed", "enginerpm", "nmot", "motordrehzahl", "drehzahl", "regime",
         "giri"}},
       {"fuel_kg", "none", {"fuel", "fuelmass"}},
   };
@@ -152,15 +158,49 @@ std::string plain(const std::string& text) {
   return out;
 }
 
+namespace {
+
+/// "yaw_rate_degps" is "yaw_rate" in "deg/s".
+std::pair<std::string, std::string> split_ending(const std::string& column) {
+  static const std::map<std::string, const char*, std::less<>> units{
+      {"mps2", "m/s2"}, {"mps", "m/s"},  {"radps", "rad/s"}, {"degps", "deg/s"}, {"rad", "rad"},
+      {"deg", "deg"},   {"kmh", "km/h"}, {"kph", "km/h"},    {"mph", "mph"},     {"g", "g"},
+      {"rpm", "rpm"},   {"bar", "bar"},  {"kpa", "kpa"},     {"psi", "psi"},     {"m", "m"},
+      {"mm", "mm"},     {"s", "s"},      {"sec", "s"},       {"seconds", "s"},   {"ms", "ms"},
+      {"us", "us"},     {"ns", "ns"},    {"pct", "%"}};
+  const std::size_t at = column.rfind('_');
+  if (at == std::string::npos || at == 0) return {column, ""};
+  std::string ending = column.substr(at + 1);
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const auto unit = units.find(ending);
+  return unit == units.end() ? std::pair{column, std::string()}
+                             : std::pair{column.substr(0, at), std::string(unit->second)};
+}
+
+/// Where a signal comes from or stands for, behind its name: "latacc-calc", "ax_cg", "speed_can".
+std::string without_origin(const std::string& stem) {
+  for (const std::string ending :
+       {"calc", "can", "obd", "cg", "cog", "imu", "ins", "gyro", "meas", "measured"}) {
+    const std::size_t at = stem.size() - std::min(stem.size(), ending.size());
+    if (at < 2 || (stem[at - 1] != '_' && stem[at - 1] != '-' && stem[at - 1] != ' ')) continue;
+    std::string lower = stem.substr(at);
+    for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (lower == ending) return stem.substr(0, at - 1);
+  }
+  return stem;
+}
+
+}  // namespace
+
 std::pair<std::string, std::string> split_unit(const std::string& column) {
   const std::size_t open = column.find_first_of("([");
-  if (open == std::string::npos) return {column, ""};
+  if (open == std::string::npos) return split_ending(column);
   const std::size_t close = column.find_first_of(")]", open);
   std::string unit = column.substr(open + 1, close == std::string::npos ? close : close - open - 1);
   std::string lower;
   for (const char c : unit)
     if (c != ' ') lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return {column.substr(0, open), lower};
+  return {std::string(base::trimmed(std::string_view(column).substr(0, open))), lower};
 }
 
 std::optional<double> unit_scale(const std::string& quantity, const std::string& unit) {
@@ -181,7 +221,12 @@ bool is_unit(const std::string& unit) {
 
 std::vector<std::string> words_of(const std::string& stem) {
   const std::size_t last = stem.rfind('.');
-  if (!stem.starts_with('/') || last == std::string::npos) return {plain(stem)};
+  if (!stem.starts_with('/') || last == std::string::npos) {
+    std::vector<std::string> out{plain(stem)};
+    if (const std::string shorter = without_origin(stem); shorter != stem)
+      out.push_back(plain(shorter));
+    return out;
+  }
   std::vector<std::string> out;
   if (const std::size_t before = stem.rfind('.', last - 1); before != std::string::npos)
     out.push_back(plain(stem.substr(before)));

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "column_words.h"
+#include "recording/look.h"
 #include "wheel_words.h"
 
 namespace explain {
@@ -69,7 +70,7 @@ Guess guess_channel(const std::string& column, const std::string& stem, const st
         }
     for (const char* w : {"fl", "fr", "rl", "rr"})
       if (word == std::string("wheel") + w || word == std::string("wheelspeed") + w ||
-          word == std::string("ws") + w ||
+          word == std::string("ws") + w || word == std::string("vel") + w ||
           (w[1] == 'l' && word == std::string("l") + w[0] + "speed") ||
           (w[1] == 'r' && word == std::string("r") + w[0] + "speed")) {
         const bool turning = unit_scale("turn", unit).has_value();
@@ -83,6 +84,15 @@ Guess guess_channel(const std::string& column, const std::string& stem, const st
     }
   }
   return guess;
+}
+
+constexpr double kFastest_mps = 120.0;  // 432 km/h: a car that seems faster is logged in km/h
+
+/// Times since 1970, of 1990 to 2100 or so: in nanoseconds, microseconds, milliseconds or seconds.
+double scale_of_epoch(double largest) {
+  if (largest > 6e17) return 1e-9;
+  if (largest > 6e14) return 1e-6;
+  return largest > 6e11 ? 1e-3 : 1.0;
 }
 
 /// The factor to the channel's own unit: by the unit in the name, or from the size of the values
@@ -100,6 +110,8 @@ void put_scale(const std::vector<double>& values, const std::string& quantity,
   } else {
     // Without a unit: from the size of the values where that decides.
     const double most = largest(values);
+    if (quantity == "time") m.scale = scale_of_epoch(most);
+    if (quantity == "speed" && most > kFastest_mps) m.scale = 1.0 / 3.6;
     if (quantity == "share" && most > 1.5) m.scale = 0.01;
     if (quantity == "acceleration" && most < 4.0 && most > 0.2) m.scale = 9.80665;
     if ((quantity == "angle" || quantity == "rate") && most > 7.0) m.scale = kDegree;
@@ -116,7 +128,7 @@ void put_scale(const std::vector<double>& values, const std::string& quantity,
 }
 
 void put_held(const std::vector<double>& values, ColumnMapping& m, Mapping& mapping) {
-  const double repeated = share_held(values);
+  const double repeated = recording::share_held(values);
   const bool position = m.channel == "x_m" || m.channel == "y_m" || m.channel == "latitude_rad" ||
                         m.channel == "longitude_rad" || m.channel == "yaw_rad" ||
                         m.channel == "vx_mps" || m.channel == "yaw_rate_radps" ||
@@ -130,22 +142,6 @@ void put_held(const std::vector<double>& values, ColumnMapping& m, Mapping& mapp
 }
 
 }  // namespace
-
-double share_held(const std::vector<double>& values) {
-  std::size_t same = 0, seen = 0, run = 0, longest = 0;
-  double last = std::numeric_limits<double>::quiet_NaN();
-  for (const double value : values) {
-    if (!std::isfinite(value)) continue;
-    ++seen;
-    run = value == last ? run + 1 : 0;
-    same += value == last ? 1 : 0;
-    longest = std::max(longest, run);
-    last = value;
-  }
-  return seen <= longest + 20
-             ? 0.0
-             : static_cast<double>(same - longest) / static_cast<double>(seen - longest);
-}
 
 const std::vector<std::string>& analysed_channels() {
   static const std::vector<std::string> names = [] {
@@ -203,6 +199,12 @@ void map_column(const Table& table, std::size_t c, std::set<std::string>& taken,
   if (m.channel.empty()) {
     mapping.notes.push_back(
         fmt::format("column '{}' is not used: its name says nothing known", column));
+    return;
+  }
+  const bool of_motion = guess.quantity == "acceleration" || guess.quantity == "rate";
+  if (of_motion && recording::is_dead(table.columns[c])) {
+    mapping.notes.push_back(fmt::format("column '{}' is not used: it holds {:g} in every row",
+                                        column, largest(table.columns[c])));
     return;
   }
   if (!taken.insert(m.channel).second) {

@@ -13,11 +13,6 @@ namespace explain {
 /// Every channel the analysis reads.
 const std::vector<std::string>& analysed_channels();
 
-/// Share of the samples that repeat the one before exactly; NaN is skipped. The longest run of them
-/// does not count: a column that stands still from some time on is broken, not sampled and held. 0
-/// where hardly anything else is left.
-double share_held(const std::vector<double>& values);
-
 /// Takes column `c` of the table into the mapping, or leaves it out; a note says why. `taken` has
 /// the channels that other columns gave. The pressure of an axle gives the channels of both wheels.
 void map_column(const recording::Table& table, std::size_t c, std::set<std::string>& taken,

@@ -4,19 +4,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
 
 #include "column_words.h"
 #include "confirm_mapping.h"
 #include "map_column.h"
+#include "recording/look.h"
 #include "recording/place.h"
-#include "vehicle/error.h"
 
 namespace explain {
 namespace {
 
 using recording::Table;
-using vehicle::Error;
+
+constexpr std::size_t kFewestRows = 50;
 
 /// The origin of a plane for latitudes and longitudes: the same for all logs of one place, nearly
 /// always.
@@ -39,15 +41,16 @@ struct Place {
   std::vector<double> x_m, y_m;
 };
 
-/// Latitude and longitude on a plane, whose origin goes into the mapping.
-Place on_plane(const Table& table, const std::string& name, Mapping& mapping) {
+/// Latitude and longitude on a plane, whose origin goes into the mapping; nothing where they are
+/// none.
+std::optional<Place> on_plane(const Table& table, const std::string& name, Mapping& mapping) {
   choose_origin(mapped_values(mapping, table, "latitude_rad"),
                 mapped_values(mapping, table, "longitude_rad"), mapping);
-  if (!mapping.has_origin) throw Error(name + ": no latitude and longitude within their bounds");
+  if (!mapping.has_origin) return std::nullopt;
   Table with = table;
   recording::Mapping plane = mapping;
   recording::put_on_plane(with, plane, name);
-  Place place{with.columns[with.columns.size() - 2], with.columns.back()};
+  const Place place{with.columns[with.columns.size() - 2], with.columns.back()};
   mapping.notes.push_back(
       fmt::format("x_m, y_m: from latitude and longitude, east and north of {:.2f}, {:.2f} "
                   "degrees; place_turn_rad, place_x_m and place_y_m bring them to a road's frame",
@@ -56,13 +59,15 @@ Place on_plane(const Table& table, const std::string& name, Mapping& mapping) {
 }
 
 /// What has a speed only can still be driven by; the tools that want a place say so.
-void want_columns(const Table& table, const std::string& name, bool placed, Mapping& mapping) {
-  for (const char* needed : {"time_s", "x_m", "y_m"})
-    if (find_channel(mapping, needed) == nullptr &&
-        !(needed[0] != 't' && (placed || find_channel(mapping, "vx_mps") != nullptr)))
-      throw Error(fmt::format(
-          "{}: no column for {} among {} columns ('{}', ...); a mapping file can name it", name,
-          needed, table.names.size(), table.names.empty() ? "" : table.names[0].substr(0, 40)));
+void want_columns(const Table& table, bool placed, Mapping& mapping) {
+  if (find_channel(mapping, "time_s") == nullptr)
+    mapping.missing.push_back(
+        fmt::format("no clock: none of the {} columns is known as time_s", table.names.size()));
+  if (!placed && find_channel(mapping, "vx_mps") == nullptr)
+    mapping.missing.push_back(
+        fmt::format("no place and no speed: none of the {} columns is known as x_m and y_m, "
+                    "latitude_rad and longitude_rad, or vx_mps",
+                    table.names.size()));
 }
 
 }  // namespace
@@ -76,7 +81,7 @@ Mapping identity_mapping(const Table& table) {
       // Samples of motion that repeat the one before exactly are no measurements.
       const bool motion = name.ends_with("mps") || name.ends_with("radps") ||
                           name.ends_with("mps2");  // a place may stay on a straight along an axis
-      const double repeats = share_held(*table.find(name));
+      const double repeats = recording::share_held(*table.find(name));
       if (motion && repeats > 0.3) {
         mapping.columns.back().held = true;
         mapping.notes.push_back(
@@ -96,18 +101,24 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
   const bool by_satellites = find("latitude_rad") != nullptr && find("longitude_rad") != nullptr &&
                              find("x_m") == nullptr && find("y_m") == nullptr;
   const bool placed = by_satellites || (find("x_m") != nullptr && find("y_m") != nullptr);
-  want_columns(table, name, placed, mapping);
+  want_columns(table, placed, mapping);
+  if (table.rows() < kFewestRows)
+    mapping.missing.push_back(
+        fmt::format("{} rows: a log of at least {} is wanted", table.rows(), kFewestRows));
+  if (!mapping.missing.empty()) return mapping;
   std::vector<double> t = mapped_values(mapping, table, "time_s");
-  if (t.size() < 50)
-    throw Error(fmt::format("{}: {} rows; a log of at least 50 is wanted", name, t.size()));
   confirm_travels(table, t, mapping);
   if (!by_satellites)
     std::erase_if(mapping.columns, [](const ColumnMapping& m) {
       return m.channel == "latitude_rad" || m.channel == "longitude_rad";
     });
-  const Place place = by_satellites ? on_plane(table, name, mapping)
-                                    : Place{mapped_values(mapping, table, "x_m"),
-                                            mapped_values(mapping, table, "y_m")};
+  const auto place = by_satellites ? on_plane(table, name, mapping)
+                                   : std::optional(Place{mapped_values(mapping, table, "x_m"),
+                                                         mapped_values(mapping, table, "y_m")});
+  if (!place) {
+    mapping.missing.emplace_back("no latitude and longitude within their bounds");
+    return mapping;
+  }
   if (!placed) {
     mapping.notes.push_back(
         "no place in this log: signs are not confirmed, and steering, whose ratio is not known, is "
@@ -116,8 +127,8 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
                   [](const ColumnMapping& m) { return m.channel.starts_with("steer"); });
     return mapping;
   }
-  confirm_mapping(table, t, recording::fill_gaps(t, place.x_m), recording::fill_gaps(t, place.y_m),
-                  by_satellites, mapping);
+  confirm_mapping(table, t, recording::fill_gaps(t, place->x_m),
+                  recording::fill_gaps(t, place->y_m), by_satellites, mapping);
   return mapping;
 }
 

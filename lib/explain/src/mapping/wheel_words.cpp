@@ -81,7 +81,7 @@ const std::array<AtWheel, 3> kMeasured{
        "recorridoamortiguador"}},
      {"brake_{}_pa",
       kPressure,
-      {"brakepressure", "brakepress", "brakepres", "brakelinepress", "brakelinepressure",
+      {"pbrake", "brakepressure", "brakepress", "brakepres", "brakelinepress", "brakelinepressure",
        "bremsdruck", "pressionfrein", "pressionefreno", "pressionefreni", "presionfreno",
        "presinfreno"}}}};
 
@@ -108,11 +108,11 @@ const std::array<WheelPlace, 6> kPlaceNames{
        "pd", "postdx", "posterioredestra", "posterioredestro", "td", "traseraderecha",
        "traseroderecho"}},
      {{0, 1},
-      {"front", "frt", "vorne", "vorn", "va", "vorderachse", "avant", "av", "anteriore",
+      {"front", "frt", "f", "vorne", "vorn", "va", "vorderachse", "avant", "av", "anteriore",
        "anteriori", "ant", "delantero", "delantera"}},
      {{2, 3},
-      {"rear", "hinten", "ha", "hinterachse", "arriere", "arrire", "ar", "posteriore", "posteriori",
-       "post", "trasero", "trasera"}}}};
+      {"rear", "r", "hinten", "ha", "hinterachse", "arriere", "arrire", "ar", "posteriore",
+       "posteriori", "post", "trasero", "trasera"}}}};
 
 /// Whether the name is one of these with the place somewhere in it.
 bool is_one_of(const std::string& name, const Words& measured, const std::string& place) {
