@@ -26,6 +26,15 @@ struct ViewCommand {
 /// Serves the page until it is interrupted or `seconds` are over.
 int view(const ViewCommand& command, command::Terminal& terminal);
 
+struct OpenCommand {
+  std::string log;
+  std::string out;                    ///< .html, .mcap or .csv; empty: nothing is written
+  std::vector<std::string> channels;  ///< that the page draws; empty: the first that live
+};
+
+/// Lists the channels of a log of any maker, and writes it as a page, MCAP or CSV.
+int open(const OpenCommand& command, command::Terminal& terminal);
+
 struct TryCommand {
   std::string output = "kerbstone-try";  ///< the folder for all that it makes
   bool no_open = false;

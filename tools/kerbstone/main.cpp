@@ -7,6 +7,29 @@
 #include "commands.h"
 #include "verbs.h"
 
+namespace {
+
+CLI::App* add_open(CLI::App& app, kerbstone::OpenCommand& opened) {
+  CLI::App* const open_app = app.add_subcommand(
+      "open", "Channels of a log of any maker: unit, rate, range, what is dead; as a page or MCAP");
+  command::add_input(*open_app, "log", opened.log, "A log, or a folder that rosbag2 wrote",
+                     command::kFileOrFolder)
+      ->required();
+  command::add_output_file(*open_app, opened.out,
+                           "Also writes it: .html draws curves, .mcap is for Foxglove and "
+                           "PlotJuggler, .csv for all others");
+  open_app->add_option("--channel", opened.channels,
+                       "A channel that the page draws; may be repeated [the first that live]");
+  open_app->footer(
+      "Nothing is guessed: a unit that the file does not name stays empty. `crgexplain map` "
+      "guesses "
+      "what the channels are.\n\nExamples:\n  kerbstone open run3.vbo\n  kerbstone open run3.ld -o "
+      "run3.html --channel 'Ground Speed'");
+  return open_app;
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
   command::Terminal terminal("kerbstone");
   std::vector<std::string> words = {argv + 1, argv + argc};
@@ -62,6 +85,10 @@ int main(int argc, char** argv) {
       "and run the tools. Ctrl-C ends it, and the commands that it runs.\n\n"
       "Examples:\n  kerbstone view\n  kerbstone view tracks/kerbstone-ring/track.yaml --no-open");
   view_app->callback([&] { run = [&] { return kerbstone::view(view, terminal); }; });
+
+  kerbstone::OpenCommand opened;
+  CLI::App* const open_app = add_open(app, opened);
+  open_app->callback([&] { run = [&] { return kerbstone::open(opened, terminal); }; });
 
   kerbstone::TryCommand tour;
   CLI::App* const try_app = app.add_subcommand(

@@ -1,0 +1,155 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "base/ending.h"
+#include "base/error.h"
+#include "base/json_text.h"
+#include "base/write_file.h"
+#include "command/exit_code.h"
+#include "commands.h"
+#include "recording/log.h"
+#include "recording/look.h"
+#include "recording/mcap.h"
+#include "recording/table.h"
+#include "report/plot_page.h"
+
+namespace kerbstone {
+namespace {
+
+using recording::ChannelLook, recording::Log;
+
+constexpr std::size_t kMostPlots = 16;  // of live channels, where none are named
+
+std::string state_of(const ChannelLook& look) {
+  if (look.samples == 0) return look.words > 0 ? "words" : "empty";
+  if (look.dead) return "dead: one value";
+  if (look.held > 0.3) return fmt::format("{:.0f} % repeat", 100.0 * look.held);
+  return look.words > 0 ? fmt::format("{} words", look.words) : "";
+}
+
+std::string text_of(const Log& log, const std::vector<ChannelLook>& looks) {
+  std::string out = fmt::format("{}, {} channels\n{:<32} {:<10} {:>9} {:>9} {:>12} {:>12}  {}\n",
+                                log.format, looks.size(), "channel", "unit", "rate, Hz", "samples",
+                                "least", "greatest", "remark");
+  for (const ChannelLook& look : looks)
+    out += fmt::format("{:<32} {:<10} {:>9} {:>9} {:>12.6g} {:>12.6g}  {}\n",
+                       command::one_line(look.name), command::one_line(look.unit),
+                       look.rate_hz > 0 ? fmt::format("{:.4g}", look.rate_hz) : "?", look.samples,
+                       look.least, look.greatest, state_of(look));
+  for (const std::string& note : log.notes) out += "  " + command::one_line(note) + "\n";
+  return out;
+}
+
+nlohmann::ordered_json json_of(const Log& log, const std::vector<ChannelLook>& looks) {
+  nlohmann::ordered_json channels = nlohmann::ordered_json::array();
+  for (const ChannelLook& look : looks)
+    channels.push_back({{"name", look.name},
+                        {"unit", look.unit},
+                        {"rate_hz", look.rate_hz},
+                        {"samples", look.samples},
+                        {"words", look.words},
+                        {"least", look.least},
+                        {"greatest", look.greatest},
+                        {"held", look.held},
+                        {"dead", look.dead}});
+  return {{"format", log.format}, {"channels", std::move(channels)}, {"notes", log.notes}};
+}
+
+std::string with_unit(const recording::Channel& channel) {
+  return channel.unit.empty() ? channel.name : fmt::format("{} [{}]", channel.name, channel.unit);
+}
+
+/// The channels of a log in rows that are named, else the first live ones.
+std::vector<const recording::Channel*> chosen(const Log& rows,
+                                              const std::vector<std::string>& names,
+                                              const std::string& path) {
+  std::vector<const recording::Channel*> out;
+  for (const std::string& name : names) {
+    const auto found = std::find_if(rows.channels.begin(), rows.channels.end(),
+                                    [&](const auto& channel) { return channel.name == name; });
+    if (found == rows.channels.end())
+      throw base::Error(
+          fmt::format("{}: no channel '{}'; without --channel all are listed", path, name));
+    out.push_back(&*found);
+  }
+  if (!names.empty()) return out;
+  for (const recording::Channel& channel : rows.channels) {
+    const auto [low, high] = std::minmax_element(channel.values.begin(), channel.values.end());
+    if (out.size() < kMostPlots && low != high && *low != *high) out.push_back(&channel);
+  }
+  return out;
+}
+
+std::string page_of(const Log& rows, const std::vector<ChannelLook>& looks, const std::string& path,
+                    const std::vector<std::string>& names) {
+  std::vector<double> time_s = recording::clock_of_rows(rows);
+  const bool timed = !time_s.empty();
+  if (!timed)
+    for (std::size_t i = 0; i < rows.channels.at(0).values.size(); ++i)
+      time_s.push_back(static_cast<double>(i));
+  report::PlotPage page;
+  page.title = path;
+  page.sentences = rows.notes;
+  page.facts.push_back({"format", rows.format});
+  page.facts.push_back({"rows", fmt::format("{}", time_s.size())});
+  for (const ChannelLook& look : looks)
+    page.facts.push_back(
+        {look.name, fmt::format("{}{:.6g} to {:.6g}{}{}", look.unit.empty() ? "" : look.unit + ", ",
+                                look.least, look.greatest, state_of(look).empty() ? "" : ", ",
+                                state_of(look))});
+  for (const recording::Channel* channel : chosen(rows, names, path))
+    page.plots.push_back({.title = channel->name,
+                          .x_name = timed ? "time, s" : "row",
+                          .y_name = channel->unit.empty() ? "unit unknown" : channel->unit,
+                          .lines = {{.name = channel->name, .x = time_s, .y = channel->values}}});
+  return report::plot_page(page);
+}
+
+std::string mcap_of(const Log& rows, const std::string& path) {
+  const std::vector<double> time_s = recording::clock_of_rows(rows);
+  if (time_s.empty())
+    throw base::Error(path + ": no clock among its channels, which MCAP wants; write CSV");
+  recording::WrittenTopic topic{"/log", {}, {}};
+  for (const recording::Channel& channel : rows.channels) {
+    if (std::all_of(channel.values.begin(), channel.values.end(),
+                    [](double value) { return std::isnan(value); }))
+      continue;
+    topic.fields.push_back(with_unit(channel));
+    topic.columns.push_back(channel.values.data());
+  }
+  return recording::format_mcap(time_s, {topic}, topic.fields, path);
+}
+
+std::string csv_of(const Log& rows) {
+  recording::Table table;
+  for (const recording::Channel& channel : rows.channels)
+    table.add(with_unit(channel), channel.values);
+  return recording::format_table(table, 17);
+}
+
+}  // namespace
+
+int open(const OpenCommand& command, command::Terminal& terminal) {
+  Log log = recording::read_log(command.log);
+  const std::vector<ChannelLook> looks = recording::look_at_channels(log);
+  if (!command.out.empty()) {
+    const std::string ending = base::ending_of(command.out);
+    if (ending != ".html" && ending != ".mcap" && ending != ".csv")
+      throw base::Error(
+          fmt::format("{}: a name that ends in .html, .mcap or .csv is wanted", command.out));
+    const Log rows = recording::in_rows(log, command.log);
+    base::write_file(command.out, ending == ".html"
+                                      ? page_of(rows, looks, command.log, command.channels)
+                                  : ending == ".mcap" ? mcap_of(rows, command.log)
+                                                      : csv_of(rows));
+  }
+  terminal.print(terminal.json ? base::json_text(json_of(log, looks)) : text_of(log, looks));
+  if (!command.out.empty() && !terminal.json) terminal.print(fmt::format("{}\n", command.out));
+  return command::kOk;
+}
+
+}  // namespace kerbstone
