@@ -112,6 +112,52 @@ TEST(DriveTyres, BothWheelsTellOfOneTyre) {
   EXPECT_NEAR(together / std::abs(band.fy_n), kShare, 0.3 * kShare);
 }
 
+double braking_peak_n(const vehicle::TyreCoefficients& tyre) {
+  double most = 0.0;
+  for (int k = 1; k < 100; ++k)
+    most = std::max(
+        most, std::abs(vehicle::tyre_forces(
+                           tyre, vehicle::TyreInput<double>{3000.0, -0.01 * k, 0.0, 0.0, 40.0, 0.0},
+                           {}, {.moments = false})
+                           .fx_n));
+  return most;
+}
+
+TEST(DriveTyres, APeakThatNoSlipCameNearStaysTheReferences) {
+  const auto truth = tyre_of("rear.tir"), reference = tyre_of("front.tir");
+  DriveTyres rows;
+  identify::add_drive_tyres(rows, made_up(truth), 1, reference.left_side, "made up");
+  // What a wrong arm of the longitudinal force does: more the more it is.
+  for (double& fx : rows.fit.fx_n) fx *= 1.0 + 4e-5 * std::abs(fx);
+  for (double& fx : rows.held_out.fx_n) fx *= 1.0 + 4e-5 * std::abs(fx);
+  identify::TyreFitOptions options;
+  options.starts = 2;
+  const auto found = identify::fit_drive_tyres(rows, reference, options);
+  ASSERT_TRUE(found);
+  for (const std::string& kept : found->kept) fmt::print("{}\n", kept);
+  EXPECT_THAT(found->kept,
+              testing::Contains(testing::HasSubstr("longitudinal slip: shape and peak")));
+  EXPECT_NEAR(braking_peak_n(found->fit.tyre) / braking_peak_n(reference), 1.0, 0.02);
+  EXPECT_LT(found->fitted.fy_left_n, found->reference.fy_left_n);
+  EXPECT_LE(found->fitted.fx_left_n, found->reference.fx_left_n);
+}
+
+TEST(DriveTyres, WhatTheReferenceDescribesBetterIsNotWritten) {
+  const auto truth = tyre_of("rear.tir"), reference = tyre_of("front.tir");
+  DriveTyres rows;
+  identify::add_drive_tyres(rows, made_up(truth), 1, reference.left_side, "made up");
+  for (std::size_t i = 0; i < rows.held_out.rows(); ++i) {
+    const auto f =
+        vehicle::tyre_forces(reference, rows.held_out.conditions[i], {}, {.moments = false});
+    rows.held_out.fx_n[i] = f.fx_n;
+    rows.held_out.fy_n[i] = f.fy_n;
+  }
+  identify::TyreFitOptions options;
+  options.starts = 1;
+  options.most_rows = 300;
+  EXPECT_FALSE(identify::fit_drive_tyres(rows, reference, options));
+}
+
 TEST(DriveTyres, OtherTablesAreRefused) {
   DriveTyres rows;
   recording::Table log;
@@ -236,7 +282,10 @@ TEST(DriveTyres, AnotherSimulatorsCarOfKnownMass) {
     identify::add_drive_tyres(rows, table, axle, stated.left_side, "t01");
     identify::TyreFitOptions fitting;
     fitting.starts = 2;
-    const TyreFit fit = identify::fit_tyre(rows.fit, stated, fitting);
+    const auto found = identify::fit_drive_tyres(rows, stated, fitting);
+    ASSERT_TRUE(found);
+    const TyreFit& fit = found->fit;
+    for (const std::string& kept : found->kept) fmt::print("  {}\n", kept);
     const auto conditions = identify::tyre_conditions(fit, rows.fit);
     const double middle = 0.5 * (conditions.measured.fz_low_n + conditions.measured.fz_high_n);
     const vehicle::TyreInput<double> rolling{middle, 0.0, 0.0, 0.0, 50.0, 0.0};
@@ -286,7 +335,10 @@ TEST(DriveTyres, AnotherSimulatorsCar) {
       identify::add_drive_tyres(rows, table, axle, stated.left_side, id);
       identify::TyreFitOptions fitting;
       fitting.starts = 2;
-      const TyreFit fit = identify::fit_tyre(rows.fit, stated, fitting);
+      const auto found = identify::fit_drive_tyres(rows, stated, fitting);
+      ASSERT_TRUE(found);
+      const TyreFit& fit = found->fit;
+      for (const std::string& kept : found->kept) fmt::print("  {}\n", kept);
       const Curves curves = compare_curves(fit, rows.fit, stated, is);
       all.places += curves.places;
       all.inside += curves.inside;

@@ -84,7 +84,10 @@ TEST(SlowTyresOfTrials, AreThoseOfTheCars) {
       identify::TyreFitOptions fitting;
       fitting.starts = 1;
       fitting.most_rows = heavy ? 3000 : 800;
-      const auto fit = identify::fit_tyre(rows.fit, reference, fitting);
+      const auto found_tyre = identify::fit_drive_tyres(rows, reference, fitting);
+      ASSERT_TRUE(found_tyre);
+      const identify::TyreFit& fit = found_tyre->fit;
+      for (const std::string& kept : found_tyre->kept) fmt::print("{}\n", kept);
       const auto& time_s = *table.find("time_s");
       const Judged found = judge(trial, fit.tyre, axle, time_s),
                    was = judge(trial, reference, axle, time_s);

@@ -10,6 +10,7 @@
 #include "base/output_set.h"
 #include "base/read_file.h"
 #include "base/statistics.h"
+#include "base/text_lines.h"
 #include "base/write_file.h"
 #include "commands.h"
 #include "recording/table.h"
@@ -82,12 +83,27 @@ std::string another_stiffness(const identify::TyreFit& fit,
   return {};
 }
 
+/// Refuses forces that `crgidentify forces` marked when it wrote them.
+void refuse_marked(const std::string& path) {
+  constexpr std::string_view kMark = "# not to be used: ";
+  const std::string text = base::read_file(path);
+  base::Lines lines(text);
+  for (std::string_view line; lines.next(line) && line.starts_with('#');)
+    if (line.starts_with(kMark))
+      throw base::Error(fmt::format(
+          "{}:{}: marked as not to be used: {}; mend that and run crgidentify forces again", path,
+          lines.number(), line.substr(kMark.size())));
+}
+
 /// The tables of forces in a folder, by name.
 std::vector<std::string> tables_in(const std::string& folder) {
   std::vector<std::string> out;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
     if (entry.path().string().ends_with("_forces.csv")) out.push_back(entry.path().string());
-  for (const std::string& path : out) base::check_set_is_whole(path);
+  for (const std::string& path : out) {
+    base::check_set_is_whole(path);
+    refuse_marked(path);
+  }
   std::sort(out.begin(), out.end());
   if (out.empty())
     throw base::Error(fmt::format(
@@ -165,13 +181,23 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
   options.seed = command.seed;
   options.threads = command.threads;
   terminal.start("fitting");
-  result.fit = identify::fit_tyre(samples, reference.coefficients, options);
-  terminal.start("judging");
-  if (drives.held_out.rows() > 0) {
-    result.held_fitted = held_out(result.fit.tyre, drives.held_out, options.alpha);
-    result.held_reference = held_out(reference.coefficients, drives.held_out, options.alpha);
+  std::vector<std::string> kept;
+  if (command.axle.empty()) {
+    result.fit = identify::fit_tyre(samples, reference.coefficients, options);
+  } else {
+    auto found = identify::fit_drive_tyres(drives, reference.coefficients, options);
+    if (!found)
+      throw command::NotValid(fmt::format(
+          "{}: nothing is written: what was kept back of the drives is described better by the "
+          "reference than by any fit to the rest",
+          command.reference_path));
+    result.fit = std::move(found->fit);
+    result.held_fitted = found->fitted;
+    result.held_reference = found->reference;
     result.tyre_k = base::median_or(0.0, drives.tyre_k);
+    kept = std::move(found->kept);
   }
+  terminal.start("judging");
   result.conditions = identify::tyre_conditions(result.fit, samples);
   result.faults = scan_tyre(result.fit.tyre, result.conditions.measured, result.fit.alpha);
   const bool ended = result.faults.empty() && end_at_the_measured(result);
@@ -200,6 +226,7 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
           result.fit.tyre.fz_max_n);
     terminal.print(said + fmt::format("-> {}\n", command.out_path));
   }
+  for (const std::string& what : kept) terminal.remark(what);
   judge_what_is_left(result.fit, reference.coefficients.version, command.out_path, terminal);
   if (const std::string off = another_stiffness(result.fit, reference.coefficients); !off.empty())
     throw command::NotValid(fmt::format("{}: {}", command.out_path, off));

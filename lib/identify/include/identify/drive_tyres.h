@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "identify/tyre_fit.h"
 #include "identify/tyre_samples.h"
 #include "recording/table.h"
 
@@ -34,5 +36,21 @@ struct HeldOut {
 };
 HeldOut held_out(const vehicle::TyreCoefficients& tyre, const TyreSamples& samples,
                  vehicle::AlphaConvention alpha, const vehicle::TyreFactors<double>& factors = {});
+
+/// The tyre that fits drives, and no worse than the reference what was kept back of them.
+struct DriveTyreFit {
+  TyreFit fit;
+  HeldOut fitted, reference;      ///< on what was kept back
+  std::vector<std::string> kept;  ///< what stays the reference's and why, in sentences
+};
+
+/// fit_tyre() of `drives.fit`, where shape and peak stay the reference's as far as slips do not
+/// come near its peak (three quarters of that slip) or a coefficient of them ran into its bound,
+/// and a direction stays whole where what was kept back is fitted worse than by the reference.
+/// Nothing where that is so of both directions, or of the only one that could be fitted. Throws
+/// base::Error as fit_tyre().
+std::optional<DriveTyreFit> fit_drive_tyres(const DriveTyres& drives,
+                                        const vehicle::TyreCoefficients& reference,
+                                        TyreFitOptions options = {});
 
 }  // namespace identify

@@ -1,6 +1,7 @@
 // The Magic Formula that fits measured forces, near a reference tyre where the data say nothing.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -12,12 +13,16 @@
 
 namespace identify {
 
+/// What of a kind of slip stays the reference's: nothing, shape and peak of the curves, or all.
+enum class TyreHold { kNothing, kPeak, kAll };
+
 struct TyreFitOptions {
   vehicle::AlphaConvention alpha = vehicle::AlphaConvention::kTangent;
   int starts = 8;  ///< of every stage: the reference, and others around it; the best is kept
   std::uint64_t seed = 1;
-  std::size_t most_rows = 6000;  ///< rows that the fit looks at; more are thinned evenly
-  unsigned threads = 0;          ///< 0: all cores; any number gives the same result
+  std::size_t most_rows = 6000;    ///< rows that the fit looks at; more are thinned evenly
+  unsigned threads = 0;            ///< 0: all cores; any number gives the same result
+  std::array<TyreHold, 3> hold{};  ///< of kLateral, kLongitudinal, kCombined
 };
 
 struct FittedCoefficient {

@@ -134,4 +134,100 @@ HeldOut held_out(const vehicle::TyreCoefficients& tyre, const TyreSamples& sampl
   return out;
 }
 
+namespace {
+
+constexpr double kNearPeak = 0.75;  // of the peak's slip: from there on the curve bends
+
+std::size_t index(SlipKind kind) { return static_cast<std::size_t>(kind); }
+
+/// The slip of the largest force of an upright tyre in one direction.
+double peak_slip(const vehicle::TyreCoefficients& tyre, SlipKind kind, double fz_n,
+                 vehicle::AlphaConvention alpha) {
+  vehicle::TyreInput<double> at;
+  at.fz_n = fz_n;
+  at.vx_mps = tyre.nominal_speed_mps;
+  double most_n = 0.0, found = 0.0;
+  for (int k = 1; k <= 200; ++k) {
+    const double slip = 0.005 * k;
+    (kind == SlipKind::kLateral ? at.tan_alpha : at.kappa) = slip;
+    const auto f = vehicle::tyre_forces(tyre, at, {}, {.alpha = alpha, .moments = false});
+    const double force_n = std::abs(kind == SlipKind::kLateral ? f.fy_n : f.fx_n);
+    if (force_n > most_n) most_n = force_n, found = slip;
+  }
+  return found;
+}
+
+const char* word_of(SlipKind kind) {
+  return kind == SlipKind::kLateral ? "side slip" : "longitudinal slip";
+}
+
+/// Where slips do not come near the reference's peak.
+void hold_unseen_peaks(const TyreSamples& rows, const vehicle::TyreCoefficients& reference,
+                       TyreFitOptions& options, std::vector<std::string>& kept) {
+  for (const SlipKind kind : {SlipKind::kLateral, SlipKind::kLongitudinal}) {
+    std::vector<double> slips, loads_n;
+    for (const auto& c : rows.conditions) {
+      slips.push_back(std::abs(kind == SlipKind::kLateral ? c.tan_alpha : c.kappa));
+      loads_n.push_back(c.fz_n);
+    }
+    if (slips.empty()) continue;
+    const double reach = base::quantile(slips, 0.99),
+                 peak = peak_slip(reference, kind, base::median(loads_n), options.alpha);
+    if (reach >= kNearPeak * peak) continue;
+    options.hold[index(kind)] = TyreHold::kPeak;
+    options.hold[index(SlipKind::kCombined)] = TyreHold::kAll;
+    kept.push_back(
+        fmt::format("{}: shape and peak stay the reference's: 99 % of the slips are below {:.3f}, "
+                    "its peak lies at {:.3f}",
+                    word_of(kind), reach, peak));
+  }
+}
+
+/// Of one kind more stays the reference's; false where all did.
+bool hold_more(SlipKind kind, TyreHold at_least, const std::string& why, TyreFitOptions& options,
+               std::vector<std::string>& kept) {
+  TyreHold& hold = options.hold[index(kind)];
+  if (hold == TyreHold::kAll) return false;
+  hold = at_least == TyreHold::kAll || hold == TyreHold::kPeak ? TyreHold::kAll : TyreHold::kPeak;
+  options.hold[index(SlipKind::kCombined)] = TyreHold::kAll;
+  kept.push_back(fmt::format("{}: {} the reference's: {}", word_of(kind),
+                             hold == TyreHold::kAll ? "all stays" : "shape and peak stay", why));
+  return true;
+}
+
+}  // namespace
+
+std::optional<DriveTyreFit> fit_drive_tyres(const DriveTyres& drives,
+                                            const vehicle::TyreCoefficients& reference,
+                                            TyreFitOptions options) {
+  constexpr SlipKind kLateral = SlipKind::kLateral, kLongitudinal = SlipKind::kLongitudinal;
+  DriveTyreFit out;
+  out.reference = held_out(reference, drives.held_out, options.alpha);
+  hold_unseen_peaks(drives.fit, reference, options, out.kept);
+  while (options.hold[index(kLateral)] != TyreHold::kAll ||
+         options.hold[index(kLongitudinal)] != TyreHold::kAll) {
+    out.fit = fit_tyre(drives.fit, reference, options);
+    out.fitted = held_out(out.fit.tyre, drives.held_out, options.alpha);
+    bool more = false;
+    for (const FittedCoefficient& c : out.fit.coefficients)
+      if (c.at_bound && (c.kind == kLateral || c.kind == kLongitudinal) &&
+          (c.keyword[1] == 'C' || c.keyword[1] == 'D'))
+        more = hold_more(c.kind, TyreHold::kPeak, c.keyword + " ran into its bound", options,
+                         out.kept) ||
+               more;
+    const auto worse = [&](SlipKind kind, double fitted_n, double reference_n) {
+      if (more || !(fitted_n > reference_n)) return;
+      more = hold_more(kind, TyreHold::kAll,
+                       fmt::format("on what was kept back the fit misses {:.1f} N, the reference "
+                                   "{:.1f} N",
+                                   fitted_n, reference_n),
+                       options, out.kept);
+    };
+    worse(kLongitudinal, out.fitted.fx_left_n, out.reference.fx_left_n);
+    worse(kLateral, out.fitted.fy_left_n, out.reference.fy_left_n);
+    if (!more) return out;
+  }
+  return std::nullopt;
+}
+
 }  // namespace identify

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
 #include "aligning_fit.h"
 #include "base/error.h"
@@ -108,6 +109,12 @@ std::pair<TyreResiduals, TyreResiduals> force_residuals(const TyreSamples& rows,
   }
   const double least_n = kNoiseFloor * tyre.nominal_load_n;
   return {residuals_of(fx, fx_left, least_n), residuals_of(fy, fy_left, least_n)};
+}
+
+/// C, D and E of a curve, which slips far below its peak say nothing of.
+bool is_of_peak(std::string_view keyword) {
+  return (keyword[0] == 'P' && (keyword[1] == 'C' || keyword[1] == 'D' || keyword[1] == 'E')) ||
+         keyword == "PPX3" || keyword == "PPX4" || keyword == "PPY3" || keyword == "PPY4";
 }
 
 /// Fits one kind of slip from several starts; moves `fit.tyre`.
@@ -244,10 +251,18 @@ TyreFit fit_tyre(const TyreSamples& samples, const TyreCoefficients& reference,
   std::vector<const TyreUnknown*> all, considered;
   for (const SlipKind kind : {SlipKind::kLateral, SlipKind::kLongitudinal, SlipKind::kCombined}) {
     const TyreSamples part = rows_of(rows, kind);
-    TyreStage stage{kind, part.rows(), 0, 0, why_not(kind, part)};
+    const TyreHold hold = options.hold[static_cast<std::size_t>(kind)];
+    TyreStage stage{kind, part.rows(), 0, 0,
+                    hold == TyreHold::kAll ? "it stays the reference's" : why_not(kind, part)};
     if (stage.why_not.empty()) {
       const Varied varies = varied(part, reference);
-      const auto list = list_of(kind, varies.by_need, reference.version);
+      auto list = list_of(kind, varies.by_need, reference.version);
+      if (hold == TyreHold::kPeak) {
+        const auto peak = std::stable_partition(
+            list.begin(), list.end(), [](const TyreUnknown* u) { return !is_of_peak(u->keyword); });
+        considered.insert(considered.end(), peak, list.end());
+        list.erase(peak, list.end());
+      }
       stage = fit_stage(work, kind, part, list, fit.tyre);
       if (stage.why_not.empty()) {
         all.insert(all.end(), list.begin(), list.end());
