@@ -255,7 +255,8 @@ TEST(SlowMap, ANodeWithOneReturnIsEstimated) {
       double share = 0.0;
       if (!place || !frame.column_of(place->v_m, column, share)) continue;
       row = place->row;
-      ++returns[static_cast<std::size_t>(row + 0.5) * frame.columns() + column + (share > 0.5)];
+      ++returns[static_cast<std::size_t>(std::lround(row)) * frame.columns() + column +
+                (share > 0.5)];
     }
   });
   std::vector<double> errors;
@@ -382,7 +383,8 @@ TEST(Trajectory, RefusesWhatIsNoPath) {
   EXPECT_THAT(said("0,0,0,0,0,0,0,1\n"), HasSubstr("two or more wanted"));
   EXPECT_THAT(said("1,0,0,0,0,0,0,1\n0,1,0,0,0,0,0,1\n"), HasSubstr("times must ascend"));
   EXPECT_THAT(said("0,0,0,0,1,1,1,1\n1,1,0,0,0,0,0,1\n"), HasSubstr("quaternion"));
-  EXPECT_THAT(said("0,,0,0,0,0,0,1\n1,1,0,0,0,0,0,1\n"), HasSubstr("t.csv:2: column 'x_m' is empty, wanted"));
+  EXPECT_THAT(said("0,,0,0,0,0,0,1\n1,1,0,0,0,0,0,1\n"),
+              HasSubstr("t.csv:2: column 'x_m' is empty, wanted"));
   // A pose without a fix among others in UTM: 2 million stretches of 5 m, once.
   EXPECT_THAT(said("0,485000,5429000,0,0,0,0,1\n0.1,0,0,0,0,0,0,1\n0.2,485002,5429000,0,0,0,0,1\n"),
               HasSubstr("pose 2: 5.45062e+06 m from the one before in 0.1 s"));

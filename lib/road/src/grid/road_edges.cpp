@@ -166,7 +166,8 @@ std::vector<double> whole_to(const Outwards& side, const std::vector<double>& ed
     const auto [low, high] = std::minmax_element(
         piece.begin(), piece.end(),
         [&](std::size_t a, std::size_t b) { return a % columns < b % columns; });
-    const double length_m = static_cast<double>(*last / columns - *first / columns + 1) * u_step_m,
+    const std::size_t rows_of_piece = *last / columns - *first / columns + 1;
+    const double length_m = static_cast<double>(rows_of_piece) * u_step_m,
                  width_m = v_m[std::min(*high % columns + 1, columns - 1)] - v_m[*low % columns];
     if (std::max(length_m, width_m) <= kMaxHole_m) continue;
     for (const std::size_t node : piece) {

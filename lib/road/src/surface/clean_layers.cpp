@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <compare>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -74,7 +73,6 @@ std::vector<bool> corners_of_bodies(const Mesh& mesh, const std::vector<std::uin
   struct Edge {
     std::uint32_t low, high;
     int way;
-    auto operator<=>(const Edge&) const = default;
   };
   std::vector<Edge> edges;
   DisjointSets sets(place.size());
@@ -100,7 +98,9 @@ std::vector<bool> corners_of_bodies(const Mesh& mesh, const std::vector<std::uin
     six_volumes_m3[sets.find(at[0])] +=
         mesh.vertex(t, 0).dot(mesh.vertex(t, 1).cross(mesh.vertex(t, 2)));
   });
-  std::sort(edges.begin(), edges.end());
+  std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
+    return std::pair(a.low, a.high) < std::pair(b.low, b.high);
+  });
   std::vector<bool> open(place.size(), false), found(place.size(), false);
   for (std::size_t i = 0; i < edges.size();) {
     std::size_t end = i;
