@@ -102,6 +102,31 @@ TEST_F(BrokenColumns, ExchangedAndStuckWheelsAreNamed) {
   EXPECT_THAT(said(t), HasSubstr("'throttle' is largest where the car slows down"));
 }
 
+TEST_F(BrokenColumns, WheelsOfAnotherAxleAreNamed) {
+  recording::Table t = *log_;
+  std::swap(column(t, "wheel_rl_radps"), column(t, "wheel_rr_radps"));
+  EXPECT_THAT(said(t), HasSubstr("'wheel_rl_radps' is faster in left turns"));
+  EXPECT_TRUE(signals(t).broken);
+  t = *log_;
+  for (const char* side : {"l", "r"})
+    std::swap(column(t, fmt::format("wheel_f{}_radps", side)),
+              column(t, fmt::format("wheel_r{}_radps", side)));
+  EXPECT_THAT(said(t), HasSubstr("front and rear are exchanged"));
+  EXPECT_TRUE(signals(t).broken);
+  EXPECT_FALSE(signals(t).present[kWheelRear]);
+}
+
+TEST_F(BrokenColumns, ASpeedOfDrivenWheelsIsRefused) {
+  recording::Table t = *log_;
+  const std::vector<double>&left = column(t, "wheel_rl_radps"),
+        &right = column(t, "wheel_rr_radps");
+  std::vector<double> speed;
+  for (std::size_t i = 0; i < t.rows(); ++i) speed.push_back(0.318 * 0.5 * (left[i] + right[i]));
+  column(t, "vx_mps") = speed;
+  EXPECT_THAT(said(t), AllOf(HasSubstr("'vx_mps' is as fast as 'wheel_rl_radps,wheel_rr_radps'"),
+                             HasSubstr("speed of the driven wheels")));
+}
+
 TEST_F(BrokenColumns, ExchangedLoadsAreNamed) {
   // Loads of a car that stands level: what turns and brakes moves them, by arms of its own.
   recording::Table t = *log_;

@@ -7,9 +7,12 @@
 
 #include "not_known.h"
 #include "path_says.h"
+#include "vehicle/error.h"
 
 namespace explain {
 namespace {
+
+constexpr double kRolls_mps = 8.0, kPushes_mps2 = 0.5;
 
 /// How the difference follows a cause, without shift.
 struct Follows {
@@ -57,7 +60,7 @@ struct Axles {
     double moving = 0, apart = 0, off_left = 0, off_right = 0, since_s = kNaN;
     for (std::size_t i = 0; i < s.n; ++i) {
       const double v = s.x[kVx][i], left = factor * both.first[i], right = factor * both.second[i];
-      if (!(v > 8) || !std::isfinite(left + right)) continue;
+      if (!(v > kRolls_mps) || !std::isfinite(left + right)) continue;
       moving += 1;
       if (std::abs(left - right) < 0.25 * v) continue;
       if (apart == 0) since_s = static_cast<double>(i) * Signals::kStep_s;
@@ -72,24 +75,70 @@ struct Axles {
                              since_s));
   }
 
-  void wheels(Channel c, const std::pair<std::vector<double>, std::vector<double>>& both) const {
-    if (!s.present[c]) return;
-    // In metres a second, by the radius that most of the drive has.
+  /// What most of the drive has, so that speeds are metres a second; 1 where they are. NaN where
+  /// the car hardly moves.
+  double radius_m(Channel c) const {
     std::vector<double> ratio;
     for (std::size_t i = 0; i < s.n; ++i)
-      if (s.x[kVx][i] > 8 && s.x[c][i] > 0) ratio.push_back(s.x[kVx][i] / s.x[c][i]);
-    if (ratio.size() < 200) return;
-    std::nth_element(ratio.begin(), ratio.begin() + static_cast<std::ptrdiff_t>(ratio.size() / 2),
-                     ratio.end());
-    const double factor = ratio[ratio.size() / 2];
-    // A track of half a metre at least; an axle that is locked shows none.
-    const Follows f = follows(right_less_left(both, factor), turn_radps);
-    if (f.correlation < -0.7 && f.slope < -0.5)
+      if (s.x[kVx][i] > kRolls_mps && s.x[c][i] > 0) ratio.push_back(s.x[kVx][i] / s.x[c][i]);
+    if (ratio.size() < 200) return kNaN;
+    const auto middle = ratio.begin() + static_cast<std::ptrdiff_t>(ratio.size() / 2);
+    std::nth_element(ratio.begin(), middle, ratio.end());
+    return *middle;
+  }
+
+  void wheels(Channel c, const std::pair<std::vector<double>, std::vector<double>>& both) const {
+    if (!s.present[c]) return;
+    const double factor = radius_m(c);
+    if (!(factor > 0)) return;
+    // A track of half a metre at least; an axle that is locked shows none, and one that pushes
+    // spins its inner wheel or locks.
+    std::vector<double> turn = turn_radps;
+    for (std::size_t i = 0; i < s.n; ++i)
+      if (!(s.dx[kVx][i] < kPushes_mps2)) turn[i] = kNaN;
+    const Follows f = follows(right_less_left(both, factor), turn);
+    if (f.correlation < -0.5 && f.slope < -0.5)
       return leave_out(c,
                        fmt::format("'{}' is faster in left turns and '{}' in right ones: left and "
                                    "right are exchanged",
                                    front(s.column[c]), second(s.column[c])));
     one_wheel_apart(c, both, factor);
+  }
+
+  /// Of an axle that is driven and one that is not, as shares of the speed, against what speeds the
+  /// car up. Cars here drive their rear wheels.
+  void driven() const {
+    if (!s.present[kWheelFront] || !s.present[kWheelRear]) return;
+    constexpr double kSlips_s2pm = 0.001, kOfSpeed_s2pm = 0.0015;
+    const double front_m = radius_m(kWheelFront), rear_m = radius_m(kWheelRear);
+    std::vector<double> pushes(s.n, kNaN), front(s.n, kNaN), rear(s.n, kNaN), path(s.n, kNaN),
+        rear_less_front(s.n, kNaN);
+    for (std::size_t i = 0; i < s.n; ++i) {
+      const double v = s.x[kVx][i];
+      if (!(v > kRolls_mps) || !(s.dx[kVx][i] > kPushes_mps2)) continue;
+      pushes[i] = s.dx[kVx][i];
+      front[i] = front_m * s.x[kWheelFront][i] / v - 1;
+      rear[i] = rear_m * s.x[kWheelRear][i] / v - 1;
+      rear_less_front[i] = rear[i] - front[i];
+      path[i] = std::hypot(s.dx[kX][i], s.dx[kY][i]) / v - 1;
+    }
+    const Follows slips = follows(rear_less_front, pushes), of_front = follows(front, pushes),
+                  of_rear = follows(rear, pushes), of_path = follows(path, pushes);
+    if (of_front.slope < -kOfSpeed_s2pm && of_front.correlation < -0.5 &&
+        of_path.slope < 0.5 * of_front.slope &&
+        std::abs(of_rear.slope) < 0.25 * std::abs(of_front.slope))
+      throw vehicle::Error(fmt::format(
+          "{}: '{}' is as fast as '{}' where these slip under power, and '{}' and the path are "
+          "slower: it is the speed of the driven wheels; give a speed over ground, or that of the "
+          "wheels that are not driven",
+          s.name, s.column[kVx], s.column[kWheelRear], s.column[kWheelFront]));
+    if (slips.slope > -kSlips_s2pm || slips.correlation > -0.3) return;
+    leave_out(
+        kWheelFront,
+        fmt::format("'{}' slip where the car speeds up, and '{}' roll with it: front and rear "
+                    "are exchanged, or the front wheels are driven",
+                    s.column[kWheelFront], s.column[kWheelRear]));
+    s.present[kWheelRear] = s.present[kWheelRearDifference] = false;
   }
 
   void loads(Channel c, const std::pair<std::vector<double>, std::vector<double>>& both,
@@ -113,6 +162,7 @@ void leave_out_exchanged(Signals& s, const Sides& sides) {
       axles.wheels(c, both);
     else
       axles.loads(c, both, s.present[kAy] ? s.x[kAy] : path.across_mps2);
+  axles.driven();
   if (!s.present[kLoadFront] || !s.present[kLoadRear]) return;
   std::vector<double> in_front(s.n);  // the share: how much presses on both changes with speed
   for (std::size_t i = 0; i < s.n; ++i)
