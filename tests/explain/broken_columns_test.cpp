@@ -164,6 +164,14 @@ TEST_F(BrokenColumns, DevicesWithAClockOfTheirOwnAreMoved) {
   EXPECT_THAT(imu.columns,
               ::testing::UnorderedElementsAre("yaw_rate_radps", "ax_mps2", "ay_mps2", "az_mps2"));
   EXPECT_NEAR(imu.delay_s, 0.12, 0.015);
+  std::vector<const char*> bus;
+  for (const std::string& name : log_->names)
+    if (name != "time_s" && name != "x_m" && name != "y_m" && name != "vy_mps" &&
+        !name.starts_with("yaw_") && !name.starts_with("a"))
+      bus.push_back(name.c_str());
+  const LateColumns of_the_bus = moved(bus, 0.2);
+  EXPECT_EQ(of_the_bus.columns.size(), bus.size());
+  EXPECT_NEAR(of_the_bus.delay_s, 0.2, 0.015);
   EXPECT_TRUE(moved({"yaw_rate_radps"}, 0.12).columns.empty()) << "one alone may be filtered";
   // Written as one finding; what the analysis adds to one of them is that one's own.
   Signals log;

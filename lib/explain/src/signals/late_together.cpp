@@ -68,6 +68,9 @@ std::optional<LateColumns> late_together(const Signals& s) {
     return std::nullopt;
   const bool heading_with_path =
       std::isfinite(gyro) && std::isfinite(heading) && agree(heading - gyro, -imu);
+  // Steering comes no earlier before the path than the nose does.
+  const double steering = lag(kSteer, s.x[kSteer], path.curvature, 0.005, false),
+               nose = std::isfinite(gyro) ? std::min(gyro, 0.0) : 0.0;
   // Of all these a heading is told best from what turns it.
   if (heading_with_path) imu = gyro - heading;
   std::vector<Channel> late;
@@ -83,7 +86,7 @@ std::optional<LateColumns> late_together(const Signals& s) {
     late = {kAx, kAy, kAz, kYawRate};
     delay_s = imu;
   } else if (vx > kLeast_s && std::abs(imu) < kAgree_s && !s.commanded[kSteer] &&
-             lag(kSteer, s.x[kSteer], path.curvature, 0.005, false) > vx - kAgree_s) {
+             steering > std::max(0.6 * vx, vx - kAgree_s + nose)) {
     late = {kVx,           kWheelFront,
             kWheelRear,    kWheelRearDifference,
             kSteer,        kThrottle,
