@@ -38,13 +38,15 @@ TEST_F(BadInput, WrongUnitsAreNamed) {
                 HasSubstr(fmt::format("'{}' looks like multiples of g", name)));
   EXPECT_THAT(said(changed("throttle", [](double v) { return 100 * v; })), HasSubstr("per cent"));
   EXPECT_THAT(said(changed("vx_mps", [](double v) { return 3.6 * v; })), HasSubstr("another unit"));
-  recording::Table bar = *log_, wheels = *log_;
+  recording::Table bar = *log_, wheels = *log_, kilopascal = *log_;
   for (const char* wheel : {"fl", "fr", "rl", "rr"}) {
     for (double& v : column(bar, fmt::format("brake_{}_pa", wheel))) v *= 1e-5;
+    for (double& v : column(kilopascal, fmt::format("brake_{}_pa", wheel))) v *= 3e-3;
     for (double& v : column(wheels, fmt::format("wheel_{}_radps", wheel)))
       v *= 60 / (2 * std::numbers::pi);
   }
   EXPECT_THAT(said(bar), HasSubstr("bar or another unit"));
+  EXPECT_THAT(said(kilopascal), HasSubstr("bar or another unit"));
   EXPECT_THAT(said(wheels), HasSubstr("times the speed: another unit"));
 }
 
@@ -171,7 +173,25 @@ TEST_F(BadInput, AnotherTrackAndAnotherFrame) {
   EXPECT_THAT(said(t),
               AllOf(HasSubstr("another frame"), HasSubstr("turned by"), HasSubstr("fits within")));
   for (double& y : column(t, "y_m")) y = -y;
-  EXPECT_THAT(said(t), AllOf(HasSubstr("another track"), Not(HasSubstr("fits within"))));
+  EXPECT_THAT(said(t), AllOf(HasSubstr("another track"), Not(HasSubstr("fits within")),
+                             HasSubstr("mirrored, the path has the road's shape within")));
+}
+
+TEST_F(BadInput, HeadingsFromNorthAndRowsInReverse) {
+  const recording::Table compass =
+      changed("yaw_rad", [](double v) { return std::numbers::pi / 2 - v; });
+  EXPECT_THAT(said(compass),
+              HasSubstr("'yaw_rad' counts clockwise from north, where counter-clockwise from the x "
+                        "axis is wanted: give it scale -1 and offset 1.5708"));
+  Mapping mended = identity_mapping(compass);
+  for (ColumnMapping& m : mended.columns)
+    if (m.channel == "yaw_rad") m.scale = -1, m.offset = 1.5708;
+  EXPECT_TRUE(make_signals(compass, mended, *road_, "log.csv").remarks.empty());
+  recording::Table reverse = *log_;
+  for (std::size_t k = 0; k < reverse.columns.size(); ++k)
+    if (reverse.names[k] != "time_s")
+      std::reverse(reverse.columns[k].begin(), reverse.columns[k].end());
+  EXPECT_THAT(said(reverse), HasSubstr("the rows run backwards in time"));
 }
 
 using SlowBadInput = BadInput;

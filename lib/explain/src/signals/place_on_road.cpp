@@ -52,18 +52,25 @@ std::string offer_transform(const std::vector<double>& x, const std::vector<doub
   Complex mean_a = 0, mean_b = 0;
   for (std::size_t i = 0; i < kPoints; ++i)
     mean_a += a[i] / double(kPoints), mean_b += b[i] / double(kPoints);
-  double best = std::numeric_limits<double>::infinity(), turn = 0;
+  double best = std::numeric_limits<double>::infinity(), turn = 0, best_mirrored = best;
   for (std::size_t shift = 0; shift < kPoints; ++shift) {
-    Complex product = 0;
+    Complex product = 0, mirrored = 0;
     double size = 0;
     for (std::size_t i = 0; i < kPoints; ++i) {
       const Complex p = a[i] - mean_a, q = b[(i + shift) % kPoints] - mean_b;
       product += std::conj(p) * q;
+      mirrored += p * q;
       size += std::norm(p) + std::norm(q);
     }
     const double rms2 = (size - 2 * std::abs(product)) / kPoints;
     if (rms2 < best) best = rms2, turn = std::arg(product);
+    best_mirrored = std::min(best_mirrored, (size - 2 * std::abs(mirrored)) / kPoints);
   }
+  if (best_mirrored < best && std::sqrt(std::max(0.0, best_mirrored)) < 15.0)
+    return fmt::format(
+        "; mirrored, the path has the road's shape within {:.1f} m: one of x and y has the other "
+        "sign, or they are exchanged; correct it in the mapping",
+        std::sqrt(std::max(0.0, best_mirrored)));
   if (!(std::sqrt(std::max(0.0, best)) < 15.0)) return "";
   const Complex move = mean_b - mean_a * std::polar(1.0, turn);
   return fmt::format(
@@ -161,6 +168,15 @@ Driven put_road(Signals& s, const crg::Surface& surface) {
   return driven;
 }
 
+bool moves_against_its_heading(const Signals& s) {
+  double along = 0, count = 0;
+  for (std::size_t i = 0; i < s.n; ++i) {
+    const double d = std::atan2(s.dx[kY][i], s.dx[kX][i]) - s.x[kYaw][i];
+    if (std::isfinite(d) && std::isfinite(s.u_m[i])) along += std::cos(d), count += 1;
+  }
+  return s.present[kYaw] && along < -0.9 * count;
+}
+
 }  // namespace
 
 void place_on_road(Signals& s, const crg::Surface& surface) {
@@ -176,6 +192,11 @@ void place_on_road(Signals& s, const crg::Surface& surface) {
   if (driven.beside > 0)
     s.remarks.push_back(fmt::format("{}: {:.1f} s of the path lie beside the road and are left out",
                                     s.name, static_cast<double>(driven.beside) * Signals::kStep_s));
+  if (driven.backwards * 2 > driven.moving && moves_against_its_heading(s))
+    throw Error(fmt::format(
+        "{}: the car drives against u and against its own heading '{}': the rows run backwards in "
+        "time; sort them",
+        s.name, s.column[kYaw]));
   if (driven.backwards * 2 > driven.moving)
     throw Error(
         fmt::format("{}: the car drives against u; crgbuild reverse turns the road round", s.name));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include "changes_in_time.h"
@@ -120,17 +121,29 @@ void check_swapped(Channels& channels, const PathSays& path) {
   }
 }
 
+/// Of the course, less or plus the heading: where it lies on average and how much of it does.
+std::complex<double> course_beside_heading(const Signals& s, const PathSays& path, double sign) {
+  std::complex<double> sum = 0.0;
+  double count = 0.0;
+  for (std::size_t i = 0; i < s.n; ++i)
+    if (std::isfinite(path.turn_radps[i]) && std::isfinite(s.x[kYaw][i])) {
+      sum += std::polar(1.0, std::atan2(s.dx[kY][i], s.dx[kX][i]) - sign * s.x[kYaw][i]);
+      count += 1.0;
+    }
+  return count > 0 ? sum / count : sum;
+}
+
 void check_yaw(Channels& channels, const PathSays& path) {
   Signals& s = channels.s;
   if (!s.present[kYaw]) return;
+  const std::complex<double> compass = course_beside_heading(s, path, -1.0);
+  constexpr double kRight = std::numbers::pi / 2;
+  if (std::abs(compass) > 0.9 && std::abs(std::arg(compass) - kRight) < 0.26)
+    channels.leave_out(kYaw,
+                       "counts clockwise from north, where counter-clockwise from the x axis "
+                       "is wanted: give it scale -1 and offset 1.5708");
   channels.check(kYaw, s.dx[kYaw], {path.turn_radps, 0.02, "the turning", 0.67, 1.5, 0.7});
-  double sum_c = 0, sum_s = 0;
-  for (std::size_t i = 0; i < s.n; ++i)
-    if (std::isfinite(path.turn_radps[i]) && s.present[kYaw] && std::isfinite(s.x[kYaw][i])) {
-      const double d = std::atan2(s.dx[kY][i], s.dx[kX][i]) - s.x[kYaw][i];
-      sum_c += std::cos(d), sum_s += std::sin(d);
-    }
-  const double offset = std::atan2(sum_s, sum_c);
+  const double offset = std::arg(course_beside_heading(s, path, 1.0));
   if (s.present[kYaw] && std::abs(offset) > 0.26)
     channels.leave_out(
         kYaw, fmt::format("has another zero: {:.3f} rad from the course on average", offset));
@@ -167,6 +180,15 @@ void check_motion(Channels& channels, const PathSays& path) {
   }
 }
 
+/// Pressures that slow a car down are millions of pascals: the largest is below 2 kPa, or below 40
+/// where the car slows with it. Some kPa alone may be all that one shows that never braked.
+bool is_other_pressure(const std::vector<double>& pressure, const std::vector<double>& slowing) {
+  const double most = largest(pressure);
+  if (most < 2e3 || most > 4e4) return most < 2e3;
+  const Match m = match(pressure, slowing, 0.5);
+  return m.known && m.correlation > 0.5;
+}
+
 void check_controls(Channels& channels, const PathSays& path) {
   Signals& s = channels.s;
   if (!s.commanded[kSteer])
@@ -178,7 +200,7 @@ void check_controls(Channels& channels, const PathSays& path) {
                     largest(s.x[kThrottle]),
                     largest(s.x[kThrottle]) < 150 ? "per cent" : "another unit or channel"));
   for (const Channel c : {kBrakeFront, kBrakeRear})
-    if (s.present[c] && largest(s.x[c]) < 2000)
+    if (s.present[c] && is_other_pressure(s.x[c], path.slowing_mps2))
       channels.leave_out(c,
                          fmt::format("reaches {:.3g}: bar or another unit where pascal are wanted",
                                      largest(s.x[c])));
