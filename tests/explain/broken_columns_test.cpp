@@ -15,6 +15,7 @@ namespace explain {
 namespace broken_columns_test {
 
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using BrokenColumns = GoodLog;
@@ -49,6 +50,94 @@ TEST_F(BrokenColumns, WhatStandsStillForAWhileIsNotUsedThere) {
   std::fill(column(t, "vx_mps").begin() + static_cast<std::ptrdiff_t>(half),
             column(t, "vx_mps").end(), column(t, "vx_mps")[half]);
   EXPECT_THAT(said(t), HasSubstr("give a log in which they go on"));
+}
+
+/// The value that the column has there, or another one, for 20 s.
+std::vector<double> held(std::vector<double> x, double value = NAN) {
+  const double at = std::isfinite(value) ? value : x[2200];
+  std::fill_n(x.begin() + 2200, 1000, at);
+  return x;
+}
+
+TEST_F(BrokenColumns, WhatIsHeldWhileTheCarTurnsOrBrakesIsNotUsedThere) {
+  for (const auto& [name, channel] : {std::pair{"yaw_rate_radps", kYawRate},
+                                      {"ay_mps2", kAy},
+                                      {"steer_rad", kSteer},
+                                      {"throttle", kThrottle}})
+    for (const double value : {0.0, static_cast<double>(NAN)}) {
+      recording::Table t = *log_;
+      column(t, name) = held(column(t, name), value);
+      const Signals s = signals(t);
+      EXPECT_THAT(s.remarks,
+                  Contains(AllOf(HasSubstr(fmt::format("'{}' stands still 1 time", name)),
+                                 HasSubstr("first at 44.0 s: not used there"))));
+      EXPECT_TRUE(std::isnan(s.x[channel][1000]));
+    }
+  recording::Table t = *log_;
+  const auto full = static_cast<std::ptrdiff_t>(t.rows() / 2);
+  std::fill(column(t, "throttle").begin() + full, column(t, "throttle").end(), 1.0);
+  EXPECT_THAT(said(t), HasSubstr("'throttle' stands still 1 time"));
+  EXPECT_TRUE(signals(t).broken) << "over a fifth of the drive";
+  t = changed("throttle", [](double) { return 0.5; });
+  EXPECT_THAT(said(t), HasSubstr("'throttle' is constant: not used; take it out"));
+  EXPECT_TRUE(signals(t).broken);
+}
+
+TEST_F(BrokenColumns, WhatStaysWhereItIsBecauseTheCarDoesIsUsed) {
+  // Where the car goes straight, for a second and a half.
+  const std::vector<double>& rate = column(*log_, "yaw_rate_radps");
+  std::size_t straight = 0;
+  double least = HUGE_VAL;
+  for (std::size_t i = 500; i + 575 < rate.size(); i += 25) {
+    double most = 0;
+    for (std::size_t k = i; k < i + 75; ++k) most = std::max(most, std::abs(rate[k]));
+    if (most < least) least = most, straight = i;
+  }
+  recording::Table t = *log_;
+  for (const char* name : {"yaw_rate_radps", "ay_mps2", "steer_rad"})
+    std::fill_n(column(t, name).begin() + static_cast<std::ptrdiff_t>(straight), 75, 0.0);
+  EXPECT_EQ(said(t), "");
+}
+
+TEST_F(BrokenColumns, SpikesAreNoFaultOfOtherColumns) {
+  for (const auto& [name, by] : {std::pair{"x_m", 30.0},
+                                 {"yaw_rad", 1.0},
+                                 {"vx_mps", 12.0},
+                                 {"ax_mps2", 60.0},
+                                 {"ay_mps2", 60.0}}) {
+    recording::Table t = *log_;
+    for (std::size_t k = 0; k < 20; ++k) column(t, name)[150 + 300 * k] += k % 2 == 0 ? by : -by;
+    EXPECT_EQ(said(t), fmt::format("log.csv: '{}': 20 samples leap from their neighbours, first at "
+                                   "3.00 s: not used\n",
+                                   name));
+  }
+}
+
+TEST_F(BrokenColumns, WhatLacksMostOfTheDriveIsNotJudged) {
+  const auto half_a_lap = [](const char* name) {
+    recording::Table t = *log_;
+    for (std::size_t i = 0; i < t.rows(); ++i)
+      if (i < 2200 || i > 4700) column(t, name)[i] = NAN;
+    return t;
+  };
+  for (const char* name : {"throttle", "steer_rad", "yaw_rate_radps", "ay_mps2"}) {
+    const Signals s = signals(half_a_lap(name));
+    EXPECT_THAT(s.remarks, Contains(HasSubstr(fmt::format("'{}' has nothing for ", name))));
+    EXPECT_TRUE(s.broken) << name;
+  }
+  EXPECT_THAT(said(half_a_lap("vx_mps")), HasSubstr("position and speed are the least"));
+  recording::Table slow = *log_;
+  for (std::size_t i = 0; i < slow.rows(); ++i)
+    if (i % 10 != 0) column(slow, "ax_mps2")[i] = NAN;
+  EXPECT_THAT(said(slow), HasSubstr("'ax_mps2' has 5.0 measurements a second"));
+  EXPECT_TRUE(signals(slow).broken);
+}
+
+TEST_F(BrokenColumns, RowsWithOneTimeAreSaid) {
+  recording::Table t = *log_;
+  for (std::size_t i = 100; i < t.rows(); i += 100)
+    column(t, "time_s")[i] = column(t, "time_s")[i - 1];
+  EXPECT_THAT(said(t), HasSubstr("rows have the time of the row before, first row 101"));
 }
 
 TEST_F(BrokenColumns, LeapsAndSpikesAreTakenOut) {

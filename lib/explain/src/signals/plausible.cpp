@@ -222,15 +222,28 @@ void check_wheels(Channels& channels, const PathSays& path) {
   }
 }
 
-/// What a column lacks while the car is on the road.
-void remark_missing(Signals& s) {
+/// What a column lacks while the car is on the road: one that lacks most of it says little of the
+/// drive, and what is judged without it is not what the log shows.
+void check_missing(Channels& channels) {
+  Signals& s = channels.s;
   for (std::size_t c = 0; c < kChannelCount; ++c) {
     if (!s.present[c] || c == kX || c == kY) continue;
-    std::size_t missing = 0, first = s.n;
-    for (std::size_t i = 0; i < s.n; ++i)
-      if (std::isfinite(s.x[kX][i]) && !std::isfinite(s.x[c][i]))
-        ++missing, first = std::min(first, i);
-    if (static_cast<double>(missing) * Signals::kStep_s > 2.0)
+    std::size_t missing = 0, first = s.n, driven = 0;
+    for (std::size_t i = 0; i < s.n; ++i) {
+      if (!std::isfinite(s.x[kX][i])) continue;
+      ++driven;
+      if (!std::isfinite(s.x[c][i])) ++missing, first = std::min(first, i);
+    }
+    const std::string what = fmt::format("has nothing for {:.1f} of {:.1f} s on the road",
+                                         static_cast<double>(missing) * Signals::kStep_s,
+                                         static_cast<double>(driven) * Signals::kStep_s);
+    if (2 * missing > driven && c == kVx)
+      throw vehicle::Error(
+          fmt::format("{}: '{}' {}; position and speed are the least the analysis needs", s.name,
+                      s.column[c], what));
+    if (2 * missing > driven && c != kEngine && c != kGear && c != kFuel)
+      channels.leave_out(static_cast<Channel>(c), what);
+    else if (static_cast<double>(missing) * Signals::kStep_s > 2.0)
       s.remarks.push_back(
           fmt::format("{}: '{}' has nothing for {:.1f} s in all, first at {:.1f} s: "
                       "what needs it is not looked at there",
@@ -284,6 +297,7 @@ void leave_out_implausible(Signals& s) {
   check_motion(channels, path);
   check_controls(channels, path);
   check_wheels(channels, path);
+  check_missing(channels);
   if (!channels.forces) {
     // What moves the car would be explained without one of its causes.
     s.remarks.push_back(
@@ -293,7 +307,6 @@ void leave_out_implausible(Signals& s) {
   if (!s.present[kWheelRear]) s.present[kWheelRearDifference] = false;
   if (!s.present[kBrakeFront]) s.present[kBrakeFrontApart] = false;
   if (!s.present[kBrakeRear]) s.present[kBrakeRearApart] = false;
-  remark_missing(s);
   remark_laps_and_gaps(s);
 }
 

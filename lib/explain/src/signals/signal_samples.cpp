@@ -85,12 +85,12 @@ Samples samples_of(const recording::Table& table, const Mapping& mapping,
   return out;
 }
 
-std::vector<double> take_out_spikes(Samples& s) {
+std::vector<double> take_out_spikes(Samples& s, double impossible) {
   constexpr std::size_t kHalf = 2;
   std::vector<double> times;
   constexpr double kSlowest_hz = 45.0;  // below it a sample is as long as what a car does
-  if (s.x.size() < 100 ||
-      static_cast<double>(s.t.size()) < kSlowest_hz * (s.t.back() - s.t.front()))
+  const double slowest_hz = std::isfinite(impossible) ? 0.0 : kSlowest_hz;
+  if (s.x.size() < 100 || static_cast<double>(s.t.size()) < slowest_hz * (s.t.back() - s.t.front()))
     return times;
   std::vector<double> apart(s.x.size(), 0.0);
   for (std::size_t i = kHalf; i + kHalf < s.x.size(); ++i) {
@@ -105,7 +105,8 @@ std::vector<double> take_out_spikes(Samples& s) {
     std::nth_element(of.begin(), at, of.end());
     return *at;
   };
-  const double limit = std::max(20 * part(apart, 0.7), 0.5 * (part(s.x, 0.99) - part(s.x, 0.01)));
+  const double limit = std::max(20 * part(apart, 0.7),
+                                std::min(impossible, 0.5 * (part(s.x, 0.99) - part(s.x, 0.01))));
   Samples kept{{}, {}, s.column};
   for (std::size_t i = 0; i < s.x.size(); ++i)
     if (limit > 0 && apart[i] > limit)

@@ -20,10 +20,11 @@ struct Samples {
 Samples samples_of(const recording::Table& table, const Mapping& mapping,
                    const std::string& channel, const std::vector<double>& time_s);
 
-/// Single samples and pairs that leap from their neighbours by over half of the channel's range and
-/// 20 times what samples usually differ from them by: taken out. Returns their times. Nothing below
-/// 45 samples a second, where a sample lasts as long as what a car does.
-std::vector<double> take_out_spikes(Samples& samples);
+/// Single samples and pairs that leap from their neighbours by 20 times what samples usually differ
+/// from them by, and by what no car can do within a sample, `impossible`, or over half of the
+/// channel's range: taken out. Returns their times. Where nothing is `impossible` (infinite), only
+/// from 45 samples a second on: below it a sample lasts as long as what a car does.
+std::vector<double> take_out_spikes(Samples& samples, double impossible);
 
 /// Its rate of change at step i, from two steps to both sides; NaN without them.
 double rate_at(const std::vector<double>& x, std::size_t i);

@@ -27,6 +27,7 @@ using vehicle::Error;
 struct Clock {
   std::vector<double> time_s;
   double duration_s = 0.0;
+  std::size_t repeated = 0, first_repeated = 0;  ///< rows with the time of the one before
 };
 
 Clock clock_of(const recording::Table& table, const Mapping& mapping, const std::string& name) {
@@ -53,6 +54,7 @@ Clock clock_of(const recording::Table& table, const Mapping& mapping, const std:
       throw Error(
           fmt::format("{}: row {}: the clock goes back from {:.3f} to {:.3f} s; cut the log there",
                       name, i + 1, last, time[i]));
+    if (time[i] <= last && clock.repeated++ == 0) clock.first_repeated = i + 1;
     last = time[i];
   }
   for (double& t : time) t -= first_s;
@@ -91,11 +93,14 @@ class SmoothedChannels {
     return samples_of(table_, mapping_, channel, clock_.time_s);
   }
 
-  /// Of what no car does within a sample: how it moves, turns and steers. Forces leap where a gear
+  /// Of what no car does within a sample: how it moves, turns and steers. Pedals leap where a gear
   /// is changed, wheels where they lock.
-  Samples read_smooth(const std::string& channel) const {
+  Samples read_smooth(const std::string& channel, double impossible = HUGE_VAL) const {
     Samples out = read(channel);
-    const std::vector<double> spikes = take_out_spikes(out);
+    if (channel == "yaw_rad")
+      for (std::size_t i = 1; i < out.x.size(); ++i)
+        out.x[i] = out.x[i - 1] + std::remainder(out.x[i] - out.x[i - 1], 2 * std::numbers::pi);
+    const std::vector<double> spikes = take_out_spikes(out, impossible);
     if (!spikes.empty())
       signals_.remarks.push_back(fmt::format(
           "{}: '{}': {} samples leap from their neighbours, first at {:.2f} s: not used",
@@ -114,7 +119,8 @@ class SmoothedChannels {
           "a second; at least {:.0f} are wanted",
           signals_.name, samples.column, hz, signals_.sample_hz, 1.2 * kSlowest_hz);
       if (c == kX || c == kY || c == kVx) throw Error(what);
-      signals_.remarks.push_back(what + ": not used");
+      signals_.remarks.push_back(what + ": not used; take it out of the mapping");
+      signals_.broken = signals_.broken || (c != kEngine && c != kFuel);
       return false;
     }
     smooth(samples, 0.0, signals_.n, half_s_, signals_.x[c], signals_.dx[c]);
@@ -165,18 +171,18 @@ class SmoothedChannels {
 };
 
 void put_motion(Signals& s, SmoothedChannels& channels) {
-  for (const auto& [c, channel] : {std::pair{kX, "x_m"},
-                                   {kY, "y_m"},
-                                   {kVx, "vx_mps"},
-                                   {kVy, "vy_mps"},
-                                   {kYawRate, "yaw_rate_radps"},
-                                   {kAx, "ax_mps2"},
-                                   {kAy, "ay_mps2"},
-                                   {kAz, "az_mps2"},
-                                   {kEngine, "engine_radps"},
-                                   {kFuel, "fuel_kg"}})
-    channels.put(
-        c, c == kVx || c == kYawRate ? channels.read_smooth(channel) : channels.read(channel));
+  constexpr double kPlace_m = 2.0, kSpeed_mps = 5.0, kHeading_rad = 0.3;
+  for (const auto& [c, channel, impossible] : {std::tuple{kX, "x_m", kPlace_m},
+                                               {kY, "y_m", kPlace_m},
+                                               {kYaw, "yaw_rad", kHeading_rad},
+                                               {kVx, "vx_mps", kSpeed_mps},
+                                               {kYawRate, "yaw_rate_radps", HUGE_VAL},
+                                               {kAx, "ax_mps2", HUGE_VAL},
+                                               {kAy, "ay_mps2", HUGE_VAL}})
+    channels.put(c, channels.read_smooth(channel, impossible));
+  for (const auto& [c, channel] :
+       {std::pair{kVy, "vy_mps"}, {kAz, "az_mps2"}, {kEngine, "engine_radps"}, {kFuel, "fuel_kg"}})
+    channels.put(c, channels.read(channel));
   for (const Channel c : {kX, kY, kVx})
     if (!s.present[c])
       throw Error(fmt::format("{}: no {}; position and speed are the least the analysis needs",
@@ -184,10 +190,6 @@ void put_motion(Signals& s, SmoothedChannels& channels) {
                               c == kX   ? "x_m"
                               : c == kY ? "y_m"
                                         : "vx_mps"));
-  Samples yaw = channels.read("yaw_rad");
-  for (std::size_t i = 1; i < yaw.x.size(); ++i)
-    yaw.x[i] = yaw.x[i - 1] + std::remainder(yaw.x[i] - yaw.x[i - 1], 2 * std::numbers::pi);
-  channels.put(kYaw, yaw);
 }
 
 /// Left minus right of an axle, where a car that brakes its wheels one by one makes them differ.
@@ -267,7 +269,7 @@ void leave_out_constant(Signals& s) {
     if (c != kGear && c != kFuel && !(high - low > 1e-9)) {
       // A dead sensor says of the car what is not so; pedals and gears may stay where they are.
       const bool dead = c == kYawRate || c == kAx || c == kAy || c == kSteer || c == kWheelFront ||
-                        c == kWheelRear;
+                        c == kWheelRear || (c == kThrottle && moves_against_throttle(s, 0, s.n));
       s.remarks.push_back(fmt::format("{}: '{}' is constant: not used{}", s.name, s.column[c],
                                       dead ? "; take it out of the mapping" : ""));
       s.broken = s.broken || dead;
@@ -319,6 +321,10 @@ Signals put_together(const recording::Table& table, const Mapping& mapping, cons
     throw Error(
         fmt::format("{}: {:.1f} samples a second; at least 10 are wanted", name, s.sample_hz));
   s.n = static_cast<std::size_t>(clock.duration_s / Signals::kStep_s) + 1;
+  if (clock.repeated > 0)
+    s.remarks.push_back(
+        fmt::format("{}: {} rows have the time of the row before, first row {}: taken together",
+                    name, clock.repeated, clock.first_repeated));
   SmoothedChannels channels(s, table, mapping, clock);
   put_motion(s, channels);
   put_controls(s, channels);

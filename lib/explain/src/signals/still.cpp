@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 #include "not_known.h"
 #include "signal_samples.h"
@@ -27,6 +28,13 @@ double range(const std::vector<double>& x, const Run& run) {
   for (std::size_t i = run.begin; i < run.end; ++i)
     if (std::isfinite(x[i])) low = std::min(low, x[i]), high = std::max(high, x[i]);
   return high > low ? high - low : 0.0;
+}
+
+double mean(const std::vector<double>& x, const Run& run) {
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = run.begin; i < run.end; ++i)
+    if (std::isfinite(x[i])) sum += x[i], count += 1.0;
+  return sum / count;
 }
 
 /// Runs of at least `least_s` in which no `still` channel changes by more than rounding although
@@ -55,12 +63,12 @@ std::vector<Run> still_runs(const Signals& s, const std::vector<Channel>& still,
 
 /// What turns and what speeds a car up, per step, by whatever is logged beside the channel.
 struct Moved {
-  std::vector<double> way_m, turned_rad, path_mps;
+  std::vector<double> way_m, turned_rad, path_mps, course_rad;
 };
 
 Moved moved_of(const Signals& s) {
   Moved out;
-  double way = 0, turned = 0;
+  double way = 0, turned = 0, course = 0;
   for (std::size_t i = 0; i < s.n; ++i) {
     if (std::isfinite(s.x[kVx][i])) way += s.x[kVx][i] * Signals::kStep_s;
     if (s.present[kYawRate] && std::isfinite(s.x[kYawRate][i]))
@@ -69,8 +77,45 @@ Moved moved_of(const Signals& s) {
     out.turned_rad.push_back(turned);
     const double path = std::hypot(s.dx[kX][i], s.dx[kY][i]);
     out.path_mps.push_back(path > kMoves_mps ? path : kNaN);
+    const double step = std::atan2(s.dx[kY][i], s.dx[kX][i]) - course;
+    if (path > kMoves_mps) course += std::remainder(step, 2 * std::numbers::pi);
+    out.course_rad.push_back(path > kMoves_mps ? course : kNaN);
   }
   return out;
+}
+
+/// Over parts of a second: how far the path turned, and how far the car went.
+struct Turned {
+  double turned_rad = 0.0, way_m = 0.0;
+};
+
+std::vector<Turned> by_seconds(const Moved& moved, const Run& run) {
+  std::vector<Turned> out;
+  const std::size_t second = steps_of(1.0);
+  for (std::size_t i = run.begin; i + second < run.end; i += second) {
+    const double turned = moved.course_rad[i + second] - moved.course_rad[i];
+    if (std::isfinite(turned)) out.push_back({turned, moved.way_m[i + second] - moved.way_m[i]});
+  }
+  return out;
+}
+
+/// By how much the path turned otherwise than a car that turns by `rate_radps` all along, rad.
+double turned_otherwise(const Moved& moved, const Run& run, double rate_radps) {
+  double turned = 0.0, seconds = 0.0;
+  for (const Turned& part : by_seconds(moved, run)) turned += part.turned_rad, seconds += 1.0;
+  return std::abs(turned - rate_radps * seconds);
+}
+
+/// How differently the path bends within a run, as a lateral acceleration at its mean speed.
+double bends_mps2(const Moved& moved, const Run& run) {
+  double least = HUGE_VAL, most = -HUGE_VAL, way = 0.0, seconds = 0.0;
+  for (const Turned& part : by_seconds(moved, run)) {
+    if (!(part.way_m > kMoves_mps)) continue;
+    least = std::min(least, part.turned_rad / part.way_m);
+    most = std::max(most, part.turned_rad / part.way_m);
+    way += part.way_m, seconds += 1.0;
+  }
+  return most > least ? (most - least) * (way / seconds) * (way / seconds) : 0.0;
 }
 
 /// Where speed is far from steady: by the path and by the speed itself.
@@ -141,6 +186,20 @@ void leave_out_leaps(Signals& s) {
                   static_cast<double>(first) * Signals::kStep_s));
 }
 
+bool moves_against_throttle(const Signals& s, std::size_t begin, std::size_t end) {
+  constexpr double kBy_mps = 8.0;
+  const std::vector<double>& v = s.x[kVx];
+  const std::size_t most = steps_of(5.0);  // a slope of a tenth alone changes it by half of that
+  double gained = 0.0, lost = 0.0;
+  for (std::size_t i = begin; i < end; ++i)
+    for (std::size_t k = i + 1; k < std::min(end, i + most); ++k) {
+      if (std::isfinite(v[k] - v[i])) gained = std::max(gained, v[k] - v[i]);
+      if (std::isfinite(v[k] - v[i])) lost = std::max(lost, v[i] - v[k]);
+    }
+  const double at = s.x[kThrottle][begin];
+  return (gained > kBy_mps && (lost > kBy_mps || at < 0.05)) || (lost > kBy_mps && at > 0.3);
+}
+
 void leave_out_still(Signals& s) {
   const Moved moved = moved_of(s);
   take_out(s, {kX, kY}, still_runs(s, {kX, kY}, 0.5, [&](const Run& run) {
@@ -149,6 +208,7 @@ void leave_out_still(Signals& s) {
                         kMoves_mps * Signals::kStep_s * static_cast<double>(run.end - run.begin);
            }));
   const auto turns = [&](const Run& run) { return range(moved.turned_rad, run) > 0.1; };
+  constexpr double kOtherwise_rad = 0.3;
   const auto speeds = [&](double most) {
     return [&, most](const Run& run) { return speed_range(s, moved, run) > most; };
   };
@@ -157,13 +217,22 @@ void leave_out_still(Signals& s) {
              return range(moved.path_mps, run) > 2.0;
            }));
   if (s.present[kAx]) take_out(s, {kAx}, still_runs(s, {kAx}, 1.0, speeds(3.0)));
-  // Full throttle for seconds is usual, and so is none; half is not while the car also slows down.
+  if (s.present[kYawRate])
+    take_out(s, {kYawRate}, still_runs(s, {kYawRate}, 1.0, [&](const Run& run) {
+               return turned_otherwise(moved, run, s.x[kYawRate][run.begin]) > kOtherwise_rad;
+             }));
+  if (s.present[kAy])
+    take_out(s, {kAy}, still_runs(s, {kAy}, 1.0, [&](const Run& run) {
+               const double v = mean(moved.path_mps, run);
+               return turned_otherwise(moved, run, s.x[kAy][run.begin] / v) > kOtherwise_rad;
+             }));
+  if (s.present[kSteer])
+    take_out(s, {kSteer}, still_runs(s, {kSteer}, 2.0, [&](const Run& run) {
+               return bends_mps2(moved, run) > 6.0;
+             }));
   if (s.present[kThrottle])
     take_out(s, {kThrottle}, still_runs(s, {kThrottle}, 5.0, [&](const Run& run) {
-               const double at = s.x[kThrottle][run.begin];
-               for (std::size_t i = run.begin; i < run.end; ++i)
-                 if (!(s.x[kVx][i] > kMoves_mps)) return false;
-               return at > 0.05 && at < 0.95 && speed_range(s, moved, run) > 8.0;
+               return moves_against_throttle(s, run.begin, run.end);
              }));
 }
 

@@ -4,10 +4,15 @@
 
 namespace explain {
 
+/// Whether the car gains or loses 8 m/s within 5 s against a throttle that stays where it is at
+/// step `begin`: gains it without any, loses it with more than a third, or does both.
+bool moves_against_throttle(const Signals& signals, std::size_t begin, std::size_t end);
+
 /// Takes out, with a remark, where a channel stands still while the others say that it moved:
-/// positions for half a second, others for a second. A channel that stands still for over a fifth
-/// of the drive is not used at all, and the recording is `broken`. Throws vehicle::Error where that
-/// channel is the position or the speed.
+/// positions for half a second, steering for two, the throttle for five, others for one; yaw rate
+/// and lateral acceleration where the path does not turn as they say all along. A channel that
+/// stands still for over a fifth of the drive is not used at all, and the recording is `broken`.
+/// Throws vehicle::Error where that channel is the position or the speed.
 void leave_out_still(Signals& signals);
 
 /// Takes positions out for 0.3 s around where the place leaps: the path is faster or slower than
