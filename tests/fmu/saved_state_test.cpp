@@ -77,6 +77,18 @@ TEST(SavedState, NoFieldOfTheSimulationIsForgotten) {
                                  [](auto& s) { s.discrete.steer_stick.drive += 1; },
                                  [](auto& s) { s.discrete.steer_stick.moving += 1; },
                                  [](auto& s) { s.discrete.played_steer_rad += 1; },
+                                 [](auto& s) { s.discrete.ledge[3].known = true; },
+                                 [](auto& s) { s.discrete.ledge[0].hub_m.x += 1; },
+                                 [](auto& s) { s.discrete.ledge[1].normal.z += 1; },
+                                 [](auto& s) { s.discrete.ledge[2].radius_m += 1; },
+                                 [](auto& s) { s.discrete.ledge[3].pressed_m += 1; },
+                                 [](auto& s) { s.discrete.ledge[3].sunk_m += 1; },
+                                 [](auto& s) { s.discrete.ledge[3].lent_j += 1; },
+                                 [](auto& s) { s.discrete.ledge[3].lent_at_m.y += 1; },
+                                 [](auto& s) { s.discrete.ledges.work_j += 1; },
+                                 [](auto& s) { s.discrete.ledges.most_j += 1; },
+                                 [](auto& s) { s.discrete.ledges.u_m += 1; },
+                                 [](auto& s) { s.discrete.ledges.v_m += 1; },
                                  [](auto& s) { s.discrete.gear += 1; },
                                  [](auto& s) { s.discrete.shift_left_s += 1; },
                                  [](auto& s) { s.discrete.step += 1; },
@@ -87,9 +99,11 @@ TEST(SavedState, NoFieldOfTheSimulationIsForgotten) {
     EXPECT_NE(fmu::to_bytes(changed, "{a}"), before) << i;
   }
   // A new member must be written too: this is what there is today.
-  EXPECT_EQ(sizeof(vehicle::Discrete<double>), 6 * sizeof(vehicle::laws::Actuator<double>) +
-                                                   6 * sizeof(vehicle::laws::Stick<double>) +
-                                                   6 * sizeof(double));
+  EXPECT_EQ(sizeof(vehicle::Discrete<double>),
+            6 * sizeof(vehicle::laws::Actuator<double>) + 6 * sizeof(vehicle::laws::Stick<double>) +
+                6 * sizeof(double) + 4 * sizeof(vehicle::laws::Ledge<double>) +
+                sizeof(vehicle::laws::LedgeTotal));
+  EXPECT_EQ(sizeof(vehicle::laws::Ledge<double>), 14 * sizeof(double));
 }
 
 TEST(SavedState, RefusesWhatIsNone) {
@@ -102,7 +116,7 @@ TEST(SavedState, RefusesWhatIsNone) {
     EXPECT_NE(message(bytes.substr(0, size)), "taken");
   std::string newer = bytes;
   newer[14] = 9;
-  EXPECT_THAT(message(newer), HasSubstr("version 9 seen, 4 wanted"));
+  EXPECT_THAT(message(newer), HasSubstr("version 9 seen, 5 wanted"));
   for (std::size_t at = 0; at < bytes.size(); at += 41)
     for (int bit = 0; bit < 8; ++bit) {
       std::string flipped = bytes;
@@ -121,6 +135,12 @@ TEST(SavedState, RefusesWhatIsNone) {
   wrong = some_state();
   wrong.place.x_m = 1e300;
   EXPECT_THAT(message(fmu::to_bytes(wrong, "{a}")), HasSubstr("a place"));
+  wrong = some_state();
+  wrong.simulation.discrete.ledge[1].normal.x = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(message(fmu::to_bytes(wrong, "{a}")), HasSubstr("a plane under a wheel"));
+  wrong = some_state();
+  wrong.simulation.discrete.ledge[1].sunk_m = -0.1;
+  EXPECT_THAT(message(fmu::to_bytes(wrong, "{a}")), HasSubstr("a deflection"));
   wrong = some_state();
   for (const fmu::Variable& v : fmu::variables())
     if (v.name == "parameter.chassis.mass_kg")

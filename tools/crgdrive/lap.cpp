@@ -26,6 +26,7 @@ std::string sentences(const vehicle::LapResult& result) {
       result.top_mps, result.furthest_off_line_m, result.least_edge_m, result.steps_off_road,
       result.steps, 100.0 * result.step_swing);
   if (!result.swing_warning.empty()) text += result.swing_warning + "\n";
+  if (!result.ledge_warning.empty()) text += result.ledge_warning + "\n";
   if (result.surge_s > 0.0)
     text += fmt::format(
         "the compressor was below its surge line for {:.2f} s; no surge cycle is modelled, so "
@@ -54,6 +55,7 @@ nlohmann::ordered_json lap_numbers(const std::string& out_path, const vehicle::L
           {"steps_off_road", result.steps_off_road},
           {"step_swing", result.step_swing},
           {"swing_warning", result.swing_warning},
+          {"ledge_warning", result.ledge_warning},
           {"energy_j",
            {{"engine", e.engine},
             {"drag", e.drag},

@@ -52,6 +52,7 @@ int manoeuvre(const ManoeuvreCommand& command, Terminal& terminal) {
         {"end_mps", r.end_mps},
         {"step_swing", r.step_swing},
         {"swing_warning", r.swing_warning},
+        {"ledge_warning", r.ledge_warning},
         {"stop_m", r.stop_m > 0.0 ? nlohmann::ordered_json(r.stop_m) : nullptr},
         {"telemetry", command.out_path}}));
   else
@@ -60,7 +61,8 @@ int manoeuvre(const ManoeuvreCommand& command, Terminal& terminal) {
         "{:.2f} m/s at the end{}\n",
         command.kind, r.peak_fz_n, r.peak_ay_mps2, r.peak_yaw_rate_radps, r.end_mps,
         r.stop_m > 0.0 ? fmt::format("; stopped within {:.2f} m", r.stop_m) : std::string()));
-  if (!terminal.json && !r.swing_warning.empty()) terminal.print(r.swing_warning + "\n");
+  for (const std::string& warning : {r.swing_warning, r.ledge_warning})
+    if (!terminal.json && !warning.empty()) terminal.print(warning + "\n");
   if (!command.out_path.empty())
     write_telemetry(command.out_path,
                     provenance("manoeuvre " + command.kind, v, command.car, files) +

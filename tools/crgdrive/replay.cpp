@@ -52,7 +52,8 @@ void print_result(const vehicle::ReplayResult& result, bool held, Terminal& term
     terminal.print(fmt::format(
         "push that held the speed: mean {:.1f} N, root mean square {:.1f} N, at most {:.1f} N\n",
         result.hold_mean_n, result.hold_rms_n, result.hold_most_n));
-  if (!result.swing_warning.empty()) terminal.print(result.swing_warning + "\n");
+  for (const std::string& warning : {result.swing_warning, result.ledge_warning})
+    if (!warning.empty()) terminal.print(warning + "\n");
   terminal.print(fmt::format("{:<20} {:>8} {:>12} {:>12} {:>12} {:>12}\n", "channel", "samples",
                              "max", "RMSE", "hold RMSE", "trend RMSE"));
   for (const vehicle::ChannelError& e : result.errors)
@@ -82,6 +83,7 @@ nlohmann::ordered_json replay_numbers(const recording::Recording& recording,
           {"hold_most_n", result.hold_most_n},
           {"step_swing", result.step_swing},
           {"swing_warning", result.swing_warning},
+          {"ledge_warning", result.ledge_warning},
           {"errors", errors}};
 }
 

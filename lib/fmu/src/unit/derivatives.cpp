@@ -40,6 +40,11 @@ vehicle::laws::Actuator<Jet> jets(const vehicle::laws::Actuator<double>& a) {
   return {jets(a.history, {}), jet(a.place), jet(a.rate)};
 }
 
+vehicle::laws::Ledge<Jet> jets(const vehicle::laws::Ledge<double>& l) {
+  return {l.known,          l.hub_m,       l.normal,      l.radius_m,
+          jet(l.pressed_m), jet(l.sunk_m), jet(l.lent_j), l.lent_at_m};
+}
+
 /// What changes between steps: no state of the equations, so it has no derivative.
 vehicle::Discrete<Jet> jets(const vehicle::Discrete<double>& d) {
   vehicle::Discrete<Jet> out;
@@ -48,6 +53,7 @@ vehicle::Discrete<Jet> jets(const vehicle::Discrete<double>& d) {
   for (std::size_t i = 0; i < kWheels; ++i) {
     out.brake[i] = jets(d.brake[i]);
     out.brake_stick[i] = jets(d.brake_stick[i]);
+    out.ledge[i] = jets(d.ledge[i]);
   }
   out.stuck_steer_rad = jet(d.stuck_steer_rad);
   out.last_steer_rad = jet(d.last_steer_rad);
@@ -86,6 +92,7 @@ vehicle::State<T> rates_of(const vehicle::Car<T>& car, const vehicle::State<T>& 
   vehicle::derivative(car, state, in, road, cursors, rate, detail);
   vehicle::settle_frictions(car, step_s, rate, detail);
   if (car.files->turbo == vehicle::Turbo::kFull) vehicle::settle_air(step_s, rate, detail);
+  vehicle::settle_ledges(car, step_s, state, discrete.ledge, discrete.ledges, rate, detail);
   return rate;
 }
 

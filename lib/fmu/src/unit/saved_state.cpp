@@ -11,7 +11,7 @@
 namespace fmu {
 namespace {
 
-constexpr base::ArchiveKind kCarState{"kerbstone car", 4};
+constexpr base::ArchiveKind kCarState{"kerbstone car", 5};
 
 [[noreturn]] void refuse(std::string_view why) {
   throw base::Error(fmt::format("this is no state of this unit: {}", why));
@@ -27,6 +27,13 @@ void each_field_of_stick(Archive& archive, Stick& s) {
   archive(s.output, s.drive, s.moving);
 }
 
+template <class Archive, class Ledge>
+void each_field_of_ledge(Archive& archive, Ledge& l) {
+  archive(l.known);
+  for (auto* const at : {&l.hub_m, &l.normal, &l.lent_at_m}) archive(at->x, at->y, at->z);
+  archive(l.radius_m, l.pressed_m, l.sunk_m, l.lent_j);
+}
+
 /// The one order of the fields, for writing and for reading.
 template <class Archive, class Simulation>
 void each_field_of_simulation(Archive& archive, Simulation& sim) {
@@ -40,6 +47,8 @@ void each_field_of_simulation(Archive& archive, Simulation& sim) {
   archive(d.played_steer_rad);
   for (auto& stick : d.brake_stick) each_field_of_stick(archive, stick);
   each_field_of_stick(archive, d.throttle_stick);
+  for (auto& ledge : d.ledge) each_field_of_ledge(archive, ledge);
+  archive(d.ledges.work_j, d.ledges.most_j, d.ledges.u_m, d.ledges.v_m);
   archive(d.gear, d.gear_wanted, d.shift_left_s, d.step, sim.time_s);
 }
 
@@ -69,6 +78,14 @@ void require_sane(const SavedState& state, const std::vector<Variable>& list) {
     want(!state.started || std::abs(value) <= kLargest, "a state that no car has");
   for (const double value : {state.place.v_m, state.place.x_m, state.place.y_m})
     want(std::abs(value) <= kLargest, "a place");
+  for (const auto& ledge : d.ledge) {
+    for (const auto& at : {ledge.hub_m, ledge.normal, ledge.lent_at_m})
+      want(std::abs(at.x) + std::abs(at.y) + std::abs(at.z) <= kLargest, "a plane under a wheel");
+    want(ledge.pressed_m >= 0.0 && ledge.sunk_m >= 0.0 && ledge.lent_j >= 0.0 &&
+             ledge.pressed_m + ledge.sunk_m + std::abs(ledge.radius_m) <= kLargest &&
+             ledge.lent_j <= kLargest,
+         "a deflection");
+  }
   want(std::isnan(state.place.u_m) || std::abs(state.place.u_m) <= kLargest, "a place");
   for (const Variable& v : list)
     for (std::size_t i = 0; i < v.size && v.source != Source::kText; ++i) {

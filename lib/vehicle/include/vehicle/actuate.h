@@ -7,6 +7,7 @@
 #include "vehicle/car.h"
 #include "vehicle/laws/actuator.h"
 #include "vehicle/laws/actuator_friction.h"
+#include "vehicle/laws/ledge.h"
 #include "vehicle/laws/steering.h"
 
 namespace vehicle {
@@ -37,6 +38,8 @@ struct Discrete {
   laws::Stick<T> throttle_stick;
   int gear = 1, gear_wanted = 1;
   double shift_left_s = 0.0;
+  std::array<laws::Ledge<T>, kWheels> ledge;
+  laws::LedgeTotal ledges;
   std::int64_t step = 0;  ///< steps taken; also the place in every ring
 };
 
@@ -115,6 +118,7 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
   hold_back(car, d, in);
   in.clutch = controls.clutch_command;
   in.hold_n = controls.hold_n;
+  for (std::size_t i = 0; i < kWheels; ++i) in.sunk_m[i] = d.ledge[i].sunk_m;
   in.opponent = controls.opponent;
   in.wake_x_m = controls.wake_x_m;
   in.wake_y_m = controls.wake_y_m;

@@ -50,17 +50,19 @@ struct Powers {
   T hold = T(0);       ///< the push from outside
   T unfelt = T(0);     ///< by what wheel_reaction below 1 leaves out of the body
   T turbo = T(0);      ///< on the turbocharger's shaft
+  T ledge = T(0);      ///< of planes of the road that turn, see ledges.h
 
   T sum() const {
     return tyre_normal + tyre_x + tyre_y + tyre_moment + drag + downforce + side + damper + brake +
-           engine + driveline + fuel + hold + unfelt + turbo;
+           engine + driveline + fuel + hold + unfelt + turbo + ledge;
   }
 };
 
 /// By-products of one evaluation, for telemetry, integration and checks.
 template <class T>
 struct Detail {
-  Inputs<T> inputs;  ///< what the car was given
+  Inputs<T> inputs;    ///< what the car was given
+  Rotation<T> to_map;  ///< R_map_body
   std::array<WheelDetail<T>, kWheels> wheel;
   Powers<T> power;
   Vec3<T> specific_force_mps2;  ///< at the origin, body frame: what an accelerometer there measures

@@ -27,6 +27,7 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   detail = Detail<T>{};
   detail.inputs = in;
   dynamics::Evaluation<T, Built> e{car, s, in, out, detail};
+  detail.to_map = e.R;
   move_body(e);
   for (std::size_t i = 0; i < kWheels; ++i) {
     const dynamics::WheelPose<T> pose = place_wheel(e, i);

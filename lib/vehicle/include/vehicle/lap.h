@@ -43,6 +43,7 @@ struct LapResult {
   double top_mps = 0.0;
   double step_swing = 0.0;    ///< StepSwing::largest()
   std::string swing_warning;  ///< StepSwing::warning()
+  std::string ledge_warning;  ///< of ledges.h
   std::size_t steps = 0;
   double surge_s = 0.0;  ///< compressor below the surge line of its map (compressor_surge_kgps)
   /// Least distance of its centre to that of another car of the run; cars do not touch.

@@ -55,6 +55,7 @@ struct ManoeuvreResult {
   double end_mps = 0.0;
   double step_swing = 0.0;    ///< StepSwing::largest()
   std::string swing_warning;  ///< StepSwing::warning()
+  std::string ledge_warning;  ///< of ledges.h
   recording::Table telemetry;
 };
 

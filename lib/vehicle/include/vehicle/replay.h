@@ -49,6 +49,8 @@ struct ReplayResult {
   double hold_mean_n = 0.0, hold_rms_n = 0.0, hold_most_n = 0.0;  ///< of the push, hold_speed only
   double step_swing = 0.0;     ///< StepSwing::largest() of the window where it was largest
   std::string swing_warning;   ///< StepSwing::warning() of that window
+  double ledge_most_j = 0.0;   ///< of the window where it was most
+  std::string ledge_warning;   ///< of that window, of ledges.h
   recording::Table telemetry;  ///< simulated channels, `hold_n` (0 without hold_speed) and `window`
                                ///< (from 1) at the recorded times
 };

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "vehicle/energy.h"
+#include "vehicle/ledges.h"
 #include "vehicle/settle.h"
 #include "vehicle/start.h"
 
@@ -103,6 +104,8 @@ StepResult step(const Car<T>& car, Simulation<T>& sim, const Controls<T>& contro
       return {StepResult::Problem::kNoRoad, i};
   settle_frictions(car, options.step_s, rate, detail);
   if (car.files->turbo == Turbo::kFull) settle_air(options.step_s, rate, detail);
+  settle_ledges(car, options.step_s, sim.state, sim.discrete.ledge, sim.discrete.ledges, rate,
+                detail);
   integrate(car, sim.state, rate, detail, options);
   sim.time_s = static_cast<double>(sim.discrete.step) * options.step_s;
   for (std::size_t i = 0; i < kStateSize; ++i)

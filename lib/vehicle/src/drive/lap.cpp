@@ -24,7 +24,7 @@ void add(Powers<double>& sum, const Powers<double>& work) {
         &Powers<double>::side, &Powers<double>::damper, &Powers<double>::brake,
         &Powers<double>::engine, &Powers<double>::driveline, &Powers<double>::clutch,
         &Powers<double>::fuel, &Powers<double>::hold, &Powers<double>::unfelt,
-        &Powers<double>::turbo})
+        &Powers<double>::turbo, &Powers<double>::ledge})
     sum.*member += work.*member;
 }
 
@@ -251,6 +251,7 @@ class LapRun {
   LapResult finish() {
     out_.step_swing = swing_.largest();
     out_.swing_warning = swing_.warning(options_.step);
+    out_.ledge_warning = ledge_warning(sim_.discrete.ledges);
     out_.complete = static_cast<int>(out_.lap_s.size()) == laps_;
     out_.energy_change_j = energy(car_, sim_.state) - energy_begin_;
     out_.telemetry = recorder_.table();

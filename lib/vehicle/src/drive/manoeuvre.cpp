@@ -185,6 +185,7 @@ ManoeuvreResult run_manoeuvre(const Car<double>& car, const Manoeuvre& m) {
   out.complete = out.problem.empty();
   out.step_swing = swing.largest();
   out.swing_warning = swing.warning(m.step);
+  out.ledge_warning = ledge_warning(sim.discrete.ledges);
   out.end_mps = sim.state[kVx];
   out.telemetry = recorder.table();
   return out;

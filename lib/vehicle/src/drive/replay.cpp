@@ -266,6 +266,10 @@ void drive_window(const Replay& replay, const Window& window, const StartOptions
     out.step_swing = swing.largest();
     out.swing_warning = swing.warning(options.step);
   }
+  if (const laws::LedgeTotal& ledges = sim.discrete.ledges; ledges.most_j > out.ledge_most_j) {
+    out.ledge_most_j = ledges.most_j;
+    out.ledge_warning = ledge_warning(ledges);
+  }
 }
 
 /// What the push that held the speed amounts to.

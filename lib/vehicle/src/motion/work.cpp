@@ -50,6 +50,7 @@ Powers<double> work_of_step(const Car<double>& car, const State<double>& before,
       h * (driven_nm * axle - detail.clutch_nm * engine - detail.differential_nm * difference);
   work.fuel = h * detail.power.fuel;
   if (car.files->turbo == Turbo::kFull) work.turbo = h * detail.turbo.shaft_nm * mean(kTurbo);
+  work.ledge = h * detail.power.ledge;
   work.hold = h * detail.inputs.hold_n * V.x;
   return work;
 }

@@ -121,7 +121,7 @@ Touch<T> touch_road(Evaluation<T, Built>& e, std::size_t i, const WheelPose<T>& 
   out.radius_m = dot(e.R.undo(to_centre), n) / dot(radial, n);
   const T speed_ratio = e.spin[i] * r0 / tyre.nominal_speed_mps;
   out.free_radius_m = r0 * (tyre.qre0 + tyre.qv1 * speed_ratio * speed_ratio);
-  w.deflection_m = out.free_radius_m - out.radius_m;
+  w.deflection_m = out.free_radius_m - out.radius_m - e.in.sunk_m[i];
   w.contact_m = e.centre[i] - out.radius_m * radial;
   w.arm = w.contact_m - e.centre[i];
   w.swing = e.slide[i] + cross(e.turn[i], w.arm);  // d contact / d travel
