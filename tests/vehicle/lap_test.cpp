@@ -71,6 +71,50 @@ TEST(Lap, OnASlipperyRoadStaysOnIt) {
   }
 }
 
+// Which limit the car met where it left its line.
+TEST(Lap, SaysWhyTheCarLeftItsLine) {
+  const Vehicle v = racer();
+  LapOptions options;
+  options.record_every = 0;
+  const auto drive = [&](const crg::Crg& road, double grip) {
+    Parameters<double> parameters = v.parameters;
+    parameters[Parameter::environment_road_grip] = grip;
+    const crg::Surface surface(road);
+    return drive_laps(make_car(v.files, parameters, v.terms), Road(surface), options);
+  };
+  EXPECT_EQ(drive(stadium(), 1.0).limit, "");
+  crg::Crg bumps = stadium();
+  const std::size_t columns = bumps.grid.columns();
+  for (std::size_t i = 0; i < bumps.grid.z_m.size(); ++i)  // rows that go up and down by 15 cm
+    if (i / columns > 380 && i / columns < 650 && i / columns % 4 < 2) bumps.grid.z_m[i] = 0.15f;
+  EXPECT_THAT(drive(bumps, 0.4).limit, ::testing::HasSubstr("wheels were off the ground"));
+  options.speed.grip_usage = 1.2;
+  const std::string slid = drive(stadium(), 1.0).limit;
+  EXPECT_THAT(slid, ::testing::HasSubstr("tyres slid more"));
+  EXPECT_THAT(slid, ::testing::HasSubstr("--grip-usage"));
+}
+
+// A gear lower, the engine may not drag the driven wheels until they slide.
+TEST(Lap, TheDriverLetsTheClutchSlipWhenTheEngineDragsTheWheels) {
+  const Vehicle v = racer();
+  const Car<double> car = make_car(v.files, v.parameters, v.terms);
+  const crg::Surface surface(stadium());
+  RacingLine line = plan_line(surface);
+  plan_speed(line, car, {});
+  StartOptions begin;
+  begin.speed_mps = 20;
+  const Simulation<double> sim = start(car, Road(surface), begin);
+  const auto clutch = [&](double kappa) {
+    Detail<double> detail{};
+    detail.wheel[3].kappa = kappa;
+    Driver driver;
+    return drive(driver, line, car, sim.state, detail).clutch_command;
+  };
+  EXPECT_EQ(clutch(-0.05), 0.0);
+  EXPECT_NEAR(clutch(-0.135), 0.5, 1e-9);
+  EXPECT_EQ(clutch(-0.3), 1.0);
+}
+
 // A driver is a person: what he does in a second does not depend on the step of the simulation.
 TEST(Lap, TheDriversFootIsAsFastWhateverTheStep) {
   const Vehicle v = racer();

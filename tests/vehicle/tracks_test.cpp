@@ -72,6 +72,43 @@ TEST_P(Tracks, AreDrivenHotColdAndByExplicitEuler) {
   EXPECT_GT(euler.top_mps, 50);
 }
 
+double planned_s(const crg::Surface& surface, const Car<double>& car) {
+  RacingLine line = plan_line(surface);
+  plan_speed(line, car, {});
+  double sum = 0.0;
+  for (std::size_t i = 0, n = line.s_m.size(); i < n; ++i)
+    sum += ((i + 1 < n ? line.s_m[i + 1] : line.length_m) - line.s_m[i]) /
+           (0.5 * (line.speed_mps[i] + line.speed_mps[(i + 1) % n]));
+  return sum;
+}
+
+// On ice and rain the car stays on the road, too, as fast as planned.
+TEST(SlowTracks, AreDrivenWithLittleGrip) {
+  const Vehicle v = read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
+  for (const std::string name : {"g-track-1", "wheel-1"}) {
+    const std::string mesh = fmt::format("{0}/road/{1}/{1}.acc", places::torcs_tracks(), name);
+    if (!cli::exists(mesh)) GTEST_SKIP() << "the package torcs-data is not installed";
+    const cli::Folder folder;
+    const cli::Ran ran = cli::crgbuild({"build", mesh, "-o", folder.path()});
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    const crg::Surface surface(crg::read(folder / (name + ".crg")));
+    for (const double grip : {0.4, 0.5, 0.7}) {
+      Parameters<double> parameters = v.parameters;
+      parameters[Parameter::environment_road_grip] = grip;
+      const Car<double> car = make_car(v.files, parameters, v.terms);
+      LapOptions options;
+      options.record_every = 0;
+      const LapResult lap = drive_laps(car, Road(surface), options);
+      ASSERT_TRUE(lap.complete) << name << " " << grip << ": " << lap.problem << lap.limit;
+      EXPECT_EQ(lap.steps_off_road, 0u) << name << " " << grip << ": " << lap.limit;
+      const double plan_s = planned_s(surface, car);
+      EXPECT_NEAR(lap.lap_s.at(0), plan_s, 0.05 * plan_s) << name << " " << grip;
+      fmt::print("{} grip {}: {:.2f} s, planned {:.2f} s, at most {:.2f} m off the line\n", name,
+                 grip, lap.lap_s.at(0), plan_s, lap.furthest_off_line_m);
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(, Tracks, ::testing::Values("aalborg"));
 INSTANTIATE_TEST_SUITE_P(Slow, Tracks,
                          ::testing::Values("g-track-1", "e-track-3", "kerbstone-ring"),

@@ -25,6 +25,7 @@ std::string sentences(const vehicle::LapResult& result) {
       "{} of {} steps with a wheel off the road; swings at the step: {:.4f} %\n",
       result.top_mps, result.furthest_off_line_m, result.least_edge_m, result.steps_off_road,
       result.steps, 100.0 * result.step_swing);
+  if (!result.limit.empty()) text += result.limit + "\n";
   if (!result.swing_warning.empty()) text += result.swing_warning + "\n";
   if (!result.ledge_warning.empty()) text += result.ledge_warning + "\n";
   if (result.surge_s > 0.0)
@@ -49,6 +50,7 @@ nlohmann::ordered_json lap_numbers(const std::string& out_path, const vehicle::L
   return {{"complete", result.complete},
           {"lap_s", result.lap_s},
           {"top_mps", result.top_mps},
+          {"limit", result.limit},
           {"furthest_off_line_m", result.furthest_off_line_m},
           {"least_edge_m", result.least_edge_m},
           {"steps", result.steps},

@@ -37,6 +37,7 @@ struct LapResult {
   bool complete = false;             ///< every lap was finished
   std::string problem;               ///< one sentence if not
   std::vector<double> lap_s;         ///< one per finished lap, interpolated between steps
+  std::string limit;                 ///< which one the car met where it left its line; empty: none
   double furthest_off_line_m = 0.0;  ///< of the car's centre from the racing line
   double least_edge_m = 0.0;         ///< smallest distance of a wheel to the edge of the v range
   std::size_t steps_off_road = 0;    ///< steps with a wheel beside the grid or over a hole

@@ -114,6 +114,14 @@ double steer(const Driver& driver, const RacingLine& line, const Car<double>& ca
       std::clamp(arc * (wheelbase + understeer * vx * vx) + against, -0.45, 0.45));
 }
 
+/// What the road leaves of the slips he allows wheels: a tyre's stiffness does not change with the
+/// road's grip, so its forces peak at a slip that shrinks with it.
+double slip_share(const Driver& driver, const RacingLine& line, const Car<double>& car) {
+  const double grip = car.parameters[Parameter::environment_road_grip] *
+                      (line.friction.empty() ? 1.0 : line.friction[driver.station]);
+  return std::min(1.0, 1.0 + car.terms[Term::road_friction] * (grip - 1.0));
+}
+
 /// An engine that lacks boost gives less than its throttle does in the long run: he presses on
 /// until it gives what he wants, over a fifth of a second, by no more than what the engine has at
 /// all.
@@ -142,20 +150,22 @@ double press_throttle(Driver& driver, const RacingLine& line, const Car<double>&
   }
   if (force < gain * closed) throttle = 0.0;
   const double spin = std::max(detail.wheel[2].kappa, detail.wheel[3].kappa);
-  if (spin > o.slip_drive)
-    throttle *= std::clamp(1.0 - (spin - o.slip_drive) / o.slip_drive, 0.0, 1.0);
+  const double most = o.slip_drive * slip_share(driver, line, car);
+  if (spin > most) throttle *= std::clamp(1.0 - (spin - most) / most, 0.0, 1.0);
   driver.throttle +=
       std::clamp(throttle - driver.throttle, -kLift_1ps * o.step_s, kPress_1ps * o.step_s);
   return driver.throttle;
 }
 
 /// Pressures that brake with a force, shared by the wheels' loads.
-std::array<double, kWheels> press_brakes(const Driver& driver, const Car<double>& car,
-                                         const Detail<double>& detail, double braking) {
+std::array<double, kWheels> press_brakes(const Driver& driver, const RacingLine& line,
+                                         const Car<double>& car, const Detail<double>& detail,
+                                         double braking) {
   using P = Parameter;
   const Parameters<double>& p = car.parameters;
   const DriverOptions& o = driver.options;
   std::array<double, kWheels> pressures{};
+  const double most = o.slip_brake * slip_share(driver, line, car);
   double total = 1.0;
   for (const WheelDetail<double>& wheel : detail.wheel) total += wheel.fz_n;
   for (std::size_t i = 0; i < kWheels; ++i) {
@@ -165,11 +175,20 @@ std::array<double, kWheels> press_brakes(const Driver& driver, const Car<double>
         torque / (2.0 * p.axle(a, P::front_brake_friction) * p.axle(a, P::front_brake_area_m2) *
                   p.axle(a, P::front_brake_radius_m));
     const double slip = -detail.wheel[i].kappa;
-    if (slip > o.slip_brake)
-      pressure *= std::clamp(1.0 - (slip - o.slip_brake) / o.slip_brake, 0.0, 1.0);
+    if (slip > most) pressure *= std::clamp(1.0 - (slip - most) / most, 0.0, 1.0);
     pressures[i] = std::min(pressure, o.full_brake_pa);
   }
   return pressures;
+}
+
+/// Shifted down, an engine that turns too slowly drags the driven wheels; where the road gives
+/// little grip they slide and the tail comes round. What they slip by beyond what he allows brakes,
+/// he lets the clutch slip by.
+double press_clutch(const Driver& driver, const RacingLine& line, const Car<double>& car,
+                    const Detail<double>& detail) {
+  const double slip = -std::min(detail.wheel[2].kappa, detail.wheel[3].kappa);
+  const double most = driver.options.slip_brake * slip_share(driver, line, car);
+  return std::clamp((slip - most) / most, 0.0, 1.0);
 }
 
 }  // namespace
@@ -212,9 +231,10 @@ Controls<double> drive(Driver& driver, const RacingLine& line, const Car<double>
   const double closed =
       laws::map_torque(p[P::engine_torque], engine_map(car, line), state[kEngine], 0.0);
   out.throttle_command = press_throttle(driver, line, car, state, detail, force, gain, closed);
+  out.clutch_command = press_clutch(driver, line, car, detail);
   const double braking = std::max(0.0, gain * closed - force - 0.02 * mass);
   if (braking > 0.0 && wanted < vx + 0.5)
-    out.brake_command_pa = press_brakes(driver, car, detail, braking);
+    out.brake_command_pa = press_brakes(driver, line, car, detail, braking);
   return out;
 }
 

@@ -9,8 +9,10 @@
 #include <limits>
 #include <optional>
 
+#include "off_line.h"
 #include "vehicle/error.h"
 #include "vehicle/laws/turbocharger.h"
+#include "vehicle/laws/tyre_heat.h"
 #include "vehicle/step_swing.h"
 #include "vehicle/work.h"
 
@@ -177,12 +179,25 @@ class LapClock {
   bool half_round_ = false;  // the start lies on the line: a lap counts once the far side was seen
 };
 
-/// The plan of the next lap, with what the tyres have become.
-void plan_next(const Car<double>& car, const State<double>& state, SpeedOptions& plan,
-               RacingLine& line) {
+double coldest_k(const State<double>& state) {
   double coldest = state[kTyre];
   for (std::size_t k = 1; k < kWheels; ++k) coldest = std::min(coldest, state[kTyre + k]);
-  plan.tyre_k = coldest;
+  return coldest;
+}
+
+/// Whether the coldest tyre grips by over 1 % less than the plan reckons with: on a road without
+/// grip nothing keeps tyres warm.
+bool grips_less(const Car<double>& car, const State<double>& state, const SpeedOptions& plan) {
+  const auto grip = [&](double tyre_k) {
+    return laws::tread_factors(car.parameters, car.terms[Term::tyre_thermal], tyre_k).grip;
+  };
+  return grip(coldest_k(state)) < 0.99 * grip(plan.tyre_k);
+}
+
+/// The plan from here on, with what the tyres have become.
+void plan_next(const Car<double>& car, const State<double>& state, SpeedOptions& plan,
+               RacingLine& line) {
+  plan.tyre_k = coldest_k(state);
   plan.fuel_kg = state[kFuel];
   plan.standing_start = false;
   plan_speed(line, car, plan);
@@ -244,13 +259,16 @@ class LapRun {
       wakes_.note(controls);
       recorder_.record(time_s, before, detail_, controls, place.u_m, place.v_m);
     }
-    end_laps(time_s, off_line_m(line_, driver_.station, before), before[kVx]);
+    const double away_m = off_line_m(line_, driver_.station, before);
+    off_line_.look(car_, before, detail_, away_m, time_s, options_.step.step_s, plan_.tyre_k);
+    end_laps(time_s, away_m, before[kVx]);
   }
 
   /// What came of it.
   LapResult finish() {
     out_.step_swing = swing_.largest();
     out_.swing_warning = swing_.warning(options_.step);
+    out_.limit = off_line_.limit();
     out_.ledge_warning = ledge_warning(sim_.discrete.ledges);
     out_.complete = static_cast<int>(out_.lap_s.size()) == laps_;
     out_.energy_change_j = energy(car_, sim_.state) - energy_begin_;
@@ -285,6 +303,9 @@ class LapRun {
       out_.lap_s.push_back(*lap_s);
       if (under_way()) plan_next(car_, sim_.state, plan_, line_);
     }
+    constexpr std::size_t kEvery = 1024;  // steps between looks at the tyres
+    if (under_way() && out_.steps % kEvery == 0 && grips_less(car_, sim_.state, plan_))
+      plan_next(car_, sim_.state, plan_, line_);
     if (options_.progress && out_.steps % 4096 == 0)
       options_.progress(
           fmt::format("lap {} of {}", out_.lap_s.size() + 1, laps_),
@@ -309,6 +330,7 @@ class LapRun {
   Detail<double> detail_{};
   WakeColumns wakes_;
   StepSwing swing_;
+  OffLine off_line_;
   double energy_begin_ = 0.0;
   LapResult out_;
   int laps_;
