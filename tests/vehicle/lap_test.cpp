@@ -95,24 +95,27 @@ TEST(Lap, SaysWhyTheCarLeftItsLine) {
 }
 
 // A gear lower, the engine may not drag the driven wheels until they slide.
-TEST(Lap, TheDriverLetsTheClutchSlipWhenTheEngineDragsTheWheels) {
+TEST(Lap, TheDriverLetsTheClutchSlipWhereTheEngineDragsTheWheels) {
   const Vehicle v = racer();
-  const Car<double> car = make_car(v.files, v.parameters, v.terms);
   const crg::Surface surface(stadium());
   RacingLine line = plan_line(surface);
-  plan_speed(line, car, {});
   StartOptions begin;
   begin.speed_mps = 20;
-  const Simulation<double> sim = start(car, Road(surface), begin);
-  const auto clutch = [&](double kappa) {
+  const auto clutch = [&](double grip, double kappa) {
+    Parameters<double> parameters = v.parameters;
+    parameters[Parameter::environment_road_grip] = grip;
+    const Car<double> car = make_car(v.files, parameters, v.terms);
+    plan_speed(line, car, {});
+    const Simulation<double> sim = start(car, Road(surface), begin);
     Detail<double> detail{};
     detail.wheel[3].kappa = kappa;
     Driver driver;
     return drive(driver, line, car, sim.state, detail).clutch_command;
   };
-  EXPECT_EQ(clutch(-0.05), 0.0);
-  EXPECT_NEAR(clutch(-0.135), 0.5, 1e-9);
-  EXPECT_EQ(clutch(-0.3), 1.0);
+  EXPECT_EQ(clutch(0.4, -0.03), 0.0);
+  EXPECT_NEAR(clutch(0.4, -0.054), 0.5, 1e-9);
+  EXPECT_EQ(clutch(0.4, -0.3), 1.0);
+  EXPECT_EQ(clutch(1.0, -0.3), 0.0);
 }
 
 // A driver is a person: what he does in a second does not depend on the step of the simulation.

@@ -15,8 +15,8 @@ struct DriverOptions {
   double yaw_damping = 1.0;     ///< steering against a yaw rate that the path does not ask for
   double speed_gain_1ps = 1.2;  ///< acceleration asked per speed error
   double slip_drive = 0.09;     ///< wheel slip above which he lifts, at a grip of 1 or more
-  double slip_brake = 0.09;     ///< wheel slip above which he releases a wheel's brake, or the
-                                ///< clutch of driven wheels that the engine drags
+  double slip_brake = 0.09;     ///< wheel slip above which he releases a wheel's brake, or,
+                                ///< where grip is below 1, the clutch
   double full_brake_pa = 8e6;
   double step_s = 0.001;  ///< how often he is asked
 };

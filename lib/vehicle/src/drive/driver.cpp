@@ -183,11 +183,13 @@ std::array<double, kWheels> press_brakes(const Driver& driver, const RacingLine&
 
 /// Shifted down, an engine that turns too slowly drags the driven wheels; where the road gives
 /// little grip they slide and the tail comes round. What they slip by beyond what he allows brakes,
-/// he lets the clutch slip by.
+/// he lets the clutch slip by. Where there is grip he needs no clutch: logs do not tell of it.
 double press_clutch(const Driver& driver, const RacingLine& line, const Car<double>& car,
                     const Detail<double>& detail) {
   const double slip = -std::min(detail.wheel[2].kappa, detail.wheel[3].kappa);
-  const double most = driver.options.slip_brake * slip_share(driver, line, car);
+  const double share = slip_share(driver, line, car);
+  if (share >= 1.0) return 0.0;
+  const double most = driver.options.slip_brake * share;
   return std::clamp((slip - most) / most, 0.0, 1.0);
 }
 
