@@ -354,7 +354,7 @@ Outcome outcome(const Reader& reader, const Folder& folder, const std::string& b
     const nlohmann::json said = nlohmann::json::parse(found.made);
     nlohmann::json mapped{said["rows"], said["channel_of_column"]};
     for (const auto& channel : said["channels"])
-      if (channel["channel"] != "")
+      if (!channel["channel"].get<std::string>().empty())
         mapped[2][channel["channel"].get<std::string>()] = {channel["samples"], channel["rate_hz"],
                                                             channel["least"], channel["greatest"]};
     return {found.code, mapped.dump(), found.err};
@@ -574,7 +574,7 @@ std::size_t column_of(const Sheet& sheet, const std::string& name) {
 std::string car_with_map(const Folder& folder, const std::string& map) {
   const std::string car = folder / ("car_with_" + map);
   std::filesystem::copy(places::source() + "/vehicles/open_wheel", car);
-  const std::string file = car + "/vehicle.yaml";
+  std::string file = car + "/vehicle.yaml";
   cli::write(file, replaced(cli::read(file), ": " + map + ".csv", ": " + (folder / "t.csv")));
   return file;
 }
