@@ -145,6 +145,15 @@ TEST(LedCar, CarriesItsWeightAndTheAirAndIsHeldBackByDrag) {
               0.01 * 0.1 * pressure / mass);
 }
 
+TEST(LedCar, IsNoLighterThanItsWheels) {
+  const vehicle::Vehicle v = racer();
+  Setting burnt;
+  burnt.p = v.parameters;
+  FreeDrive drive = free_drive(v, 6);
+  drive.lead.reserve_kg = 2 * v.parameters[P::chassis_mass_kg];
+  EXPECT_NO_THROW(lead(signals_of(drive.lead.vx_mps.size()), v, burnt, drive.lead));
+}
+
 TEST(LedCar, SaysNothingWhereNothingLeadsItAndGoesOnAfter) {
   const vehicle::Vehicle v = racer();
   Setting stated;

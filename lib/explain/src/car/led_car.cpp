@@ -54,6 +54,9 @@ vehicle::Car<double> car_with(const Signals& s, const vehicle::Vehicle& stated,
   const auto list = vehicle::parameter_list();
   for (std::size_t i = 0; i < vehicle::kParameterCount; ++i)
     p.value[i] = std::clamp(p.value[i], list[i].low, list[i].high);
+  // What is tried of another car's file may burn more fuel than the car weighs.
+  const double wheels_kg = 2 * (p[P::front_unsprung_mass_kg] + p[P::rear_unsprung_mass_kg]);
+  p[P::chassis_mass_kg] = std::max(p[P::chassis_mass_kg], 1.5 * wheels_kg);
   vehicle::Car<double> car = vehicle::make_car(files, p, stated.terms);
   auto& q = car.parameters;
   auto& terms = car.terms;
