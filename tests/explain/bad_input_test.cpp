@@ -230,6 +230,15 @@ TEST(AnotherCarsFile, LeavesWhatNeedsNoForces) {
   EXPECT_EQ(found.findings[0].kind, "sensor");
   EXPECT_EQ(found.findings[1].kind, "road");
   EXPECT_THAT(found.remarks.back().text, HasSubstr("else it would name vehicle.fuel_burn"));
+  found = Findings();
+  add_parameter(0.75);
+  add_parameter(1.23);
+  doubt_the_car(found);
+  EXPECT_FALSE(found.doubtful_car) << "two by a quarter are two errors";
+  add_parameter(0.77);
+  doubt_the_car(found);
+  EXPECT_TRUE(found.doubtful_car);
+  EXPECT_THAT(found.remarks.back().text, HasSubstr("each more than 20 % off"));
 }
 
 TEST_F(BadInput, ACorrectedInputNeverReplacesAnInput) {

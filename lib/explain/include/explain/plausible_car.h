@@ -5,8 +5,8 @@
 
 namespace explain {
 
-/// Two or more parameters beyond their priors and more than 30 % off: a remark, verdict `unknown`,
-/// and corrected_vehicle() gives nothing.
+/// Two or more parameters beyond their priors and more than 30 % off, or three and more than 20 %:
+/// a remark, verdict `unknown`, and corrected_vehicle() gives nothing.
 void doubt_the_car(Findings& findings);
 
 }  // namespace explain

@@ -8,14 +8,29 @@
 
 namespace explain {
 
-void doubt_the_car(Findings& findings) {
-  std::string far;
+namespace {
+
+/// Parameters beyond their priors and further off than a share of what is stated.
+struct Off {
+  std::string names;
   int count = 0;
+};
+
+Off off_by(const Findings& findings, double share) {
+  Off off;
   for (const ParameterValue& p : findings.parameters)
-    if ((p.beyond_prior || p.at_limit) && p.stated != 0 &&
-        std::abs(p.value / p.stated - 1) > selection::kOtherCar)
-      far += (count++ > 0 ? ", " : "") + p.name;
-  if (count < selection::kOtherCarParameters) return;
+    if ((p.beyond_prior || p.at_limit) && p.stated != 0 && std::abs(p.value / p.stated - 1) > share)
+      off.names += (off.count++ > 0 ? ", " : "") + p.name;
+  return off;
+}
+
+}  // namespace
+
+void doubt_the_car(Findings& findings) {
+  const Off far = off_by(findings, selection::kOtherCar),
+            less = off_by(findings, selection::kOtherCarLess);
+  const bool two_far = far.count >= selection::kOtherCarParameters;
+  if (!two_far && less.count <= selection::kOtherCarParameters) return;
   // Forces are those of the file's car: what is missing of another one is not found with them. The
   // list of parameters has those that are off.
   std::string unnamed;
@@ -25,9 +40,10 @@ void doubt_the_car(Findings& findings) {
     return of_the_car || f.kind == "parameter";
   });
   findings.remarks.push_back(
-      fmt::format("{} are each more than 30 % off what the vehicle file states: is it the file of "
-                  "this car? Nothing about the car is named or written back{}",
-                  far, unnamed));
+      fmt::format("{} are each more than {:.0f} % off what the vehicle file states: is it the file "
+                  "of this car? Nothing about the car is named or written back{}",
+                  two_far ? far.names : less.names,
+                  100 * (two_far ? selection::kOtherCar : selection::kOtherCarLess), unnamed));
   findings.doubtful_car = true;
 }
 
