@@ -39,7 +39,8 @@ double value_of_cubic(const std::array<double, 7>& m, const Eigen::Vector4d& b, 
   Eigen::Vector4d right = Eigen::Vector4d::Zero();
   for (int j = 0; j < terms; ++j) {
     right[j] = b[j];
-    for (int k = 0; k < terms; ++k) normal(j, k) = m[static_cast<std::size_t>(j + k)];
+    for (int k = 0; k < terms; ++k)
+      normal(j, k) = m[static_cast<std::size_t>(j) + static_cast<std::size_t>(k)];
   }
   const Eigen::Vector4d c = normal.partialPivLu().solve(right);
   return c.allFinite() ? c[0] : kNaN;
@@ -105,8 +106,9 @@ std::vector<double> take_out_spikes(Samples& s, double impossible) {
     std::nth_element(of.begin(), at, of.end());
     return *at;
   };
-  const double limit = std::max(20 * part(apart, 0.7),
-                                std::min(impossible, 0.5 * (part(s.x, 0.99) - part(s.x, 0.01))));
+  const double limit =
+      std::max(20 * part(apart, 0.7),
+               std::isfinite(impossible) ? impossible : 0.5 * (part(s.x, 0.99) - part(s.x, 0.01)));
   Samples kept{{}, {}, s.column};
   for (std::size_t i = 0; i < s.x.size(); ++i)
     if (limit > 0 && apart[i] > limit)

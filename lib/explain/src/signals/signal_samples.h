@@ -21,8 +21,8 @@ Samples samples_of(const recording::Table& table, const Mapping& mapping,
                    const std::string& channel, const std::vector<double>& time_s);
 
 /// Single samples and pairs that leap from their neighbours by 20 times what samples usually differ
-/// from them by, and by what no car can do within a sample, `impossible`, or over half of the
-/// channel's range: taken out. Returns their times. Where nothing is `impossible` (infinite), only
+/// from them by, and by what no car can do within a sample, `impossible`: taken out. Returns their
+/// times. Where nothing is `impossible` (infinite), by over half of the channel's range, and only
 /// from 45 samples a second on: below it a sample lasts as long as what a car does.
 std::vector<double> take_out_spikes(Samples& samples, double impossible);
 

@@ -171,14 +171,15 @@ class SmoothedChannels {
 };
 
 void put_motion(Signals& s, SmoothedChannels& channels) {
-  constexpr double kPlace_m = 2.0, kSpeed_mps = 5.0, kHeading_rad = 0.3;
+  // A change of gear alone is some 10 m/s2 for one sample or two.
+  constexpr double kPlace_m = 2.0, kSpeed_mps = 5.0, kHeading_rad = 0.3, kAcceleration_mps2 = 25.0;
   for (const auto& [c, channel, impossible] : {std::tuple{kX, "x_m", kPlace_m},
                                                {kY, "y_m", kPlace_m},
                                                {kYaw, "yaw_rad", kHeading_rad},
                                                {kVx, "vx_mps", kSpeed_mps},
                                                {kYawRate, "yaw_rate_radps", HUGE_VAL},
-                                               {kAx, "ax_mps2", HUGE_VAL},
-                                               {kAy, "ay_mps2", HUGE_VAL}})
+                                               {kAx, "ax_mps2", kAcceleration_mps2},
+                                               {kAy, "ay_mps2", kAcceleration_mps2}})
     channels.put(c, channels.read_smooth(channel, impossible));
   for (const auto& [c, channel] :
        {std::pair{kVy, "vy_mps"}, {kAz, "az_mps2"}, {kEngine, "engine_radps"}, {kFuel, "fuel_kg"}})
