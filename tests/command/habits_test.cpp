@@ -365,7 +365,9 @@ class Called : public ::testing::Test {
           {"merge", f / "split", "--step", "4", "--no-report", "-o", f / "merged"},
           {"grid", f / "survey.csv", "--road", base, "--no-report", "-o", f / "grid"}}},
         {"kerbstone",
-         {{"collect", f / "campaign"}, {"view", f / "campaign", "--no-open", "--seconds", "0.01"}}},
+         {{"collect", f / "campaign"},
+          {"open", log, "-o", f / "log.html"},
+          {"view", f / "campaign", "--no-open", "--seconds", "0.01"}}},
     };
   }
   /// A map in two tiles, all but its last command.
