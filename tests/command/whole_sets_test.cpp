@@ -176,8 +176,6 @@ const std::vector<Row> kRows{
      {"--tyre-k", "360"},
      {"--tyre-k", "340"},
      {{"crgexplain", "map", "@seen/c_forces.csv", "--list", "-o", "@read"},
-      {"crgidentify", "tyre", "@seen", "--axle", "front", "--reference", "@radius/front.tir",
-       "--starts", "1", "--json", "-o", "@read"},
       {"crgexplain", "map", "@seen/d_forces.csv", "--list", "-o", "@read"}}},
 };
 
