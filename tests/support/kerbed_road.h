@@ -1,0 +1,52 @@
+// A straight road with kerbs and grass from their ends, and a car with a LiDAR on it: made by
+// nothing of the library's.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "cloud/map.h"
+
+namespace support {
+
+/// Across: asphalt, 1 m of kerb, a verge. The base has the left kerb's outer edge 25 mm too low.
+struct KerbedRoad {
+  static constexpr double kRoad_m = 5.0, kKerbEnd_m = 6.0, kKerb_m = 0.055, kVerge_m = 0.03;
+  static constexpr double kLowered_m = 0.025;
+  double length_m = 110.0;
+  double tilt = 0.0;  ///< cross slope that the base lacks in the middle half of the length
+
+  double height_m(double x_m, double v_m) const;
+  double base_height_m(double x_m, double v_m) const;
+  crg::Crg base() const;  ///< every 0.25 m along, 0.125 m across, 10 m to both sides
+};
+
+struct KerbedDrive {
+  int passes = 2;
+  double grass_m = 0.0;  ///< mean height of the blades (gamma distribution of shape 2)
+  std::uint64_t seed = 1;
+  double rain =
+      0.0;  ///< share of the points that lie on their way to the ground, up to 2 m over it
+  double wall_m = 0.0;  ///< from the middle to walls of 1 m on both sides; 0: none
+  /// What the ground of a pass has in addition.
+  std::function<double(int pass, double x_m, double v_m)> new_layer_m;
+};
+
+struct KerbedScans {
+  cloud::Trajectory trajectory;  ///< that drifts; 100 Hz, 10 m/s
+  cloud::Cloud points;           ///< in the sensor's frame
+};
+KerbedScans scans_of(const KerbedRoad& road, const KerbedDrive& drive);
+
+/// Of the middle of the road; `lost`: share of its nodes that rest on the base; `inside`: of the
+/// road's and the kerbs' nodes in their 90 % intervals.
+struct KerbedError {
+  bool converged = false;
+  double road_rmse_m = 0.0, road_max_m = 0.0, banking_rad = 0.0, kerb_p95_m = 0.0, lost = 0.0;
+  double outer_rmse_m = 0.0;  ///< the outermost metre of the road
+  double inside = 0.0;
+  std::size_t road_nodes = 0, kerb_nodes = 0;
+};
+KerbedError error_of(const KerbedRoad& road, const cloud::MapResult& result);
+
+}  // namespace support
