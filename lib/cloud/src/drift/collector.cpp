@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kReach_m = 35.0;           // of a section along the road, both ways
 constexpr double kObstacleTop_m = 2.2;      // higher things (gantries, trees) hang over the road
+constexpr std::uint32_t kFirst = 3;         // points of a cell, kept apart as strays are
 constexpr std::uint32_t kMostKept = 32;     // points of a cell beside the lane
 constexpr std::uint32_t kEnoughAlone = 12;  // of them have a plane of their own
 // Cells along the road whose points have one plane together, before and behind; columns that blades
@@ -131,10 +132,14 @@ void Collector::add(const Fall& fall) {
   if (open_here_ == nullptr) open_here_ = &open_section(fall.section);
   Sum& sum = open_here_->sums[fall.cell];
   if (fall.how == Fall::above_cell) {
-    sum.obstacle |= fall.height_m < kObstacleTop_m;
+    if (fall.height_m < kObstacleTop_m) ++sum.above;
     return;
   }
   const Section& section = sections_.list[fall.section];
+  if (sum.points < kFirst || std::abs(fall.height_m - sum.height / sum.points) > kStray_m) {
+    open_here_->strays.push_back({fall, sum.last_stray});
+    sum.last_stray = static_cast<std::int32_t>(open_here_->strays.size()) - 1;
+  }
   add(fall, section, sum);
   if (fall.sine2 > 0.0 && sum.kept < kMostKept && !in_lane(fall.cell % across_, section)) {
     open_here_->points.push_back({fall, sum.last});
@@ -323,6 +328,8 @@ bool Collector::near_obstacle(const OpenSection& open, std::size_t i, std::size_
 
 void Collector::close(std::size_t index, OpenSection& open) {
   Section& section = sections_.list[index];
+  find_obstacles(open);
+  leave_out_drops(section, open);
   if (!open.points.empty()) leave_out_overhang(section, open);
   for (std::size_t i = 0; i < along_; ++i)
     for (std::size_t j = 0; j < across_; ++j) {

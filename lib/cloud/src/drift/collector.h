@@ -39,6 +39,9 @@ class CellSlopes {
   std::vector<Eigen::Vector2f> slopes_;
 };
 
+/// Points farther than this from what their cell showed before are kept apart.
+inline constexpr double kStray_m = 0.03;
+
 class Collector {
  public:
   Collector(const RoadFrame& frame, const RoadTrajectory* trajectory, const MapOptions& options,
@@ -57,10 +60,13 @@ class Collector {
     double a = 0.0, b = 0.0, aa = 0.0, ab = 0.0, bb = 0.0, ah = 0.0,
            bh = 0.0;  ///< about the middle
     double sine2 = 0.0;
+    std::uint32_t above = 0;             ///< points over the gate
     std::uint32_t points = 0, kept = 0;  ///< `kept` of them are in OpenSection::points
     std::int32_t last = -1;              ///< of these
+    std::int32_t last_stray = -1;        ///< in OpenSection::strays
     float cut_above_m = 0.0f, cut_points = 0.0f;
     bool obstacle = false, doubtful = false;
+    void take_away(const Sum& other);
   };
   /// A point of a cell and the one before it in the same cell; -1: none.
   struct KeptPoint {
@@ -69,7 +75,7 @@ class Collector {
   };
   struct OpenSection {
     std::vector<Sum> sums;
-    std::vector<KeptPoint> points;
+    std::vector<KeptPoint> points, strays;
     std::uint8_t visit = 0;
   };
   static double about_plane(const Sum& sum);
@@ -100,6 +106,12 @@ class Collector {
   void come(const Fall& fall);
   OpenSection& open_section(std::size_t index);
   void close_one(std::size_t index);
+  /// Cells above which something stands: not single drops.
+  void find_obstacles(OpenSection& open) const;
+  /// Where it rains, points that lie apart from all others of their cell.
+  void leave_out_drops(const Section& section, OpenSection& open) const;
+  void leave_out_drops(const Section& section, const std::vector<KeptPoint>& strays,
+                       Sum& sum) const;
   bool near_obstacle(const OpenSection& open, std::size_t i, std::size_t j) const;
   void close(std::size_t index, OpenSection& open);
 
