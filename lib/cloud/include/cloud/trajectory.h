@@ -12,9 +12,9 @@ struct Trajectory {
   std::vector<double> time_s;
   std::vector<Eigen::Vector3d> position_m;
   std::vector<Eigen::Quaterniond> orientation;
-  std::vector<double>
-      driven_m;  ///< distance along the path; large where a gap of more than 1 s begins a new piece
-  std::vector<int> piece;  ///< counts up at each such gap
+  std::vector<double> driven_m;  ///< distance along the path; large where a new piece begins
+  std::vector<int> piece;        ///< counts up at gaps of more than 1 s, and where the path leaps
+  double longest_step_s = 1.0;   ///< between poses; nothing is known of what is between others
 
   std::size_t size() const { return time_s.size(); }
 };
@@ -29,8 +29,13 @@ Trajectory read_trajectory(const std::string& path,
 /// Writes the same columns, whole or not at all.
 void write_trajectory(const Trajectory& trajectory, const std::string& path);
 
-/// Fills driven_m and piece from the rest.
+/// Fills driven_m, piece and longest_step_s from the rest. A leap: a step of 5 cm and more that the
+/// steps before and behind, noise and what cars can do leave unexplained. Gaps in which nothing is
+/// known are longer than ten steps as usual, and 0.15 s.
 void measure(Trajectory& trajectory);
+
+/// The first pose, or one behind a gap of more than 1 s.
+bool begins_drive(const Trajectory& trajectory, std::size_t pose);
 
 /// A pose between two of the trajectory.
 struct PosedInstant {

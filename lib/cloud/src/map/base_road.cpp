@@ -156,8 +156,7 @@ std::vector<double> rows_of_poses(const Trajectory& trajectory, const RoadFrame&
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
     const Eigen::Vector3d& p = trajectory.position_m[i];
     std::optional<GridPlace> place;
-    if (i > 0 && trajectory.piece[i] == trajectory.piece[i - 1])
-      place = frame.project(p.x(), p.y(), row);
+    if (!begins_drive(trajectory, i)) place = frame.project(p.x(), p.y(), row);
     if (!place) place = frame.project(p.x(), p.y(), frame.nearest_row(p.x(), p.y()));
     if (place) row = place->row;
     rows.push_back(row);
@@ -289,9 +288,9 @@ road::Centreline driven_line(const Trajectory& trajectory) {
   constexpr double kApart_m = 2.0, kBack_m = 10.0;
   road::Centreline line;
   double driven = 0.0;
-  for (std::size_t i = 0; i < trajectory.size() && trajectory.piece[i] == trajectory.piece[0];
-       ++i) {
-    driven = trajectory.driven_m[i] - trajectory.driven_m[0];
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    if (i > 0 && begins_drive(trajectory, i)) break;
+    if (i > 0) driven += (trajectory.position_m[i] - trajectory.position_m[i - 1]).norm();
     const Eigen::Vector3d& p = trajectory.position_m[i];
     if (!line.points_m.empty() && (p - line.points_m.back()).norm() < kApart_m) continue;
     const Eigen::Vector2d back = (p - trajectory.position_m[0]).head<2>();

@@ -82,6 +82,34 @@ void look_at_tilt(const MapOptions& options, MapReport& report) {
                     1e3 * report.base_tilt, 1e3 * report.base_tilt_stddev));
 }
 
+void look_at_poses(const Trajectory& poses, MapReport& report) {
+  std::size_t leaps = 0, gaps = 0, first_leap = 0, first_gap = 0;
+  double missing_s = 0.0;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const double step_s = poses.time_s[i] - poses.time_s[i - 1];
+    if (begins_drive(poses, i)) continue;
+    if (poses.piece[i] != poses.piece[i - 1] && leaps++ == 0) first_leap = i;
+    if (step_s > poses.longest_step_s && gaps++ == 0) first_gap = i;
+    if (step_s > poses.longest_step_s) missing_s += step_s;
+  }
+  const auto more = [](std::size_t count, const char* what) {
+    return count > 1 ? fmt::format(", and {} more {}", count - 1, what) : std::string();
+  };
+  if (leaps > 0)
+    report.remarks.push_back(fmt::format(
+        "the trajectory leaps by {:.2f} m within {:.3g} s at {:.3f} s{}: what lies behind a leap "
+        "has a drift of its own",
+        (poses.position_m[first_leap] - poses.position_m[first_leap - 1]).norm(),
+        poses.time_s[first_leap] - poses.time_s[first_leap - 1], poses.time_s[first_leap],
+        more(leaps, leaps > 2 ? "times" : "time")));
+  if (gaps > 0)
+    report.remarks.push_back(fmt::format(
+        "the trajectory has no pose between {:.3f} and {:.3f} s{}; the points of {:.2f} s without "
+        "poses are left out",
+        poses.time_s[first_gap - 1], poses.time_s[first_gap], more(gaps, gaps > 2 ? "gaps" : "gap"),
+        missing_s));
+}
+
 void look_at_common(const Sections& sections, const Trajectory& poses, const MapOptions& options,
                     MapReport& report) {
   double time = 0.0, length = 0.0, pieces = 1.0;

@@ -17,6 +17,9 @@ void look_at_views(const MapOptions& options, MapReport& report);
 /// A base that is tilted as a whole, and one that may be.
 void look_at_tilt(const MapOptions& options, MapReport& report);
 
+/// Leaps and gaps of the trajectory as it was given.
+void look_at_poses(const Trajectory& poses, MapReport& report);
+
 /// What all corrections have in common is no drift: words for what was corrected.
 void look_at_common(const Sections& sections, const Trajectory& poses, const MapOptions& options,
                     MapReport& report);

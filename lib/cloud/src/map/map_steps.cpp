@@ -68,6 +68,7 @@ void settle(MapState& state, const MapInputs& inputs) {
   report.on_grass = state.sections.on_grass;
   if (inputs.placed != nullptr) {
     straighten(state);
+    look_at_poses(inputs.placed->poses, report);
     if (options.trust_base) look_at_common(state.sections, inputs.placed->poses, options, report);
     look_at_views(options, report);
     look_at_tilt(options, report);

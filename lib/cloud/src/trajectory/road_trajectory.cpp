@@ -19,7 +19,7 @@ RoadTrajectory place_on_road(Trajectory trajectory, const RoadFrame& frame) {
     const Eigen::Vector3d& p = trajectory.position_m[i];
     const bool new_piece = i == 0 || trajectory.piece[i] != trajectory.piece[i - 1];
     std::optional<GridPlace> place;
-    if (!new_piece && !lost) place = frame.project(p.x(), p.y(), row);
+    if (!begins_drive(trajectory, i) && !lost) place = frame.project(p.x(), p.y(), row);
     if (!place) place = frame.project(p.x(), p.y(), frame.nearest_row(p.x(), p.y()));
     const bool on =
         place && place->v_m > frame.v_m().front() - 3.0 && place->v_m < frame.v_m().back() + 3.0;

@@ -14,6 +14,53 @@ namespace {
 
 constexpr double kLongestStep_m = 1000.0;  // within a second
 constexpr double kLongestDrive_m = 2e6;    // memory grows with the distance driven
+constexpr double kGap_s = 1.0;             // begins a new piece
+constexpr double kLeastGap_s = 0.15;       // a car that brakes is 5 mm beside a line through it
+// No car changes its acceleration faster; places told in steps, and noise, are no leaps.
+constexpr double kMostJerk_mps3 = 100.0, kLeastLeap_m = 0.05;
+constexpr double kTimesMedian = 10.0, kTimesMost = 4.0;
+
+double step_s(const Trajectory& trajectory, std::size_t i) {
+  return trajectory.time_s[i] - trajectory.time_s[i - 1];
+}
+
+/// By how much the way from a pose to the next differs from what the ways before and behind lead to
+/// expect; 0 beside gaps.
+std::vector<double> unexpected_ways(const Trajectory& trajectory, double longest_step_s) {
+  std::vector<double> out(trajectory.size(), 0.0);
+  const auto speed = [&](std::size_t i) -> Eigen::Vector3d {
+    return (trajectory.position_m[i] - trajectory.position_m[i - 1]) / step_s(trajectory, i);
+  };
+  for (std::size_t i = 2; i + 1 < trajectory.size(); ++i) {
+    const double longest_s =
+        std::max({step_s(trajectory, i - 1), step_s(trajectory, i), step_s(trajectory, i + 1)});
+    if (longest_s > longest_step_s) continue;
+    const Eigen::Vector3d off_mps = speed(i) - 0.5 * (speed(i - 1) + speed(i + 1));
+    const double off_m = off_mps.norm() * step_s(trajectory, i);
+    out[i] = std::max(0.0, off_m - 0.5 * kMostJerk_mps3 * std::pow(longest_s, 3));
+  }
+  return out;
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0.0;
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// A step of poses that begins a piece of its own: 1 and 0.
+std::vector<std::uint8_t> leaps_in(const Trajectory& trajectory) {
+  const std::vector<double> off_m = unexpected_ways(trajectory, trajectory.longest_step_s);
+  const double least_m = std::max(
+      {kLeastLeap_m, kTimesMedian * quantile(off_m, 0.5), kTimesMost * quantile(off_m, 0.95)});
+  std::vector<std::uint8_t> leaps(trajectory.size(), 0);
+  // Beside a leap half of it is unexpected.
+  for (std::size_t i = 2; i + 1 < trajectory.size(); ++i)
+    leaps[i] = off_m[i] > least_m && off_m[i] > 0.6 * std::max(off_m[i - 1], off_m[i + 1]) ? 1 : 0;
+  return leaps;
+}
 
 /// A pose without a fix, or another unit, is a drive of a million kilometres, which would be looked
 /// at in steps of 5 m.
@@ -83,13 +130,22 @@ void write_trajectory(const Trajectory& trajectory, const std::string& path) {
 void measure(Trajectory& trajectory) {
   trajectory.driven_m.assign(trajectory.size(), 0.0);
   trajectory.piece.assign(trajectory.size(), 0);
+  std::vector<double> steps_s;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) steps_s.push_back(step_s(trajectory, i));
+  trajectory.longest_step_s =
+      std::clamp(kTimesMedian * quantile(std::move(steps_s), 0.5), kLeastGap_s, kGap_s);
+  const std::vector<std::uint8_t> leaps = leaps_in(trajectory);
   for (std::size_t i = 1; i < trajectory.size(); ++i) {
-    const bool gap = trajectory.time_s[i] - trajectory.time_s[i - 1] > 1.0;
+    const bool gap = begins_drive(trajectory, i) || leaps[i] != 0;
     trajectory.piece[i] = trajectory.piece[i - 1] + (gap ? 1 : 0);
     trajectory.driven_m[i] =
         trajectory.driven_m[i - 1] +
         (gap ? 1000.0 : (trajectory.position_m[i] - trajectory.position_m[i - 1]).norm());
   }
+}
+
+bool begins_drive(const Trajectory& trajectory, std::size_t pose) {
+  return pose == 0 || step_s(trajectory, pose) > kGap_s;
 }
 
 bool pose_at(const Trajectory& trajectory, double time_s, std::size_t& hint, PosedInstant& pose) {
@@ -110,6 +166,7 @@ bool pose_at(const Trajectory& trajectory, double time_s, std::size_t& hint, Pos
   if (time_s == t[i] && i > 0 && piece[i] != piece[i + 1]) --i;
   hint = i;
   if (piece[i] != piece[i + 1]) return false;
+  if (time_s > t[i] && t[i + 1] - t[i] > trajectory.longest_step_s) return false;
   const double f = (time_s - t[i]) / (t[i + 1] - t[i]);
   pose.position_m =
       trajectory.position_m[i] + f * (trajectory.position_m[i + 1] - trajectory.position_m[i]);
