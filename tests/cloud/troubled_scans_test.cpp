@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cloud/error.h"
 #include "support/kerbed_road.h"
 
 namespace cloud {
@@ -63,6 +64,28 @@ TEST(TroubledScans, DropsOfRainAreNoObstacles) {
   EXPECT_LT(static_cast<double>(result.report.on_obstacles),
             0.01 * static_cast<double>(result.report.looked_at));
   EXPECT_GT(result.report.on_grass, 0u);
+}
+
+// Two points a cell in a stripe of 30 m, one in all others: the base came back with exit 0.
+TEST(TroubledScans, AHeightModelIsNoScan) {
+  const support::KerbedRoad road;
+  Cloud model;
+  for (double x_m = 0.25; x_m < road.length_m; x_m += 0.5)
+    for (double v_m = -9.75; v_m < 9.9; v_m += v_m == 0.25 && x_m < 30.0 ? 0.05 : 0.5) {
+      model.x_m.push_back(x_m), model.y_m.push_back(v_m);
+      model.z_m.push_back(road.height_m(x_m, v_m));
+    }
+  for (const bool correct_drift : {true, false}) {
+    MapOptions options;
+    options.correct_drift = correct_drift, options.estimate_every = 1;
+    try {
+      map_clouds([&](const ChunkSink& sink) { sink(Cloud(model)); }, road.base(), nullptr, options);
+      ADD_FAILURE() << "not refused";
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("they are too far apart"), std::string::npos)
+          << error.what();
+    }
+  }
 }
 
 /// Round a bend of 50 m at 15 m/s; `noise_m`: every second place is that much higher.

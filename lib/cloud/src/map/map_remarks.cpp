@@ -12,6 +12,21 @@ std::string box(double x0, double x1, double y0, double y1) {
   return fmt::format("x {:.1f} to {:.1f}, y {:.1f} to {:.1f} m", x0, x1, y0, y1);
 }
 
+/// Points that cells hold one by one, as those of a height model, tell of no surface.
+void check_density(const Sections& sections, double on_road) {
+  constexpr double kLeastInCells = 0.05;
+  auto in_cells =
+      static_cast<double>(sections.on_obstacles + sections.on_grass + sections.far_from_base);
+  for (const Section& section : sections.list)
+    for (const SectionCell& cell : section.cells) in_cells += static_cast<double>(cell.points);
+  if (in_cells > kLeastInCells * on_road) return;
+  throw Error(fmt::format(
+      "{:.0f} of {:.0f} points on the road that were looked at lie near others: they are too far "
+      "apart; four and more to a cell of {} m are wanted (a height model has one: give the points "
+      "that it was made of)",
+      in_cells, on_road, kSectionCell_m));
+}
+
 }  // namespace
 
 void check_fit(const Sections& sections, const RoadFrame& frame, const RoadTrajectory* trajectory,
@@ -52,6 +67,7 @@ void check_fit(const Sections& sections, const RoadFrame& frame, const RoadTraje
         "fit (height datum, clock, mounting of the sensor: --extrinsic); {}",
         100.0 * static_cast<double>(sections.far_from_base) / on_road, options.gate_m,
         trajectory != nullptr ? "trajectory's frame or clock does" : "cloud's frame does", hint));
+  if (options.trust_base) check_density(sections, on_road);
 }
 
 void look_at_views(const MapOptions& options, MapReport& report) {

@@ -150,8 +150,9 @@ void after_heights(MapState& state, const RoadSums& sums, const MapInputs& input
     if (!options.trust_base || report.nodes_lidar == 0)
       throw Error(fmt::format(
           "{} of {} nodes of the road got a height from the {} points: the line, or the road, lies "
-          "beside the cloud",
-          report.nodes_lidar, report.nodes - report.nodes_hole, report.points));
+          "beside the cloud, or the points are too far apart (four and more to a cell of {} m are "
+          "wanted)",
+          report.nodes_lidar, report.nodes - report.nodes_hole, report.points, kSectionCell_m));
 }
 
 }  // namespace
