@@ -290,7 +290,8 @@ TEST(Layout, TablesAreSplitByBaseAlone) {
       {"lib/recording/src/table/table.cpp", "an axis of a map with a decimal comma"},
       {"lib/road/src/guide/guide_file.cpp", "coordinates of KML"},
       {"tools/crgidentify/aero.cpp", "two numbers of a flag"},
-      {"tools/crgsim/table.cpp", "quotes what it writes"}};
+      {"tools/crgsim/table.cpp", "quotes what it writes"},
+      {"tools/kerbstone/open.cpp", "quotes what it writes"}};
   const std::regex by_hand(
       "(find|find_first_of|getline)\\([^()]*'[,;]'|find_first_of\\(\"[^\"]*[,;]|[=!]= '[,;]'");
   std::set<std::string> files;

@@ -811,7 +811,7 @@ Count tried(const std::vector<Reader>& readers, const Folder& folder, std::size_
 
 TEST(OddTables, AreReadRightOrRefused) {
   const Folder folder;
-  EXPECT_EQ(tried(quick_readers(folder), folder, 16).wrong, 0);
+  EXPECT_EQ(tried(quick_readers(folder), folder, 32).wrong, 0);
 }
 
 TEST(SlowOddTables, AreReadRightOrRefused) {

@@ -76,9 +76,34 @@ TEST(Open, RefusesWhatItCannotDo) {
     EXPECT_EQ(ran.code, 1);
     return ran.err;
   };
+  EXPECT_THAT(said({"-o", folder / "log.csv"}), HasSubstr("is the log, and -o would overwrite it"));
+  EXPECT_EQ(cli::read(folder / "log.csv"), log_text());
   EXPECT_THAT(said({"-o", folder / "log.pdf"}), HasSubstr("ends in .html, .mcap or .csv"));
   EXPECT_THAT(said({"-o", folder / "p.html", "--channel", "Sped"}), HasSubstr("no channel 'Sped'"));
   EXPECT_FALSE(std::filesystem::exists(folder / "p.html"));
+}
+
+TEST(Open, NamesWithCommasAndMomentsSince1970AreReadBack) {
+  const Folder folder;
+  std::string text = "rosbagTimestamp;Temp, front\n";
+  for (int i = 0; i < 60; ++i)
+    text += fmt::format("{};{}\n", 1700000000000000000 + i * 100000000LL, i);
+  cli::write(folder / "log.csv", text);
+  for (const char* name : {"copy.csv", "copy.mcap"}) {
+    const ToolRun ran =
+        run_tool(places::kerbstone(), {"open", folder / "log.csv", "-o", folder / name});
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    const auto channels = base::parse_json<nlohmann::json>(
+        run_tool(places::kerbstone(), {"open", folder / name, "--json"}).out)["channels"];
+    ASSERT_EQ(channels.size(), 2u) << name;
+    EXPECT_EQ(channels[1]["name"], "Temp, front");
+    EXPECT_NEAR(channels[1]["rate_hz"].get<double>(), 10, 1e-3) << name;
+  }
+  cli::write(folder / "bare.csv", "time_s,a\n0,1\n,2\n1,3\n");
+  const ToolRun bare =
+      run_tool(places::kerbstone(), {"open", folder / "bare.csv", "-o", folder / "b.mcap"});
+  EXPECT_EQ(bare.code, 1);
+  EXPECT_THAT(bare.err, HasSubstr("row 2 has no moment"));
 }
 
 TEST(Open, OfADraftThatNothingCanUseTheMapSaysSo) {

@@ -207,6 +207,9 @@ TEST(Log, FormatsThatAreNotReadAreNamedWithTheWayOut) {
   EXPECT_THAT(refusal("<hCNF"), testing::HasSubstr("AiM .xrk"));
   EXPECT_THAT(refusal("PK\x03\x04"), testing::HasSubstr("spreadsheet"));
   EXPECT_THAT(refusal("PAR1"), testing::HasSubstr("Parquet"));
+  // Tables may begin like that.
+  EXPECT_EQ(parse_log("LOGGED,PAR2\n1,2\n", "x").channels.front().name, "LOGGED");
+  EXPECT_EQ(parse_log("PAR1,PAR2\n1,2\n", "x").channels.front().name, "PAR1");
 }
 
 TEST(Log, OfMotecOnlyTheChannelIsLeftOutWhoseSamplesAreUnknown) {

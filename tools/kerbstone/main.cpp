@@ -22,8 +22,8 @@ CLI::App* add_open(CLI::App& app, kerbstone::OpenCommand& opened) {
                        "A channel that the page draws; may be repeated [the first that live]");
   open_app->footer(
       "Nothing is guessed: a unit that the file does not name stays empty. `crgexplain map` "
-      "guesses "
-      "what the channels are.\n\nExamples:\n  kerbstone open run3.vbo\n  kerbstone open run3.ld -o "
+      "guesses what the channels are.\n\nExamples:\n  kerbstone open run3.vbo\n  kerbstone open "
+      "run3.ld -o "
       "run3.html --channel 'Ground Speed'");
   return open_app;
 }

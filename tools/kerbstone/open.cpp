@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <filesystem>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "base/ending.h"
@@ -14,7 +15,6 @@
 #include "recording/log.h"
 #include "recording/look.h"
 #include "recording/mcap.h"
-#include "recording/table.h"
 #include "report/plot_page.h"
 
 namespace kerbstone {
@@ -77,10 +77,9 @@ std::vector<const recording::Channel*> chosen(const Log& rows,
     out.push_back(&*found);
   }
   if (!names.empty()) return out;
-  for (const recording::Channel& channel : rows.channels) {
-    const auto [low, high] = std::minmax_element(channel.values.begin(), channel.values.end());
-    if (out.size() < kMostPlots && low != high && *low != *high) out.push_back(&channel);
-  }
+  const std::vector<ChannelLook> looks = recording::look_at_channels(rows);
+  for (std::size_t c = 0; c < looks.size() && out.size() < kMostPlots; ++c)
+    if (looks[c].least < looks[c].greatest) out.push_back(&rows.channels[c]);
   return out;
 }
 
@@ -96,16 +95,24 @@ std::string page_of(const Log& rows, const std::vector<ChannelLook>& looks, cons
   page.sentences = rows.notes;
   page.facts.push_back({"format", rows.format});
   page.facts.push_back({"rows", fmt::format("{}", time_s.size())});
+  page.facts.push_back({"channels", fmt::format("{}", looks.size())});
+  std::string still;
   for (const ChannelLook& look : looks)
-    page.facts.push_back(
-        {look.name, fmt::format("{}{:.6g} to {:.6g}{}{}", look.unit.empty() ? "" : look.unit + ", ",
-                                look.least, look.greatest, state_of(look).empty() ? "" : ", ",
-                                state_of(look))});
-  for (const recording::Channel* channel : chosen(rows, names, path))
+    if (look.samples == 0 || look.dead) still += (still.empty() ? "" : ", ") + look.name;
+  if (!still.empty()) page.facts.push_back({"dead or empty", still});
+  for (const recording::Channel* channel : chosen(rows, names, path)) {
+    if (names.empty() && channel->values == time_s) continue;  // the clock
+    report::PlotLine line{.name = channel->name, .x = {}, .y = {}};
+    for (std::size_t i = 0; i < time_s.size(); ++i)
+      if (std::isfinite(channel->values[i])) {  // slower channels have no value in most rows
+        line.x.push_back(time_s[i]);
+        line.y.push_back(channel->values[i]);
+      }
     page.plots.push_back({.title = channel->name,
                           .x_name = timed ? "time, s" : "row",
                           .y_name = channel->unit.empty() ? "unit unknown" : channel->unit,
-                          .lines = {{.name = channel->name, .x = time_s, .y = channel->values}}});
+                          .lines = {std::move(line)}});
+  }
   return report::plot_page(page);
 }
 
@@ -113,6 +120,11 @@ std::string mcap_of(const Log& rows, const std::string& path) {
   const std::vector<double> time_s = recording::clock_of_rows(rows);
   if (time_s.empty())
     throw base::Error(path + ": no clock among its channels, which MCAP wants; write CSV");
+  if (const auto bare =
+          std::find_if(time_s.begin(), time_s.end(), [](double t) { return std::isnan(t); });
+      bare != time_s.end())
+    throw base::Error(fmt::format("{}: row {} has no moment, which MCAP wants; write CSV", path,
+                                  bare - time_s.begin() + 1));
   recording::WrittenTopic topic{"/log", {}, {}};
   for (const recording::Channel& channel : rows.channels) {
     if (std::all_of(channel.values.begin(), channel.values.end(),
@@ -125,16 +137,33 @@ std::string mcap_of(const Log& rows, const std::string& path) {
 }
 
 std::string csv_of(const Log& rows) {
-  recording::Table table;
-  for (const recording::Channel& channel : rows.channels)
-    table.add(with_unit(channel), channel.values);
-  return recording::format_table(table, 17);
+  std::string out;
+  for (const recording::Channel& channel : rows.channels) {
+    std::string name = with_unit(channel);
+    std::replace(name.begin(), name.end(), '"', '\'');  // quotes in quotes are not read back
+    out += fmt::format("{}{}", out.empty() ? "" : ",",
+                       name.find_first_of(",;\t#") == std::string::npos ? name : '"' + name + '"');
+  }
+  const std::size_t count = rows.channels.empty() ? 0 : rows.channels.front().values.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    char before = '\n';
+    for (const recording::Channel& channel : rows.channels) {
+      out += before;
+      if (!std::isnan(channel.values[i]))
+        fmt::format_to(std::back_inserter(out), "{}", channel.values[i]);
+      before = ',';
+    }
+  }
+  return out + "\n";
 }
 
 }  // namespace
 
 int open(const OpenCommand& command, command::Terminal& terminal) {
-  Log log = recording::read_log(command.log);
+  std::error_code none;
+  if (std::filesystem::equivalent(command.log, command.out, none))
+    throw base::Error(command.out + ": is the log, and -o would overwrite it; choose another name");
+  const Log log = recording::read_log(command.log);
   const std::vector<ChannelLook> looks = recording::look_at_channels(log);
   if (!command.out.empty()) {
     const std::string ending = base::ending_of(command.out);

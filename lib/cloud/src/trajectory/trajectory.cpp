@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/csv.h"
+#include "base/statistics.h"
 #include "base/write_file.h"
 #include "cloud/error.h"
 
@@ -43,11 +44,7 @@ std::vector<double> unexpected_ways(const Trajectory& trajectory, double longest
 }
 
 double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
+  return values.empty() ? 0.0 : base::quantile(std::move(values), share);
 }
 
 /// A step of poses that begins a piece of its own: 1 and 0.

@@ -88,13 +88,6 @@ Guess guess_channel(const std::string& column, const std::string& stem, const st
 
 constexpr double kFastest_mps = 120.0;  // 432 km/h: a car that seems faster is logged in km/h
 
-/// Times since 1970, of 1990 to 2100 or so: in nanoseconds, microseconds, milliseconds or seconds.
-double scale_of_epoch(double largest) {
-  if (largest > 6e17) return 1e-9;
-  if (largest > 6e14) return 1e-6;
-  return largest > 6e11 ? 1e-3 : 1.0;
-}
-
 /// The factor to the channel's own unit: by the unit in the name, or from the size of the values
 /// where that decides.
 void put_scale(const std::vector<double>& values, const std::string& quantity,
@@ -110,7 +103,7 @@ void put_scale(const std::vector<double>& values, const std::string& quantity,
   } else {
     // Without a unit: from the size of the values where that decides.
     const double most = largest(values);
-    if (quantity == "time") m.scale = scale_of_epoch(most);
+    if (quantity == "time") m.scale = recording::scale_of_moments(most);
     if (quantity == "speed" && most > kFastest_mps) m.scale = 1.0 / 3.6;
     if (quantity == "share" && most > 1.5) m.scale = 0.01;
     if (quantity == "acceleration" && most < 4.0 && most > 0.2) m.scale = 9.80665;

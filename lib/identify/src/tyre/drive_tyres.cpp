@@ -183,7 +183,7 @@ void hold_unseen_peaks(const TyreSamples& rows, const vehicle::TyreCoefficients&
   }
 }
 
-/// Of one kind more stays the reference's; false where all did.
+/// More of one kind stays the reference's; false where all of it did.
 bool hold_more(SlipKind kind, TyreHold at_least, const std::string& why, TyreFitOptions& options,
                std::vector<std::string>& kept) {
   TyreHold& hold = options.hold[index(kind)];
@@ -209,12 +209,16 @@ std::optional<DriveTyreFit> fit_drive_tyres(const DriveTyres& drives,
     out.fit = fit_tyre(drives.fit, reference, options);
     out.fitted = held_out(out.fit.tyre, drives.held_out, options.alpha);
     bool more = false;
-    for (const FittedCoefficient& c : out.fit.coefficients)
-      if (c.at_bound && (c.kind == kLateral || c.kind == kLongitudinal) &&
-          (c.keyword[1] == 'C' || c.keyword[1] == 'D'))
-        more = hold_more(c.kind, TyreHold::kPeak, c.keyword + " ran into its bound", options,
-                         out.kept) ||
-               more;
+    for (const SlipKind kind : {kLateral, kLongitudinal}) {
+      const auto& all = out.fit.coefficients;
+      const auto bound = std::find_if(all.begin(), all.end(), [&](const FittedCoefficient& c) {
+        return c.at_bound && c.kind == kind && (c.keyword[1] == 'C' || c.keyword[1] == 'D');
+      });
+      if (bound != all.end() &&
+          hold_more(kind, TyreHold::kPeak, bound->keyword + " ran into its bound", options,
+                    out.kept))
+        more = true;
+    }
     const auto worse = [&](SlipKind kind, double fitted_n, double reference_n) {
       if (more || !(fitted_n > reference_n)) return;
       more = hold_more(kind, TyreHold::kAll,

@@ -44,7 +44,14 @@ double typical_width_m(const Centreline& line) { return 2.0 * base::median(line.
 std::vector<Candidate> other_units(const Mesh& mesh, double metres_per_unit,
                                    const CleanOptions& options) {
   std::vector<Candidate> found;
+  double area = 0.0;  // of all faces: a road has no more
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    area += (mesh.vertex(t, 1) - mesh.vertex(t, 0))
+                .cross(mesh.vertex(t, 2) - mesh.vertex(t, 0))
+                .norm() /
+            2.0;
   const auto add = [&](std::string flag, double factor) {
+    if (area * factor * factor < kLeastWidth_m * kShortest_m) return;
     const auto line = road_in(mesh, factor, options);
     if (!line) return;
     const double width_m = typical_width_m(*line);

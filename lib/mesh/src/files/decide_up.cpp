@@ -92,6 +92,10 @@ double times_over(const RawMesh& mesh, int line) {
   for (const Eigen::Vector3d& v : mesh.vertices) box.extend(v);
   const double cell = std::max(box.sizes()[a], box.sizes()[b]) / kGroundCells;
   if (!(cell > 0.0)) return 0.0;
+  constexpr double kMostSamples = 1e8;  // of all faces: huge ones are looked at less closely
+  const double most_parts =
+      std::clamp(std::sqrt(kMostSamples / static_cast<double>(mesh.triangles.size())), 1.0,
+                 2.0 * kGroundCells);
   std::unordered_map<std::int64_t, double> area_of;
   for (const auto& t : mesh.triangles) {
     const Eigen::Vector3d p = mesh.vertices[t[0]], q = mesh.vertices[t[1]] - p,
@@ -99,8 +103,7 @@ double times_over(const RawMesh& mesh, int line) {
     const Eigen::Vector3d normal = q.cross(r) / 2.0;
     if (!(std::abs(normal[line]) >= kFlat * normal.norm() && normal.norm() > 0.0)) continue;
     const double longest = std::max({q.norm(), r.norm(), (q - r).norm()});
-    const int parts =
-        static_cast<int>(std::ceil(std::min(2.0 * longest / cell, 2.0 * kGroundCells)));
+    const int parts = static_cast<int>(std::ceil(std::min(2.0 * longest / cell, most_parts)));
     const double share = std::abs(normal[line]) / (parts * parts);
     const auto add = [&](double i, double j) {
       const Eigen::Vector3d at = p + (q * i + r * j) / parts - box.min();

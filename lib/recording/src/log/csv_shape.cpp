@@ -152,10 +152,7 @@ bool exported_shape(const std::vector<NumberedLine>& head, Shape& shape) {
     for (const char candidate : {';', '\t', separator}) {
       const Look look = look_at(head[d].text, candidate);
       if (look.cells < 3 || look.numbers < 2 || look.numbers < look.words) continue;
-      if (d + 1 < head.size()) {
-        const Look next = look_at(head[d + 1].text, candidate);
-        if (next.cells != look.cells || next.numbers < next.words) continue;
-      }
+      if (d + 1 < head.size() && look_at(head[d + 1].text, candidate).cells != look.cells) continue;
       std::size_t h = d;  // the highest line of words with as many cells
       while (h > 0) {
         const Look above = look_at(head[h - 1].text, candidate);
@@ -164,6 +161,8 @@ bool exported_shape(const std::vector<NumberedLine>& head, Shape& shape) {
       }
       if (h == d) continue;
       h = names_among(head, h, d, candidate);
+      const Look names = look_at(head[h].text, candidate);
+      if (names.numbers + names.words < look.numbers + look.words) continue;  // a preamble's row
       shape.separator = candidate;
       shape.exported = true;
       shape.header_line = head[h].number;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -58,8 +59,12 @@ constexpr NotRead kNotRead[] = {
     {"#ROSBAG V", "a bag of ROS 1", "convert it to MCAP (mcap convert)"}};
 
 void refuse_what_is_not_read(std::string_view bytes, const std::string& name) {
+  // A table may begin with such letters; none has zeros.
+  const bool binary = bytes.substr(0, 4096).find('\0') != std::string_view::npos;
   for (const NotRead& known : kNotRead)
-    if (bytes.starts_with(known.begin))
+    if (bytes.starts_with(known.begin) &&
+        (binary || !std::isalnum(static_cast<unsigned char>(known.begin[0])) ||
+         known.begin.starts_with("PK")))
       throw base::Error(
           fmt::format("{}: {}, which is not read; {}", name, known.format, known.way_out));
 }

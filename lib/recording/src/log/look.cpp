@@ -23,12 +23,29 @@ const Channel* clock_of(const Log& log) {
   return nullptr;
 }
 
+double scale_of_moments(double largest) {
+  if (largest > 6e17) return 1e-9;
+  if (largest > 6e14) return 1e-6;
+  return largest > 6e11 ? 1e-3 : 1.0;
+}
+
 std::vector<double> clock_of_rows(const Log& log) {
   const Channel* const clock = clock_of(log);
   if (clock == nullptr) return {};
   std::vector<double> time_s = clock->values;
-  if (clock->unit == "ms" || clock->name.find("ms") != std::string::npos)
-    for (double& t : time_s) t *= 1e-3;
+  double largest = 0.0;
+  for (const double t : time_s)
+    if (std::isfinite(t)) largest = std::max(largest, std::abs(t));
+  const auto in = [&](const std::string& unit) {
+    return clock->unit == unit || clock->name.ends_with("_" + unit) ||
+           clock->name.find("(" + unit + ")") != std::string::npos ||
+           clock->name.find("[" + unit + "]") != std::string::npos;
+  };
+  const double scale = in("ms")   ? 1e-3
+                       : in("us") ? 1e-6
+                       : in("ns") ? 1e-9
+                                  : scale_of_moments(largest);
+  for (double& t : time_s) t *= scale;
   return time_s;
 }
 

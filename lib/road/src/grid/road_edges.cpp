@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/statistics.h"
 #include "road/gaps.h"
 #include "row_walk.h"
 #include "u_ranges.h"
@@ -61,14 +62,6 @@ void fill_notches(std::vector<double>& edge_m, double u_step_m, double sign) {
   }
 }
 
-/// That a quarter of `widths_m` do not reach.
-double narrowest_m(std::vector<double> widths_m) {
-  const auto narrow = widths_m.begin() + static_cast<std::ptrdiff_t>(
-                                             kNarrowest * static_cast<double>(widths_m.size()));
-  std::nth_element(widths_m.begin(), narrow, widths_m.end());
-  return *narrow;
-}
-
 /// The usual width of the road about each row.
 std::vector<double> usual_width_m(const RoadEdges& edges, const crg::ReferenceLine& line) {
   const std::size_t rows = edges.left_m.size();
@@ -79,13 +72,13 @@ std::vector<double> usual_width_m(const RoadEdges& edges, const crg::ReferenceLi
                     reach = std::min(in_rows(kUsualWithin_m), (rows - 1) / 2);
   std::vector<double> width_m(rows), usual_m(rows), around_m;
   for (std::size_t i = 0; i < rows; ++i) width_m[i] = edges.left_m[i] - edges.right_m[i];
-  const double of_all_m = narrowest_m(width_m);
+  const double of_all_m = base::quantile(width_m, kNarrowest);
   for (std::size_t i = 0; i < rows; i += stride) {
     around_m.clear();
     for (std::size_t k = 0; k <= 2 * reach; k += stride)
       if (line.closed || (i + k >= reach && i + k - reach < rows))
         around_m.push_back(width_m[(i + rows + k - reach) % rows]);
-    const double here_m = narrowest_m(around_m);
+    const double here_m = base::quantile(around_m, kNarrowest);
     std::fill_n(usual_m.begin() + static_cast<std::ptrdiff_t>(i), std::min(stride, rows - i),
                 std::max(std::min(here_m, of_all_m), here_m - kKerb_m));
   }
