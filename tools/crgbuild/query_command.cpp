@@ -51,16 +51,21 @@ void append(std::string& out, double value, char after = ',') {
   out += after;
 }
 
+struct Answers {
+  std::string text;
+  std::size_t rows = 0;
+};
+
 /// Answers the lines of one chunk; line numbers are for messages.
 class Asker {
  public:
   Asker(const crg::Surface& surface, const Columns& columns, const base::TableForm& form)
       : surface_(surface), columns_(columns), form_(form) {}
 
-  std::string operator()(const std::vector<std::string_view>& lines, std::size_t begin,
-                         std::size_t end, std::size_t first_number) const {
-    std::string out;
-    out.reserve((end - begin) * 140);
+  Answers operator()(const std::vector<std::string_view>& lines, std::size_t begin, std::size_t end,
+                     std::size_t first_number) const {
+    Answers out;
+    out.text.reserve((end - begin) * 140);
     crg::Cursor cursor;
     std::vector<std::string_view> cells;
     for (std::size_t i = begin; i < end; ++i) {
@@ -70,7 +75,8 @@ class Asker {
       // NaN for an empty cell: no road there.
       const double a = form_.number(cells[columns_.first], columns_.first, number);
       const double b = form_.number(cells[columns_.second], columns_.second, number);
-      answer(a, b, cursor, out);
+      answer(a, b, cursor, out.text);
+      ++out.rows;
     }
     return out;
   }
@@ -153,7 +159,7 @@ int run_query(const QueryCommand& command, Terminal& terminal) {
 
   std::string block, rest;
   std::vector<std::string_view> lines;
-  std::vector<std::string> answers;
+  std::vector<Answers> answers;
   std::size_t rows = 0;
   double done = static_cast<double>(header.size());
   while (points) {
@@ -181,9 +187,9 @@ int run_query(const QueryCommand& command, Terminal& terminal) {
                        [&](std::size_t begin, std::size_t end) {
                          answers[begin / kChunkLines] = ask(lines, begin, end, first_number);
                        });
-    for (const std::string& text : answers) {
-      output.append(text);
-      rows += static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+    for (const Answers& part : answers) {
+      output.append(part.text);
+      rows += part.rows;
     }
     first_number += lines.size();
     progress("query", std::min(1.0, done / size));

@@ -160,9 +160,11 @@ double TableForm::number(std::string_view cell, std::size_t column, std::size_t 
     throw Error(
         fmt::format("{}:{}: column '{:.40}' {}, wanted a number; fill it in, or take the row out",
                     path_, line, names_[column], cell.empty() ? "is empty" : "holds no number"));
-  if (const std::size_t at = cell.find_first_of(",."); at != std::string_view::npos) {
-    char seen = 0;
-    if (!mark_.compare_exchange_strong(seen, cell[at]) && seen != cell[at])
+  const auto at =
+      std::find_if(cell.begin(), cell.end(), [](char c) { return c == ',' || c == '.'; });
+  if (at != cell.end()) {
+    char seen = mark_.load(std::memory_order_relaxed);  // an exchange alone costs all threads
+    if (seen != *at && !mark_.compare_exchange_strong(seen, *at) && seen != *at)
       throw Error(
           fmt::format("{}:{}: column '{:.40}' holds '{:.40}', but other decimals of this "
                       "table have '{}'; write all alike",
