@@ -237,7 +237,10 @@ class ArchiveReader {
     take(there);
     if (!good()) return;
     value.reset();
-    if (there) take(value.emplace());
+    if (!there) return;
+    T inside{};  // not in place: gcc 12 takes what emplace() then destroys for uninitialised
+    take(inside);
+    value = std::move(inside);
   }
   template <class T>
   void take(std::vector<T>& values) {

@@ -22,7 +22,7 @@ using NonManifoldEdges = std::unordered_map<std::uint64_t, std::uint32_t>;
 /// Hears from CGAL where it cuts. Cuts where faces cannot be turned to agree (a Moebius strip) part
 /// no component: the faces on both sides were reached from each other.
 struct Cuts : pmp::Default_orientation_visitor {
-  explicit Cuts(NonManifoldEdges& edges) : edges(&edges) {}
+  explicit Cuts(NonManifoldEdges& found) : edges(&found) {}
   void non_manifold_edge(std::size_t a, std::size_t b, std::size_t /*faces*/) {
     edges->emplace(undirected(static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)),
                    kNoIndex);
