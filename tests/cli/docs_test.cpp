@@ -139,7 +139,7 @@ TEST(Docs, SentencesAreShort) {
   for (const auto& entry : std::filesystem::directory_iterator(places::source() + "/docs"))
     if (entry.path().extension() == ".md") pages.push_back(entry.path());
   EXPECT_GT(pages.size(), 20u);
-  for (const auto& page : pages) EXPECT_THAT(long_sentences(read(page), 45), IsEmpty()) << page;
+  for (const auto& page : pages) EXPECT_THAT(long_sentences(read(page), 35), IsEmpty()) << page;
 }
 
 TEST(Docs, EveryCommandOfTheHowToRuns) {
