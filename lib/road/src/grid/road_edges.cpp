@@ -14,8 +14,9 @@
 namespace road {
 namespace {
 
-// A piece of the road's edge that is missing: both ends this abrupt, and no longer than this.
-constexpr double kAbrupt_m = 0.4, kLongestNotch_m = 12.0;
+// A piece of the road's edge that is missing: both ends this abrupt, in columns too, since any edge
+// goes from one to the next; and no longer than this.
+constexpr double kAbrupt_m = 0.4, kAbruptColumns = 1.5, kLongestNotch_m = 12.0;
 constexpr double kBesideCut_m = 20.0;
 // The width that a road has without kerbs, lay-bys and what is lost of it: that of the narrowest
 // quarter of this much before and behind, less a kerb where the road has that width elsewhere.
@@ -47,13 +48,13 @@ void limit_slope(std::vector<double>& value, double step, bool closed, double si
 }
 
 /// Between an abrupt end of the edge and where it is as abruptly back, it goes straight on.
-void fill_notches(std::vector<double>& edge_m, double u_step_m, double sign) {
+void fill_notches(std::vector<double>& edge_m, double u_step_m, double abrupt_m, double sign) {
   const std::size_t n = edge_m.size();
   const auto longest = static_cast<std::size_t>(kLongestNotch_m / u_step_m);
   for (std::size_t a = 0; a + 1 < n; ++a) {
-    if (sign * (edge_m[a] - edge_m[a + 1]) < kAbrupt_m) continue;
+    if (sign * (edge_m[a] - edge_m[a + 1]) < abrupt_m) continue;
     for (std::size_t b = a + 1; b + 1 < n && b - a <= longest; ++b) {
-      if (sign * (edge_m[b + 1] - edge_m[b]) < kAbrupt_m) continue;
+      if (sign * (edge_m[b + 1] - edge_m[b]) < abrupt_m) continue;
       const double filled_m = sign * std::min(sign * edge_m[a], sign * edge_m[b + 1]);
       for (std::size_t i = a + 1; i <= b; ++i)
         edge_m[i] = sign * std::max(sign * edge_m[i], sign * filled_m);
@@ -239,8 +240,10 @@ RoadEdges road_edges(const SampledGrid& sampled, const crg::ReferenceLine& line,
   }
   // Rows that were cut short on purpose have no notch: a fold, another leg, a wall.
   const RoadEdges seen = edges;
-  fill_notches(edges.left_m, line.u_step_m, 1.0);
-  fill_notches(edges.right_m, line.u_step_m, -1.0);
+  const double abrupt_m = std::max(
+      kAbrupt_m, kAbruptColumns * (v_m.back() - v_m.front()) / static_cast<double>(columns - 1));
+  fill_notches(edges.left_m, line.u_step_m, abrupt_m, 1.0);
+  fill_notches(edges.right_m, line.u_step_m, abrupt_m, -1.0);
   const RoadEdges filled = edges;
   limit_slope(edges.left_m, line.u_step_m, line.closed, 1.0);
   limit_slope(edges.right_m, line.u_step_m, line.closed, -1.0);
