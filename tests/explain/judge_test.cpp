@@ -60,6 +60,22 @@ TEST(Judge, SomethingLeftAloneIsUnknown) {
   EXPECT_EQ(judge(all), Verdict::kUnknown);
 }
 
+TEST(Judge, NothingIsGreenBesideAParameterThatIsOffAndNotNamed) {
+  Findings all;
+  all.parameters.push_back({"parameter.drag", "aero.drag_area_m2", "m2", 0.665, 0.93, 0.9, 0.96});
+  EXPECT_EQ(judge(all), Verdict::kNone) << "within its prior";
+  all.parameters[0].beyond_prior = true;
+  EXPECT_EQ(judge(all), Verdict::kUnknown);
+  all.parameters[0].beyond_prior = false;
+  all.parameters[0].at_limit = true;
+  EXPECT_EQ(judge(all), Verdict::kUnknown);
+  Finding drag;
+  drag.mechanism = "parameter.drag";
+  drag.parameters.push_back({"aero.drag_area_m2", "m2", 0.93, 0.9, 0.96});
+  all.findings = {drag};
+  EXPECT_EQ(judge(all), Verdict::kExplained);
+}
+
 TEST(Judge, HasTheWordsOfTheFormat) {
   EXPECT_STREQ(name_of(Verdict::kNone), "none");
   EXPECT_STREQ(name_of(Verdict::kExplained), "explained");
