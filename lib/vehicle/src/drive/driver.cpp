@@ -132,6 +132,7 @@ void press_for_boost(Driver& driver, double wanted_nm, double given_nm, double m
                  std::max(0.0, most_nm));
 }
 
+constexpr double kSlide = 0.11;  ///< sideways slip of the rear axle above which he lifts
 constexpr double kPress_1ps = 10.0, kLift_1ps = 20.0;  ///< how fast a foot moves, share per second
 
 /// Throttle for a force; `gain` is force per torque of the engine, `closed` its torque without
@@ -152,6 +153,10 @@ double press_throttle(Driver& driver, const RacingLine& line, const Car<double>&
   const double spin = std::max(detail.wheel[2].kappa, detail.wheel[3].kappa);
   const double most = o.slip_drive * slip_share(driver, line, car);
   if (spin > most) throttle *= std::clamp(1.0 - (spin - most) / most, 0.0, 1.0);
+  // A tail that slides has no grip left to pull with.
+  const double slide =
+      0.5 * (std::abs(detail.wheel[2].tan_alpha) + std::abs(detail.wheel[3].tan_alpha));
+  if (slide > kSlide) throttle *= std::clamp(2.0 - slide / kSlide, 0.0, 1.0);
   driver.throttle +=
       std::clamp(throttle - driver.throttle, -kLift_1ps * o.step_s, kPress_1ps * o.step_s);
   return driver.throttle;
