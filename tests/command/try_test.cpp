@@ -19,9 +19,9 @@ using ::testing::HasSubstr;
 TEST(SlowTry, GoesThroughEveryStepAndFindsWhatItHid) {
   const support::TemporaryFolder folder;
   for (const char* const seed : {"0", "1", "2"}) {
-    const support::ToolRun ran = support::run_tool(
-        places::kerbstone(),
-        {"try", "-o", folder.path(seed), "--seed", seed, "--no-open", "--json"});
+    const support::ToolRun ran =
+        support::run_tool(places::kerbstone(),
+                          {"try", "-o", folder.path(seed), "--seed", seed, "--no-open", "--json"});
     ASSERT_EQ(ran.code, 0) << ran.err << folder.read(std::string(seed) + "/steps.txt");
     const auto told = base::parse_json<nlohmann::json>(ran.out);
     EXPECT_EQ(told.at("sealed_sha256"), base::sha256(told.at("answer").get<std::string>()));

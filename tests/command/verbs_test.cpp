@@ -37,6 +37,7 @@ TEST(Verbs, AreCommandsOfTheProgramsThatOwnThem) {
       {{"drive"}, {"crgdrive", "lap"}},
       {{"drive", "replay"}, {"crgdrive", "replay"}},
       {{"car", "parameters"}, {"crgdrive", "parameters"}},
+      {{"car", "new"}, {"crgdrive", "new"}},
       {{"race"}, {"crgsim", "race"}},
       {{"explain"}, {"crgexplain", "run"}},
       {{"explain", "map"}, {"crgexplain", "map"}},

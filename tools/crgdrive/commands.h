@@ -106,4 +106,10 @@ struct FmuCommand {
 };
 int fmu(const FmuCommand& command, Terminal& terminal);
 
+struct NewCommand {
+  std::string sheet_path, out_path;  ///< both, or an example is asked for
+  bool example = false;
+};
+int new_car(const NewCommand& command, Terminal& terminal);
+
 }  // namespace crgdrive

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <numbers>
+#include <string_view>
 
 #include "base/settings.h"
 #include "tyre_size.h"
