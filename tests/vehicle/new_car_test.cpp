@@ -211,7 +211,7 @@ TEST_P(SlowNewCarsOn, DriveALapAsPlanned) {
 INSTANTIATE_TEST_SUITE_P(
     , SlowNewCarsOn,
     ::testing::Values(Proof{"kerbstone-ring", 5.0, {"kart_kz", "radical_sr10", "formula_1"}},
-                      Proof{"aalborg", 2.0, {"kart_kz"}},
+                      Proof{"aalborg", 3.0, {"kart_kz"}},
                       Proof{"e-track-3", 3.0, {"kart_kz", "gr86"}},
                       Proof{"g-track-1", 3.0, {"kart_kz"}}),
     [](const auto& track) {
