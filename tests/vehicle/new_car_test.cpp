@@ -207,12 +207,14 @@ TEST_P(SlowNewCarsOn, DriveALapAsPlanned) {
   }
 }
 
-// The kart's front axle gives way: the plan does not know what a locked axle takes from it.
+// The front axle of the kart gives way: the plan does not know what a locked axle takes from it. On
+// e-track-3 the tails of the two others come round, in rough bends; 5 % more grip behind holds the
+// GR86.
 INSTANTIATE_TEST_SUITE_P(
     , SlowNewCarsOn,
     ::testing::Values(Proof{"kerbstone-ring", 5.0, {"kart_kz", "radical_sr10", "formula_1"}},
                       Proof{"aalborg", 3.0, {"kart_kz"}},
-                      Proof{"e-track-3", 3.0, {"kart_kz", "gr86"}},
+                      Proof{"e-track-3", 3.0, {"kart_kz", "gr86", "porsche_911_1964"}},
                       Proof{"g-track-1", 3.0, {"kart_kz"}}),
     [](const auto& track) {
       std::string name = track.param.road;
