@@ -11,7 +11,7 @@ namespace {
 constexpr double kReach_m = 35.0;           // of a section along the road, both ways
 constexpr double kObstacleTop_m = 2.2;      // higher things (gantries, trees) hang over the road
 constexpr std::uint32_t kFirst = 3;         // points of a cell, kept apart as strays are
-constexpr std::uint32_t kMostKept = 32;     // points of a cell beside the lane
+constexpr std::uint32_t kMostKept = 32;     // points of a cell
 constexpr std::uint32_t kEnoughAlone = 12;  // of them have a plane of their own
 // Cells along the road whose points have one plane together, before and behind; columns that blades
 // hang over.
@@ -132,7 +132,9 @@ void Collector::add(const Fall& fall) {
   if (open_here_ == nullptr) open_here_ = &open_section(fall.section);
   Sum& sum = open_here_->sums[fall.cell];
   if (fall.how == Fall::above_cell) {
-    if (fall.height_m < kObstacleTop_m) ++sum.above;
+    if (fall.height_m >= kObstacleTop_m) return;
+    ++sum.above;
+    sum.standing.add(static_cast<float>(fall.a_m), static_cast<float>(fall.b_m));
     return;
   }
   const Section& section = sections_.list[fall.section];
@@ -141,7 +143,7 @@ void Collector::add(const Fall& fall) {
     sum.last_stray = static_cast<std::int32_t>(open_here_->strays.size()) - 1;
   }
   add(fall, section, sum);
-  if (fall.sine2 > 0.0 && sum.kept < kMostKept && !in_lane(fall.cell % across_, section)) {
+  if ((fall.sine2 > 0.0 || trajectory_ == nullptr) && sum.kept < kMostKept) {
     open_here_->points.push_back({fall, sum.last});
     sum.last = static_cast<std::int32_t>(open_here_->points.size()) - 1, ++sum.kept;
   }
@@ -226,8 +228,8 @@ LaneScatter Collector::lane_of(const Section& section, const OpenSection& open) 
   return lane;
 }
 
-std::vector<std::uint8_t> Collector::ground_in(const OpenSection& open, std::size_t cell,
-                                               std::size_t reach, double noise_m) const {
+std::vector<EdgePoint> Collector::points_in(const OpenSection& open, std::size_t cell,
+                                            std::size_t reach) const {
   std::vector<EdgePoint> points;
   const std::size_t i = cell / across_;
   const auto gather = [&](std::size_t row) {
@@ -244,7 +246,7 @@ std::vector<std::uint8_t> Collector::ground_in(const OpenSection& open, std::siz
     if (i >= away) gather(i - away);
     if (i + away < along_) gather(i + away);
   }
-  return ground_among(points, noise_m);
+  return points;
 }
 
 double Collector::noise_m(const Section& section, const LaneScatter& lane, const OpenSection& open,
@@ -288,8 +290,8 @@ Collector::Sum Collector::ground_of(const Section& section, const OpenSection& o
                                     std::size_t cell, double noise_m, Scatter scatter) const {
   Sum all = open.sums[cell];
   std::vector<std::uint8_t> ground;
-  if (all.kept >= kEnoughAlone) ground = ground_in(open, cell, 0, noise_m);
-  if (ground.empty()) ground = ground_in(open, cell, kWindow, noise_m);
+  if (all.kept >= kEnoughAlone) ground = ground_among(points_in(open, cell, 0), noise_m);
+  if (ground.empty()) ground = ground_among(points_in(open, cell, kWindow), noise_m);
   if (ground.empty()) {
     all.doubtful = scatter != Scatter::some;
     return all;
@@ -301,7 +303,7 @@ Collector::Sum Collector::ground_of(const Section& section, const OpenSection& o
   if (left.points == all.kept) return all;
   left.cut_above_m = static_cast<float>(most_above_ground_m(noise_m)),
   left.cut_points = static_cast<float>(all.kept - left.points);
-  left.obstacle = all.obstacle;
+  left.obstacle = all.obstacle, left.beside = all.beside;
   return left;
 }
 
@@ -310,7 +312,8 @@ void Collector::leave_out_overhang(const Section& section, OpenSection& open) co
   const std::vector<Scatter> scatter = scatter_of(section, lane, open);
   std::vector<std::pair<std::size_t, Sum>> changed;  // each is judged by what its neighbours were
   for (std::size_t k = 0; k < open.sums.size(); ++k) {
-    if (open.sums[k].kept == 0 || scatter[k] == Scatter::calm) continue;
+    if (open.sums[k].kept == 0 || scatter[k] == Scatter::calm || in_lane(k % across_, section))
+      continue;
     if (!before_grass(scatter, k, v_of(k % across_) > section.v_m)) continue;
     const double noise = noise_m(section, lane, open, k);
     if (noise > 0.0) changed.emplace_back(k, ground_of(section, open, k, noise, scatter[k]));
@@ -318,32 +321,25 @@ void Collector::leave_out_overhang(const Section& section, OpenSection& open) co
   for (const auto& [k, sum] : changed) open.sums[k] = sum;
 }
 
-bool Collector::near_obstacle(const OpenSection& open, std::size_t i, std::size_t j) const {
-  constexpr std::size_t kAround = 2;
-  for (std::size_t k = i - std::min(i, kAround); k <= std::min(i + kAround, along_ - 1); ++k)
-    for (std::size_t l = j - std::min(j, kAround); l <= std::min(j + kAround, across_ - 1); ++l)
-      if (open.sums[k * across_ + l].obstacle) return true;
-  return false;
-}
-
 void Collector::close(std::size_t index, OpenSection& open) {
   Section& section = sections_.list[index];
   find_obstacles(open);
   leave_out_drops(section, open);
-  if (!open.points.empty()) leave_out_overhang(section, open);
+  leave_out_obstacles(section, open);
+  if (trajectory_ != nullptr) leave_out_overhang(section, open);
   for (std::size_t i = 0; i < along_; ++i)
     for (std::size_t j = 0; j < across_; ++j) {
       const Sum& sum = open.sums[i * across_ + j];
       if (sum.points < 2) continue;
       const double ahead_m = (static_cast<double>(i) + 0.5) * kSectionCell_m - kReach_m;
       const std::size_t road_cell = standing_.cell_at(section.row, ahead_m, j);
-      if (near_obstacle(open, i, j)) {
-        standing_.saw_standing(road_cell);
+      standing_.saw(road_cell, sum.obstacle || sum.beside);
+      if (sum.obstacle) {
         sections_.on_obstacles += sum.points;
         continue;
       }
       const double n = sum.points;
-      standing_.keep(index, road_cell, sum.height / n);
+      standing_.keep(index, road_cell, sum.beside);
       section.cells.push_back({static_cast<float>(sum.x / n), static_cast<float>(sum.y / n),
                                static_cast<float>(sum.z / n), static_cast<float>(n),
                                static_cast<float>(sum.driven / n),

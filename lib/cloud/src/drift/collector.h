@@ -39,6 +39,15 @@ class CellSlopes {
   std::vector<Eigen::Vector2f> slopes_;
 };
 
+/// From a cell's middle along and across the road: where points lie that stand on the road.
+struct StandingBox {
+  float low_a_m = std::numeric_limits<float>::infinity(), low_b_m = low_a_m, high_a_m = -low_a_m,
+        high_b_m = -low_a_m;
+  bool is_empty() const { return !(low_a_m <= high_a_m); }
+  void add(float a_m, float b_m);
+  bool is_near(float a_m, float b_m) const;
+};
+
 /// Points farther than this from what their cell showed before are kept apart.
 inline constexpr double kStray_m = 0.03;
 
@@ -66,6 +75,8 @@ class Collector {
     std::int32_t last_stray = -1;        ///< in OpenSection::strays
     float cut_above_m = 0.0f, cut_points = 0.0f;
     bool obstacle = false, doubtful = false;
+    bool beside = false;   ///< an obstacle: its own ground
+    StandingBox standing;  ///< the points over the gate
     void take_away(const Sum& other);
   };
   /// A point of a cell and the one before it in the same cell; -1: none.
@@ -84,9 +95,9 @@ class Collector {
   void add(const Fall& fall, const Section& section, Sum& sum) const;
   double v_of(std::size_t column) const;  ///< of its middle
   bool in_lane(std::size_t column, const Section& section) const;
-  /// Of the points of a cell, and after them those of `reach` cells before and behind.
-  std::vector<std::uint8_t> ground_in(const OpenSection& open, std::size_t cell, std::size_t reach,
-                                      double noise_m) const;
+  /// The kept points of a cell, and after them those of `reach` cells before and behind.
+  std::vector<EdgePoint> points_in(const OpenSection& open, std::size_t cell,
+                                   std::size_t reach) const;
   /// What the road under the wheels scatters as this section sees it.
   LaneScatter lane_of(const Section& section, const OpenSection& open) const;
   /// What a cell of asphalt or kerb may scatter.
@@ -113,6 +124,11 @@ class Collector {
   void leave_out_drops(const Section& section, const std::vector<KeptPoint>& strays,
                        Sum& sum) const;
   bool near_obstacle(const OpenSection& open, std::size_t i, std::size_t j) const;
+  /// The cell's points that lie on a ground of their own, and not where something stands.
+  Sum ground_beside_obstacle(const Section& section, const OpenSection& open, std::size_t cell,
+                             double noise_m) const;
+  /// Cells within 1 m of obstacles keep their ground; those without one are obstacles, too.
+  void leave_out_obstacles(const Section& section, OpenSection& open) const;
   void close(std::size_t index, OpenSection& open);
 
   const RoadFrame& frame_;

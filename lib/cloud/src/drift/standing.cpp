@@ -6,12 +6,6 @@
 #include "sections.h"
 
 namespace cloud {
-namespace {
-
-constexpr double kHigh_m = 0.05;  // no bump, nor a base that is a little off
-
-}  // namespace
-
 Standing::Standing(const RoadFrame& frame, std::size_t sections)
     : kept(sections),
       u_step_m_(frame.u_step_m()),
@@ -31,9 +25,12 @@ std::size_t Standing::cell_at(double row, double ahead_m, std::size_t column) co
   return std::min(along, along_ - 1) * across_ + std::min(column, across_ - 1);
 }
 
-void Standing::keep(std::size_t section, std::size_t road_cell, double above_base_m) {
-  ++seen[road_cell].clear;
-  kept[section].push_back({static_cast<std::uint32_t>(road_cell), above_base_m > kHigh_m});
+void Standing::saw(std::size_t road_cell, bool standing) {
+  ++(standing ? seen[road_cell].standing : seen[road_cell].clear);
+}
+
+void Standing::keep(std::size_t section, std::size_t road_cell, bool beside) {
+  kept[section].push_back({static_cast<std::uint32_t>(road_cell), beside});
 }
 
 void Standing::leave_out_feet(Sections& sections) const {
@@ -42,7 +39,7 @@ void Standing::leave_out_feet(Sections& sections) const {
     std::size_t left = 0;
     for (std::size_t k = 0; k < cells.size(); ++k) {
       const Seen& here = seen[kept[s][k].road_cell];
-      if (kept[s][k].high && here.standing >= here.clear)
+      if (!kept[s][k].beside && here.standing >= std::max(1u, here.clear))
         sections.on_obstacles += static_cast<std::size_t>(cells[k].points);
       else
         cells[left++] = cells[k];

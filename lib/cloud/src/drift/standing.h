@@ -17,12 +17,12 @@ struct Standing {
   Standing(const RoadFrame& frame, std::size_t sections);
   /// The road's cell `ahead_m` before a place on the road, in a column of cells across it.
   std::size_t cell_at(double row, double ahead_m, std::size_t column) const;
-  /// A section saw something stand in a cell, or within 1 m of it.
-  void saw_standing(std::size_t road_cell) { ++seen[road_cell].standing; }
-  /// It did not, and keeps the cell as the next one of its list; the mean height over the base.
-  void keep(std::size_t section, std::size_t road_cell, double above_base_m);
-  /// From far away beams meet only the feet of walls and poles: cells well above the base in which
-  /// as many sections saw something stand as did not.
+  /// A section saw something stand in a cell, or within 1 m of it, or did not.
+  void saw(std::size_t road_cell, bool standing);
+  /// It keeps the cell as the next one of its list: what it saw, or the ground `beside` that.
+  void keep(std::size_t section, std::size_t road_cell, bool beside);
+  /// From far away beams meet only the feet of walls and poles: cells in which as many sections
+  /// saw something stand as did not, but for those that saw both it and the ground beside it.
   void leave_out_feet(Sections& sections) const;
 
   struct Seen {
@@ -31,7 +31,7 @@ struct Standing {
   std::vector<Seen> seen;  ///< by cell of the road
   struct Kept {
     std::uint32_t road_cell = 0;
-    bool high = false;
+    bool beside = false;
   };
   std::vector<std::vector<Kept>> kept;  ///< of each section's cells
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/statistics.h"
 #include "lane_scatter.h"
 #include "overhang.h"
 #include "verge_columns.h"
@@ -151,8 +152,9 @@ struct Columns {
   /// What each should scatter as the lane does, at the same angle of view.
   void expect_by_lane(const Sections& sections, const std::vector<std::vector<Where>>& where,
                       bool drifting);
-  /// Without a sensor: as the calmest quarter of all does.
-  void expect_by_calmest();
+  /// Without a sensor: as the calmest quarter of all does, or the middle of the road, where beams
+  /// that come down steeply scatter more.
+  void expect_by_calmest(const RoadFrame& frame);
   /// The freedom of cells that scatter by themselves.
   void count_scattering(const Sections& sections, const std::vector<std::vector<Where>>& where);
 
@@ -226,12 +228,20 @@ void Columns::expect_by_lane(const Sections& sections, const std::vector<std::ve
   }
 }
 
-void Columns::expect_by_calmest() {
-  std::vector<double> scatters;
-  for (const VergeColumn& column : all)
-    if (column.freedom >= kEnoughFreedom) scatters.push_back(column.square_m2 / column.freedom);
+void Columns::expect_by_calmest(const RoadFrame& frame) {
+  std::vector<double> scatters, of_middle;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const VergeColumn& column = all[k];
+    if (column.freedom < kEnoughFreedom) continue;
+    scatters.push_back(column.square_m2 / column.freedom);
+    const double v_m =
+        frame.v_m().front() + (static_cast<double>(k % across) + 0.5) * kSectionCell_m;
+    if (std::abs(v_m) < kLane_m) of_middle.push_back(scatters.back());
+  }
   std::sort(scatters.begin(), scatters.end());
-  const double calm_m2 = scatters.empty() ? 0.0 : scatters[scatters.size() / 4];
+  const double calm_m2 = scatters.empty() ? 0.0
+                                          : std::max(scatters[scatters.size() / 4],
+                                                     base::median_or(0.0, std::move(of_middle)));
   for (VergeColumn& column : all)
     column.expected_m2 = column.freedom * calm_m2, column.lane = column.points;
 }
@@ -312,7 +322,7 @@ std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool dri
   if (road.with_sensor)
     road.expect_by_lane(sections, where, drifting);
   else
-    road.expect_by_calmest();
+    road.expect_by_calmest(frame);
   // A kerb that the base has wrong is no plane.
   for (VergeColumn& column : road.all)
     column.expected_m2 += column.freedom * std::pow(scatter_of_bend_m(column.relief_m), 2);

@@ -65,7 +65,7 @@ void fields(Archive& archive, Value& c) {
 
 template <typename Archive, typename Value>
 requires std::is_same_v<std::remove_const_t<Value>, Standing::Kept>
-void fields(Archive& archive, Value& k) { archive(k.road_cell, k.high); }
+void fields(Archive& archive, Value& k) { archive(k.road_cell, k.beside); }
 
 template <typename Archive, typename Value>
 requires std::is_same_v<std::remove_const_t<Value>, NodeSum>
@@ -73,7 +73,7 @@ void fields(Archive& archive, Value& s) { archive(s.points, s.height, s.height2,
 
 namespace {
 
-constexpr base::ArchiveKind kReading{"kerbstone map, what was read", 1},
+constexpr base::ArchiveKind kReading{"kerbstone map, what was read", 2},
     kState{"kerbstone map, its state", 1};
 
 /// After the last value. Throws Error.
