@@ -10,7 +10,8 @@ namespace {
 
 // Of the points around that reach the ground: an obstacle hides it, rain does not.
 constexpr double kMostDrops = 0.12;
-constexpr double kRain = 0.001;  // a drop for a thousand points that reach the ground
+// Drops over the gate for points that reach the ground: a quarter or so of all drops in the air.
+constexpr double kRain = 0.0002;
 
 }  // namespace
 
