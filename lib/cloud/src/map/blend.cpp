@@ -7,8 +7,7 @@
 namespace cloud {
 namespace {
 
-// As far beside what was measured as a ramp of 1 % needs, the base is taken to be as wrong.
-constexpr float kSteepest = 0.01f;
+constexpr float kSteepest = 0.01f;  // of the ramp down to the base
 
 /// 1 beside what was measured, 0 from the width on; smooth.
 float fading(float distance_m, float width_m) {
@@ -16,7 +15,8 @@ float fading(float distance_m, float width_m) {
   return 1.0f - far * far * (3.0f - 2.0f * far);
 }
 
-float doubted_width_m(float moved_m, float blend_m) {
+/// As far the base is taken to be as wrong as beside it.
+float width_m(float moved_m, float blend_m) {
   return std::max(blend_m, 1.5f * std::abs(moved_m) / kSteepest);
 }
 
@@ -64,7 +64,7 @@ void blend(const RoadFrame& frame, const crg::Grid& base, const MapOptions& opti
   };
   const auto width = static_cast<float>(options.blend_m);
   float widest = width;
-  for (const float m : moved) widest = std::max(widest, doubted_width_m(m, width));
+  for (const float m : moved) widest = std::max(widest, width_m(m, width));
   // Forth and back; on a closed road on over the seam.
   const auto beyond = frame.closed()
                           ? std::min(rows, static_cast<std::ptrdiff_t>(widest / u_step) + 2)
@@ -85,10 +85,10 @@ void blend(const RoadFrame& frame, const crg::Grid& base, const MapOptions& opti
   }
   for (std::size_t k = 0; k < distance.size(); ++k) {
     if (!rests_on(k, NodeSource::base) || distance[k] == kFar) continue;
-    const float doubted = fading(distance[k], doubted_width_m(moved[k], width));
-    result.stddev.z_m[k] = std::hypot(result.stddev.z_m[k], std::sqrt(doubted) * moved[k]);
-    if (!(distance[k] < width)) continue;
-    result.grid.z_m[k] = base.z_m[k] + fading(distance[k], width) * moved[k];
+    const float share = fading(distance[k], width_m(moved[k], width));
+    if (!(share > 0.0f)) continue;
+    result.stddev.z_m[k] = std::hypot(result.stddev.z_m[k], std::sqrt(share) * moved[k]);
+    result.grid.z_m[k] = base.z_m[k] + share * moved[k];
     result.source.z_m[k] = static_cast<float>(NodeSource::blended);
   }
 }

@@ -48,7 +48,7 @@ report::ExtraSection coverage(const MapReport& facts) {
   report::ExtraSection section;
   section.title = "What the points cover";
   section.sentences = {
-      "Nodes farther than 1 m from any point keep the base's height bit by bit. The provenance and "
+      "Nodes far from any point keep the base's height bit by bit. The provenance and "
       "the standard "
       "deviation of every node are in refined.provenance.crg and refined.stddev.crg; the "
       "differences to the base are the comparison \"against\". Grass beside the road is left out: "
@@ -59,7 +59,7 @@ report::ExtraSection coverage(const MapReport& facts) {
                     fmt::format("{} of {}", facts.on_grass, facts.looked_at)},
                    {"heights from points", share(facts.nodes_lidar)},
                    {"interpolated between such", share(facts.nodes_interpolated)},
-                   {"blended between points and base, over 1 m", share(facts.nodes_blended)},
+                   {"blended between points and base", share(facts.nodes_blended)},
                    {"heights of the base", share(facts.nodes_base)},
                    {"holes of the base", fmt::format("{} nodes", facts.nodes_hole)},
                    {"change of height, median", millimetres(facts.changed_p50_m)},
