@@ -291,8 +291,8 @@ void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   add_threads(*map, c.threads);
   map->footer(
       "Example:\n  lidar2mesh map scans --trajectory t.csv --road track.crg -o out\n\n"
-      "Exit code 3 when the drift from the base did not converge, or when the same ground lies at\n"
-      "different heights as seen from different places.");
+      "Exit code 3 when the drift from the base did not converge, when the same ground lies at\n"
+      "different heights as seen from different places, or when it changed between passes.");
   map->callback([&, map] {
     c.options = command::options_used(*map), c.program = program();
     run = [&] { return run_map(c, terminal); };

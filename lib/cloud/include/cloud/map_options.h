@@ -21,7 +21,8 @@ struct MapOptions {
   bool trust_base =
       true;              ///< false: the base's heights do not hold the drift, only other passes do
   int min_points = 1;    ///< of a node that takes part in the fusion
-  double blend_m = 1.0;  ///< beside nodes with points the base runs into them over this width
+  double blend_m = 1.0;  ///< beside nodes with points the base runs into them over this width, or
+                         ///< over more, for ramps of 1 %
   unsigned threads = 0;  ///< 0 = all cores; any number gives the same bytes
   base::Progress progress;
   std::function<void()> on_chunk;  ///< called by the caller's thread for every chunk of scans; what
@@ -35,6 +36,13 @@ struct DriftStation {
   std::array<double, 6> correction{};  ///< x, y, z (m), roll, pitch, yaw (rad): added to the poses
   std::array<double, 6> stddev{};      ///< posterior; the prior's where the data says nothing
   double base_believed = 0.0;          ///< share of the cells in view whose base is believed
+};
+
+/// Ground that a pass shows at another height than those behind it.
+struct ChangedPlace {
+  int pass = 0;  ///< the last that shows the old ground
+  double u_begin_m = 0.0, u_end_m = 0.0, v_begin_m = 0.0, v_end_m = 0.0;
+  double area_m2 = 0.0, change_m = 0.0;  ///< new less old, median
 };
 
 struct MapReport {
@@ -66,7 +74,8 @@ struct MapReport {
   double changed_p50_m = 0.0, changed_p99_m = 0.0,
          changed_max_m = 0.0;  ///< |refined - base| of covered nodes
   double seconds_estimate = 0.0, seconds_drift = 0.0, seconds_grid = 0.0, seconds_fuse = 0.0;
-  double seconds_read = 0.0;  ///< beside the others' work, with more than one thread
+  double seconds_read = 0.0;          ///< beside the others' work, with more than one thread
+  std::vector<ChangedPlace> changed;  ///< the largest first
   std::vector<std::string> remarks;
   std::vector<std::string> faults;  ///< why the road must not be used, and what was tried
 };

@@ -130,10 +130,10 @@ bool take_out_along_u(const RoadFrame& frame, const Sections& sections, const Dr
 }
 
 /// The node next to a point near the robust surface.
-OnNode node_of(const RoadPoint& point, const RoadFrame& frame, const HeightCells& surface,
+OnNode node_of(const RoadPoint& point, int pass, const RoadFrame& frame, const HeightCells& surface,
                const std::vector<Band>& bands) {
   std::size_t i = 0, j = 0;
-  if (!surface.cell_of(point.place, i, j)) return {};
+  if (!surface.cell_of(point.place, i, j) || !surface.holds(i, j, pass)) return {};
   const Band& band = bands[i * surface.across + j];
   if (!(point.above_base_m > static_cast<double>(band.low) - kGate_m &&
         point.above_base_m < static_cast<double>(band.high) + kGate_m))
@@ -151,7 +151,7 @@ OnNode node_of(const RoadPoint& point, const RoadFrame& frame, const HeightCells
   if (row >= rows) row = frame.closed() ? 0 : rows - 1;
   return {static_cast<std::uint32_t>(row * frame.columns() + column),
           static_cast<float>(point.above_base_m),
-          static_cast<std::uint8_t>(range_class(point.ray_m.norm())), 0};
+          static_cast<std::uint8_t>(range_class(point.ray_m.norm())), pass};
 }
 
 }  // namespace
@@ -176,8 +176,8 @@ RoadSums accumulate(const CloudSource& source, const RoadFrame& frame,
         if (trajectory == nullptr && options.correct_drift &&
             !take_out_along_u(frame, sections, drift, point))
           continue;
-        on[k] = node_of(point, frame, surface, bands);
-        if (trajectory != nullptr) on[k].pass = trajectory->pass[point.pose];
+        const int pass = trajectory != nullptr ? trajectory->pass[point.pose] : 0;
+        on[k] = node_of(point, pass, frame, surface, bands);
       }
     });
     // By stripes of rows, so that each sum is made by one thread in the order of the points.

@@ -16,6 +16,10 @@ bool HeightCells::cell_of(const GridPlace& place, std::size_t& i, std::size_t& j
   return true;
 }
 
+bool HeightCells::holds(std::size_t i, std::size_t j, int pass) const {
+  return first_pass.empty() || pass >= static_cast<int>(first_pass[i * across + j]);
+}
+
 double HeightCells::at(const GridPlace& place) const {
   const double a = place.row / cell_rows - 0.5, b = (place.v_m - v_begin_m) / cell_m - 0.5;
   if (!(b >= 0.0 && b < static_cast<double>(across) - 1.0))
@@ -50,8 +54,10 @@ double HeightCells::at_edge(std::size_t i, std::size_t j, double v_m) const {
 }
 
 HeightCells cells_of(const Sections& sections, const std::vector<Correction>& corrections,
-                     const RoadFrame& frame, int pass, unsigned threads) {
+                     const RoadFrame& frame, int pass, unsigned threads,
+                     std::vector<std::uint16_t> first_pass) {
   HeightCells cells;
+  cells.first_pass = std::move(first_pass);
   cells.along =
       std::max<std::size_t>(1, static_cast<std::size_t>(frame.length_m() / kSectionCell_m));
   cells.cell_rows = static_cast<double>(frame.rows() - 1) / static_cast<double>(cells.along);
@@ -74,7 +80,7 @@ HeightCells cells_of(const Sections& sections, const std::vector<Correction>& co
         const Eigen::Vector3d p = move(cell);
         const std::optional<GridPlace> place = frame.project(p.x(), p.y(), section.row);
         std::size_t i = 0, j = 0;
-        if (!place || !cells.cell_of(*place, i, j)) continue;
+        if (!place || !cells.cell_of(*place, i, j) || !cells.holds(i, j, section.pass)) continue;
         const double height = p.z() - frame.z_origin_m() - frame.height(*place);
         if (std::isfinite(height))
           found[k].push_back({static_cast<std::uint32_t>(i * cells.across + j),

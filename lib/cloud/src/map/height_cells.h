@@ -14,17 +14,22 @@ struct HeightCells {
   /// Grass hangs over this cell or one beside it: points more than this over the ground do not
   /// belong to it; 0: none does.
   std::vector<float> cut_above_m;
+  /// The ground changed: passes before this one do not belong to the cell; empty: nowhere.
+  std::vector<std::uint16_t> first_pass;
 
   /// Bilinear between the middles of cells; NaN where one of the four is missing.
   double at(const GridPlace& place) const;
   /// Beside the middles of cells as well: on along the line of the two before it, across the road.
   double at_edge(std::size_t i, std::size_t j, double v_m) const;
+  /// Whether what a pass shows of a cell is the ground as it is now.
+  bool holds(std::size_t i, std::size_t j, int pass) const;
   /// Cell of a place; false beside.
   bool cell_of(const GridPlace& place, std::size_t& i, std::size_t& j) const;
 };
 
-/// `pass` < 0: all passes.
+/// `pass` < 0: all passes, but in each cell those before `first_pass`.
 HeightCells cells_of(const Sections& sections, const std::vector<Correction>& corrections,
-                     const RoadFrame& frame, int pass, unsigned threads);
+                     const RoadFrame& frame, int pass, unsigned threads,
+                     std::vector<std::uint16_t> first_pass = {});
 
 }  // namespace cloud

@@ -70,6 +70,20 @@ void check_fit(const Sections& sections, const RoadFrame& frame, const RoadTraje
   if (options.trust_base) check_density(sections, on_road);
 }
 
+void look_at_changes(MapReport& report) {
+  if (report.changed.empty()) return;
+  const ChangedPlace& place = report.changed.front();
+  double area_m2 = 0.0;
+  for (const ChangedPlace& each : report.changed) area_m2 += each.area_m2;
+  report.faults.push_back(fmt::format(
+      "the ground changed between passes at {} place{} ({:.0f} m2; changes.csv lists them), the "
+      "largest at u {:.1f} to {:.1f} m, v {:.1f} to {:.1f} m: {:+.1f} mm after pass {}; the road "
+      "has the newer ground there; if something only lay or stood there, or to have the older "
+      "ground, map the passes by themselves",
+      report.changed.size(), report.changed.size() > 1 ? "s" : "", area_m2, place.u_begin_m,
+      place.u_end_m, place.v_begin_m, place.v_end_m, 1e3 * place.change_m, place.pass + 1));
+}
+
 void look_at_views(const MapOptions& options, MapReport& report) {
   // In trials 1.0 to 1.5, and 30 with a clock that is 50 ms off; without a base 3 to 6, and 20.
   const double together = options.trust_base ? 5.0 : 10.0;

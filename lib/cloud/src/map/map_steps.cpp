@@ -78,8 +78,9 @@ void settle(MapState& state, const MapInputs& inputs) {
         "after the correction the points still scatter by {:.0f} mm about the base; the "
         "trajectory's clock or frame does not fit, or base and cloud show different places",
         1e3 * report.rms_after_m));
-  state.surface =
-      cells_of(state.sections, state.drift.correction, inputs.frame, -1, options.threads);
+  report.changed = state.changed.places;
+  state.surface = cells_of(state.sections, state.drift.correction, inputs.frame, -1,
+                           options.threads, std::move(state.changed.first_pass));
 }
 
 void after_first_look(MapState& state, Look&& look, const MapInputs& inputs) {
@@ -111,8 +112,8 @@ void after_first_look(MapState& state, Look&& look, const MapInputs& inputs) {
 /// Once more, for what a section's means do not show.
 void after_second_look(MapState& state, Look&& look, const MapInputs& inputs) {
   state.sections = judged(std::move(look), inputs.frame, false);
-  state.drift =
-      estimate_drift(state.sections, inputs.frame, inputs.options, state.taken_out, state.report);
+  state.drift = estimate_drift_apart(state.sections, inputs.frame, inputs.options, state.taken_out,
+                                     state.report, {}, state.changed);
   const bool turned_much =
       inputs.options.trust_base && largest_turn_rad(state.drift) > kTurnedMuch_rad;
   if (!turned_much) settle(state, inputs);
@@ -128,8 +129,8 @@ void after_second_look(MapState& state, Look&& look, const MapInputs& inputs) {
 
 void after_third_look(MapState& state, Look&& look, const MapInputs& inputs) {
   state.sections = judged(std::move(look), inputs.frame, false);
-  state.drift = estimate_drift(state.sections, inputs.frame, inputs.options, state.taken_out,
-                               state.report, state.base_tilt);
+  state.drift = estimate_drift_apart(state.sections, inputs.frame, inputs.options, state.taken_out,
+                                     state.report, state.base_tilt, state.changed);
   settle(state, inputs);
 }
 
@@ -234,6 +235,7 @@ MapResult with_causes(const CloudSource& scans, const RoadFrame& frame,
                       report.iterations));
     if (!report.faults.empty())
       if (std::string text = causes(); !text.empty()) report.faults.push_back(std::move(text));
+    look_at_changes(report);
     return result;
   } catch (const Misfit& misfit) {
     const std::string text = causes();

@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 
+#include "changed_ground.h"
 #include "cloud/map.h"
 #include "drift.h"
 #include "fuse.h"
@@ -35,6 +36,7 @@ struct MapState {
   // Since the drift is known:
   Sections sections;  ///< what was last looked at
   Drift drift;        ///< what is left of it in `poses`, before the last was taken out
+  ChangedGround changed;
   HeightCells surface;
   MapReport report;
 };

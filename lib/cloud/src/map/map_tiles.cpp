@@ -20,6 +20,12 @@ void fields(Archive& archive, Value& s) {
   archive(s.piece, s.pass, s.driven_m, s.u_m, s.correction, s.stddev, s.base_believed);
 }
 
+template <typename Archive, typename Value>
+requires std::is_same_v<std::remove_const_t<Value>, ChangedPlace>
+void fields(Archive& archive, Value& c) {
+  archive(c.pass, c.u_begin_m, c.u_end_m, c.v_begin_m, c.v_end_m, c.area_m2, c.change_m);
+}
+
 /// What is known before the heights.
 template <typename Archive, typename Value>
 requires std::is_same_v<std::remove_const_t<Value>, MapReport>
@@ -28,7 +34,7 @@ void fields(Archive& archive, Value& r) {
   archive(r.converged, r.iterations, r.last_move_m, r.sections, r.passes, r.rms_before_m,
           r.rms_after_m, r.pass_rms_before_m, r.pass_rms_after_m, r.inlier_share, r.base_stddev_m,
           r.base_tilt, r.base_tilt_stddev, r.view_stddev_factor, r.base_together, r.view_together,
-          r.typical_stddev, r.unfixed, r.drift, r.remarks, r.faults);
+          r.typical_stddev, r.unfixed, r.drift, r.changed, r.remarks, r.faults);
 }
 
 template <typename Archive, typename Value>
@@ -45,7 +51,7 @@ template <typename Archive, typename Value>
 requires std::is_same_v<std::remove_const_t<Value>, HeightCells>
 void fields(Archive& archive, Value& c) {
   archive(c.along, c.across, c.cell_rows, c.v_begin_m, c.cell_m, c.closed, c.height_m,
-          c.cut_above_m);
+          c.cut_above_m, c.first_pass);
 }
 
 /// All but sections and corrections, which no later step wants, and what the trajectory says.
@@ -74,7 +80,7 @@ void fields(Archive& archive, Value& s) { archive(s.points, s.height, s.height2,
 namespace {
 
 constexpr base::ArchiveKind kReading{"kerbstone map, what was read", 2},
-    kState{"kerbstone map, its state", 1};
+    kState{"kerbstone map, its state", 2};
 
 /// After the last value. Throws Error.
 void require_whole(base::ArchiveReader& taker) {

@@ -53,6 +53,17 @@ void write_surfaces(const RefineRequest& request, const NodeSurface& surface,
   if (request.pcd) write_surface(surface, outputs.staged("refined.pcd"), request.doubles, comments);
 }
 
+/// Ground that changed between passes, a place a line.
+std::string changes_csv(const std::vector<ChangedPlace>& places) {
+  std::string text = "place,old_until_pass,u_begin_m,u_end_m,v_begin_m,v_end_m,area_m2,change_m\n";
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const ChangedPlace& p = places[k];
+    text += fmt::format("{},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.2f},{:.5f}\n", k + 1, p.pass + 1,
+                        p.u_begin_m, p.u_end_m, p.v_begin_m, p.v_end_m, p.area_m2, p.change_m);
+  }
+  return text;
+}
+
 }  // namespace
 
 Refined write_refined(const RefineRequest& request, const crg::Crg& base, const MapResult& result,
@@ -74,6 +85,8 @@ Refined write_refined(const RefineRequest& request, const crg::Crg& base, const 
                                     map_summary_json(out.facts));
   base::write_file(outputs.staged("summary.json"), out.summary_json);
   base::write_file(outputs.staged("timing.json"), map_timing_json(out.facts));
+  if (!out.facts.changed.empty())
+    base::write_file(outputs.staged("changes.csv"), changes_csv(out.facts.changed));
   if (!result.corrected.empty())
     write_trajectory(result.corrected.front(), outputs.staged("trajectory.csv"));
   if (request.report) {
