@@ -55,7 +55,7 @@ TEST(TroubledScans, ATrajectoryThatLeapsHasADriftOfItsOwnBehindTheLeap) {
 }
 
 // Each drop had made 2.5 m x 2.5 m an obstacle: the outer metre kept the base, 13 mm off.
-TEST(TroubledScans, DropsOfRainAreNoObstacles) {
+TEST(SlowTroubledScans, DropsOfRainAreNoObstacles) {
   const support::KerbedRoad road = tilted_road();
   support::KerbedDrive drive;
   drive.rain = 0.03, drive.grass_m = 0.024;

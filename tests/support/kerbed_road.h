@@ -1,5 +1,5 @@
-// A straight road with kerbs and grass from their ends, and a car with a LiDAR on it: made by
-// nothing of the library's.
+// A road with kerbs and grass from their ends, and a car with a LiDAR on it: made by nothing of the
+// library's.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +9,18 @@
 
 namespace support {
 
+/// A place on the road: along its middle, and to the left of it.
+struct RoadSpot {
+  double u_m = 0.0, v_m = 0.0;
+};
+
 /// Across: asphalt, 1 m of kerb, a verge. The base has the left kerb's outer edge 25 mm too low.
 struct KerbedRoad {
   static constexpr double kRoad_m = 5.0, kKerbEnd_m = 6.0, kKerb_m = 0.055, kVerge_m = 0.03;
   static constexpr double kLowered_m = 0.025;
   double length_m = 110.0;
-  double tilt = 0.0;  ///< cross slope that the base lacks in the middle half of the length
+  double radius_m = 0.0;  ///< of its bend to the left; 0: it is straight
+  double tilt = 0.0;      ///< cross slope that the base lacks in the middle half of the length
 
   double height_m(double x_m, double v_m) const;
   double base_height_m(double x_m, double v_m) const;
@@ -27,7 +33,10 @@ struct KerbedDrive {
   std::uint64_t seed = 1;
   double rain =
       0.0;  ///< share of the points that lie on their way to the ground, up to 2 m over it
-  double wall_m = 0.0;  ///< from the middle to walls of 1 m on both sides; 0: none
+  double wall_m = 0.0;    ///< from the middle to walls of 1 m on both sides; 0: none
+  double drift = 1.0;     ///< times 20 mm and 1 mrad; 0: the trajectory is true
+  int convoy = 0;         ///< cars that follow, 8 m from one to the next, in every pass
+  bool oncoming = false;  ///< a car comes along the right lane every eight seconds
   /// What the ground of a pass has in addition.
   std::function<double(int pass, double x_m, double v_m)> new_layer_m;
 };
@@ -37,16 +46,24 @@ struct KerbedScans {
   cloud::Cloud points;           ///< in the sensor's frame
 };
 KerbedScans scans_of(const KerbedRoad& road, const KerbedDrive& drive);
+/// In the map frame, as the trajectory places them: a registered cloud, without times.
+cloud::Cloud placed(const KerbedScans& scans);
 
 /// Of the middle of the road; `lost`: share of its nodes that rest on the base; `inside`: of the
 /// road's and the kerbs' nodes in their 90 % intervals.
 struct KerbedError {
   bool converged = false;
   double road_rmse_m = 0.0, road_max_m = 0.0, banking_rad = 0.0, kerb_p95_m = 0.0, lost = 0.0;
-  double outer_rmse_m = 0.0;  ///< the outermost metre of the road
-  double inside = 0.0;
+  double kerb_rmse_m = 0.0, outer_rmse_m = 0.0;  ///< `outer`: the outermost metre of the road
+  double inside = 0.0, outer_inside = 0.0;
+  /// Nodes that rest on the base, wherever they lie, and the steepest ramp across them that is
+  /// laid over the base.
+  double unmeasured_rmse_m = 0.0, unmeasured_inside = 1.0, steepest_ramp = 0.0;
+  std::size_t unmeasured_nodes = 0;
   std::size_t road_nodes = 0, kerb_nodes = 0;
 };
+/// By points, and not by the base.
+bool is_measured(float source);
 KerbedError error_of(const KerbedRoad& road, const cloud::MapResult& result);
 
 }  // namespace support
