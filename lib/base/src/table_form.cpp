@@ -164,7 +164,8 @@ double TableForm::number(std::string_view cell, std::size_t column, std::size_t 
       std::find_if(cell.begin(), cell.end(), [](char c) { return c == ',' || c == '.'; });
   if (at != cell.end()) {
     char seen = mark_.load(std::memory_order_relaxed);  // an exchange alone costs all threads
-    if (seen != *at && !mark_.compare_exchange_strong(seen, *at) && seen != *at)
+    if (seen == 0 && mark_.compare_exchange_strong(seen, *at)) seen = *at;
+    if (seen != *at)
       throw Error(
           fmt::format("{}:{}: column '{:.40}' holds '{:.40}', but other decimals of this "
                       "table have '{}'; write all alike",
