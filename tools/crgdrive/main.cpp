@@ -259,15 +259,17 @@ void add_new(const CommandLine& line, crgdrive::NewCommand& made) {
       "A car from ten numbers of its data sheet; what the sheet lacks is guessed and marked");
   CLI::Option* const sheet =
       add_input(*new_app, "sheet", made.sheet_path, "The data sheet, YAML; see --example");
-  add_output_folder(*new_app, made.out_path, "Folder for vehicle.yaml, engine.csv and both tyres")
-      ->needs(sheet);
+  CLI::Option* const output =
+      add_output_folder(*new_app, made.out_path,
+                        "Folder for vehicle.yaml, engine.csv and both tyres")
+          ->needs(sheet);
   new_app->add_flag("--example", made.example, "Prints a data sheet to begin with")
       ->excludes(sheet);
   new_app->footer(
       "Examples:\n  crgdrive new --example > my_car.yaml\n  crgdrive new my_car.yaml -o my_car\n"
       "  crgdrive lap --car my_car/vehicle.yaml --road road.crg -o lap.csv");
-  new_app->callback([&, line] {
-    if (!made.example && (made.sheet_path.empty() || made.out_path.empty()))
+  new_app->callback([&, line, sheet, output] {
+    if (!made.example && (sheet->count() == 0 || output->count() == 0))
       throw CLI::ValidationError(
           "new", "give a data sheet and -o FOLDER, or --example to get a sheet to begin with");
     line.run = [&, line] { return crgdrive::new_car(made, line.terminal); };
