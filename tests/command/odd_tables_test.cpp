@@ -34,7 +34,7 @@ struct Sheet {
 struct Style {
   char separator = ',', mark = '.';
   bool quoted_names = false, quoted_cells = false;
-  std::string end = "\n", behind_names, behind_cells, before_names;
+  std::string end = "\n", behind_names{}, behind_cells{}, before_names{};
 };
 
 std::string text(const Sheet& sheet, const Style& style = {}) {

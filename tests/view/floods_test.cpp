@@ -42,7 +42,9 @@ class Floods : public Server {
     rest_mb_ = memory_mb("VmRSS");
   }
   void TearDown() override {
-    if (!IsSkipped()) EXPECT_LT(memory_mb("VmHWM") - rest_mb_, 64.0);
+    if (!IsSkipped()) {
+      EXPECT_LT(memory_mb("VmHWM") - rest_mb_, 64.0);
+    }
   }
 
   int connected() const {
