@@ -1,5 +1,6 @@
 #include "make/make_road.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,7 +8,9 @@
 
 #include "crg/file.h"
 #include "crg/surface.h"
+#include "mesh/error.h"
 #include "mesh/export_mesh.h"
+#include "support/ring_strips.h"
 #include "support/strip_road.h"
 #include "support/temporary_folder.h"
 
@@ -60,6 +63,28 @@ TEST(Built, IsWrittenAsItStandsAndCheckedByReadingItBack) {
   EXPECT_NEAR(at.z_m, height_m(at.x_m, 2.0), 0.0003);
   EXPECT_TRUE(result.validation_failures.empty());
   EXPECT_EQ(built.summary.outputs.size(), 5u);
+}
+
+// A gantry stands over the road, and nobody drives on it.
+TEST(Built, StartsAtAnyObjectOfTheMesh) {
+  const support::TemporaryFolder folder;
+  road::Mesh mesh;
+  support::add_ring_strip(mesh, "road", -4.5, 4.5, 0.0, 0.0);
+  support::add_ring_strip(mesh, "Start/Finish", 6.0, 8.0, 3.0, 3.0, 100.0, 102.0);
+  road::export_mesh(mesh, folder.path("ring.obj"), {road::UpAxis::z, road::Unit::m});
+  road::Recipe recipe = road::recipe_for_mesh(folder.path("ring.obj"));
+  recipe.read.up = road::UpAxis::z;
+  recipe.read.unit = road::Unit::m;
+  recipe.start_object = "Start/Finish";
+  const road::MadeRoad built = road::make_road(recipe, road::inputs_of(recipe), {});
+  const Eigen::Vector3d wanted = support::on_ring(101.0, 0.0, 0.0);
+  EXPECT_NEAR(built.line.x_m[0], wanted.x(), 0.5);
+  EXPECT_NEAR(built.line.y_m[0], wanted.y(), 0.5);
+
+  recipe.start_object = "nothing";
+  EXPECT_THAT([&] { road::make_road(recipe, road::inputs_of(recipe), {}); },
+              ::testing::ThrowsMessage<road::Error>(
+                  ::testing::HasSubstr("no object named 'nothing'; 'crgbuild objects MESH'")));
 }
 
 }  // namespace make_road_test

@@ -92,7 +92,7 @@ name_rules:
   EXPECT_DOUBLE_EQ(recipe.clean.weld_tolerance_m, 0.02);
   EXPECT_TRUE(recipe.centreline.reverse);
   EXPECT_EQ(recipe.centreline.start_near_m, Eigen::Vector2d(12.5, -300.0));
-  EXPECT_EQ(recipe.centreline.start_object, "START");
+  EXPECT_EQ(recipe.start_object, "START");
   EXPECT_DOUBLE_EQ(recipe.reference_line.u_step_m.value(), 0.25);
   EXPECT_DOUBLE_EQ(recipe.sample.v_step_m.value(), 0.05);
   EXPECT_DOUBLE_EQ(recipe.sample.v_max_m, 20.0);
@@ -117,7 +117,7 @@ TEST(Recipe, WhatAKeyShowsItReadsBack) {
   from.name = "n";
   from.clean.near_m = Eigen::Vector2d(-1, 2.5);
   from.centreline.start_near_m = Eigen::Vector2d(0.1, 1e7 / 3);
-  from.centreline.start_object = "START";
+  from.start_object = "START";
   from.guide_path = "rough.gpx";
   from.guide_mapping_path = "mapping.yaml";
   from.clean.route_m = {{0, -1.5}, {100, 2}};

@@ -147,20 +147,6 @@ TEST(Centreline, StartsWhereAsked) {
   EXPECT_NEAR(line.length_m, 2 * M_PI * 100.0, 2e-3);
 }
 
-TEST(Centreline, StartsAtANamedObjectOrSaysThatThereIsNone) {
-  auto road = ring(100.0);
-  road.mesh.objects.push_back({"start_strip", "", ""});
-  road.mesh.object_of_triangle[40] = road.mesh.object_of_triangle[41] = 1;
-  const Eigen::Vector3d wanted = (road.mesh.vertex(40, 0) + road.mesh.vertex(40, 1) +
-                                  road.mesh.vertex(41, 0) + road.mesh.vertex(41, 2)) /
-                                 4;
-  road::CentrelineOptions options;
-  options.start_object = "start_strip";
-  EXPECT_LT((trace_centreline(road, options).points_m[0] - wanted).head<2>().norm(), 1.0);
-  options.start_object = "nothing";
-  EXPECT_THROW(trace_centreline(road, options), road::Error);
-}
-
 TEST(Centreline, FollowsAnOpenRoadToItsEndsAndSaysThatItIsOpen) {
   const auto line =
       trace_centreline(make_strip(support::straight, 300.0, 10.0, false, {-3, 3}, flat));

@@ -48,7 +48,7 @@ std::string sentence(const road::ReportFiles& files) {
     case road::Verdict::usable:
       return "usable";
     case road::Verdict::usable_with_remarks:
-      return fmt::format("usable with {} remarks", files.remarks);
+      return fmt::format("usable with {} remark{}", files.remarks, files.remarks == 1 ? "" : "s");
     case road::Verdict::not_usable:
       return fmt::format("not usable: {} error{}, {} remark{}", files.errors.size(),
                          files.errors.size() == 1 ? "" : "s", files.remarks,

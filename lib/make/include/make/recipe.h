@@ -31,6 +31,7 @@ struct Recipe {
   MeshReadOptions read;
   CleanOptions clean;
   CentrelineOptions centreline;
+  std::optional<std::string> start_object;  ///< in place of centreline.start_near_m: its middle
   ReferenceLineOptions reference_line;
   SampleOptions sample;
   KerbOptions kerb;

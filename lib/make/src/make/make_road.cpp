@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -74,15 +75,32 @@ Prepared prepare(const Recipe& recipe, BuildSummary& summary) {
   return prepared;
 }
 
+/// Of all objects of that name: a line over the road, or a gantry that nobody drives on.
+Eigen::Vector2d middle_of_object(const Mesh& mesh, const std::string& name) {
+  Eigen::AlignedBox2d box;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (mesh.objects[mesh.object_of_triangle[t]].name == name)
+      for (int k = 0; k < 3; ++k) box.extend((mesh.origin_m + mesh.vertex(t, k)).head<2>());
+  if (box.isEmpty())
+    throw Error(
+        fmt::format("no object named '{}'; 'crgbuild objects MESH' lists them; give one of these "
+                    "as start_object, or a point as start_near_m",
+                    name));
+  return box.center();
+}
+
 Mesh read(Prepared& prepared, BuildSummary& summary) {
   Recipe& recipe = prepared.recipe;
   Mesh mesh = read_mesh(recipe.mesh_path, read_to_clean(recipe.read, recipe.clean), &summary.read);
   for (const MeshFile& file : summary.read.files)
     summary.inputs.push_back({kMeshFile, file.path, file.sha256});
-  if (prepared.tilt_and_scale.is_identity()) return mesh;
-  for (auto* near_m : {&recipe.clean.near_m, &recipe.centreline.start_near_m})
-    if (*near_m) **near_m = moved(**near_m, mesh, prepared.tilt_and_scale);
-  apply_to_mesh(prepared.tilt_and_scale, mesh);
+  if (!prepared.tilt_and_scale.is_identity()) {
+    for (auto* near_m : {&recipe.clean.near_m, &recipe.centreline.start_near_m})
+      if (*near_m) **near_m = moved(**near_m, mesh, prepared.tilt_and_scale);
+    apply_to_mesh(prepared.tilt_and_scale, mesh);
+  }
+  std::optional<Eigen::Vector2d>& start_m = recipe.centreline.start_near_m;
+  if (recipe.start_object && !start_m) start_m = middle_of_object(mesh, *recipe.start_object);
   return mesh;
 }
 

@@ -151,10 +151,10 @@ void add_line_keys(std::vector<RecipeKey>& keys) {
   keys.push_back(point(
       "centreline", "start_near_m", "u = 0 where the line passes nearest to this point",
       [](Recipe& r) -> std::optional<Eigen::Vector2d>& { return r.centreline.start_near_m; }));
-  keys.push_back(
-      words("centreline", "start_object", "an object's name",
-            "u = 0 at the middle of this object of the mesh", "the name of an object in the mesh",
-            [](Recipe& r) -> std::optional<std::string>& { return r.centreline.start_object; }));
+  keys.push_back(words("centreline", "start_object", "an object's name",
+                       "u = 0 at the middle of this object of the mesh",
+                       "the name of an object in the mesh",
+                       [](Recipe& r) -> std::optional<std::string>& { return r.start_object; }));
 }
 
 }  // namespace

@@ -29,7 +29,6 @@ struct CentrelineOptions {
   bool reverse = false;  ///< drive the other way round
   std::optional<Eigen::Vector2d>
       start_near_m;  ///< u = 0 where the line passes nearest to this map point
-  std::optional<std::string> start_object;  ///< u = 0 at the middle of the object with this name
   std::optional<double> guide_width_m;      ///< where a guide leads over ground that does not tell
 };
 

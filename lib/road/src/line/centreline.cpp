@@ -78,16 +78,6 @@ void refine(const RaySurface& surface, Walk& walk) {
   }
 }
 
-std::optional<Vector2d> middle_of_object(const Mesh& mesh, const std::string& name) {
-  Eigen::AlignedBox2d box;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (mesh.objects[mesh.object_of_triangle[t]].name != name) continue;
-    for (int k = 0; k < 3; ++k) box.extend(Vector2d((mesh.origin_m + mesh.vertex(t, k)).head<2>()));
-  }
-  if (box.isEmpty()) return std::nullopt;
-  return box.center();
-}
-
 double signed_area_m2(const std::vector<Vector3d>& points) {
   double area = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -247,16 +237,6 @@ base::Answer<Centreline> try_trace_centreline(const RoadMesh& road,
   if (mesh.triangles.empty())
     return base::Refusal("no road found: the mesh has no drivable triangles");
   const RoadGraph graph = road.guide ? RoadGraph{} : road_graph(mesh);
-  CentrelineOptions placed = options;
-  if (options.start_object && !options.start_near_m) {
-    placed.start_near_m = middle_of_object(road.mesh, *options.start_object);
-    if (!placed.start_near_m) {
-      return base::Refusal(
-          fmt::format("no object named '{}' on the drivable surface; give one of its objects as "
-                      "start_object, or a point as start_near_m",
-                      *options.start_object));
-    }
-  }
   double width_m = typical_width_m(graph);
   if (road.guide) {
     const RaySurface surface(mesh);
@@ -266,12 +246,13 @@ base::Answer<Centreline> try_trace_centreline(const RoadMesh& road,
       return along_guide(way, *options.guide_width_m, options.reverse);
   }
   if (width_m >= kModelWidth_m || width_m < kSmallestWidth_m)
-    return trace(mesh, graph, road.guide, placed);
+    return trace(mesh, graph, road.guide, options);
 
   // A model circuit is traced as large as life, and the line made small again.
   const double enlarged = kUsualWidth_m / width_m;
   mesh.origin_m *= enlarged;
   for (Vector3d& p : mesh.vertices_m) p *= enlarged;
+  CentrelineOptions placed = options;
   if (placed.start_near_m) *placed.start_near_m *= enlarged;
   std::optional<Guide> guide = road.guide;
   if (guide)
