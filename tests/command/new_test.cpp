@@ -44,6 +44,25 @@ TEST(New, WritesAllFilesOrNone) {
   EXPECT_FALSE(cli::exists(folder / "none"));
 }
 
+TEST(New, TakesAnyNameAndRefusesWhatIsNoCarByTheSheet) {
+  const Folder folder;
+  const std::string sheet = folder / "car.yaml";
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string text = run_tool(places::crgdrive(), {"new", "--example"}).out;
+    text.replace(text.find(from), from.size(), to);
+    cli::write(sheet, text);
+    return run_tool(places::crgdrive(), {"new", sheet, "-o", folder / "car"});
+  };
+  EXPECT_EQ(with("name: my_car", "name: \"Anna's: car # 7\\nterms: {}\"").code, 0);
+  EXPECT_THAT(cli::read(folder / "car/vehicle.yaml"),
+              HasSubstr("\nname: 'Anna''s: car # 7\\x0aterms: {}'\n"));
+  EXPECT_EQ(with("[215/40R18, ", "[\"215/40R18\\n[MODEL]\\nFITTYP=99\", ").code, 0);
+  EXPECT_THAT(cli::read(folder / "car/front.tir"), HasSubstr("$ 215/40R18\\x0a[MODEL]"));
+  const ToolRun weak = with("power_kw: 173", "power_kw: 1");
+  EXPECT_EQ(weak.code, 1);
+  EXPECT_THAT(weak.err, HasSubstr("car.yaml: 1350 kg want a first gear of "));
+}
+
 TEST(New, SaysWhatIsFarFromWhatIsPublished) {
   const Folder folder;
   const std::string sheet = folder / "car.yaml";

@@ -103,6 +103,10 @@ class Sheet {
     return std::array{plausible(key, words[0], where(key)), plausible(key, words[1], where(key))};
   }
 
+  std::array<double, 2> needed_both(const char* key) const {
+    return top_.has(key) ? *both(key) : std::array{needed(key), 0.0};  // which throws
+  }
+
   template <class Value>
   Value word(const char* key, std::initializer_list<std::pair<const char*, Value>> words) const {
     const std::string seen = top_.text(key);
@@ -288,8 +292,7 @@ DataSheet read_data_sheet(const std::string& path) {
   out.mass_kg = sheet.needed("mass_kg");
   out.wheelbase_m = sheet.needed("wheelbase_m");
   out.front_weight = sheet.needed("front_weight");
-  (void)(top.has("track_m") ? 0.0 : sheet.needed("track_m"));
-  out.track_m = *sheet.both("track_m");
+  out.track_m = sheet.needed_both("track_m");
   read_sheet_tyres(sheet, out);
   out.limit_rpm = sheet.number("limit_rpm");
   top.has("torque_points") ? read_sheet_points(sheet, out) : read_sheet_curve(sheet, out);

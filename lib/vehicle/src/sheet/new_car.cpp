@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/one_line.h"
 #include "basis.h"
 #include "new_engine.h"
 #include "scaled_tyre.h"
@@ -22,6 +23,13 @@ constexpr double kFullPressure_pa = 8e6;
 constexpr double kPadFriction = 0.42;
 constexpr double kStop_m = 0.02;
 constexpr double kPressedShare = 0.4;  // of the travel, by downforce at 70 m/s, at most
+
+/// As YAML wants words that may hold anything.
+std::string quoted(const std::string& words) {
+  std::string out = "'";
+  for (const char c : words) out += c == '\'' ? "''" : std::string(1, c);
+  return out + "'";
+}
 
 Basis basis_of(const DataSheet& sheet, ParameterLines& lines) {
   Basis b{sheet,
@@ -212,7 +220,7 @@ std::string terms_of(const DataSheet& sheet) {
 std::string tyre_text(const Basis& b, std::size_t a) {
   const DataSheet& s = b.sheet;
   TyreScale scale;
-  scale.name = s.tyre_name[a];
+  scale.name = base::visible(s.tyre_name[a]);
   scale.size = s.tyre[a];
   scale.nominal_n = b.nominal_n[a];
   scale.static_n = b.wheel_n[a];
@@ -247,7 +255,7 @@ NewCar make_new_car(const DataSheet& sheet) {
       "know\n"
       "# (docs/vehicle_parameters.md); what stands nowhere has the default of that list.\n"
       "name: " +
-      sheet.name +
+      quoted(base::visible(sheet.name)) +
       "\n"
       "tyres: {front: front.tir, rear: rear.tir, alpha: tan}\n"
       "maps: {engine_torque_nm: engine.csv}\n"

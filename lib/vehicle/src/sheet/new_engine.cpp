@@ -7,6 +7,8 @@
 #include <numbers>
 #include <vector>
 
+#include "vehicle/error.h"
+
 namespace vehicle {
 namespace {
 
@@ -78,6 +80,12 @@ void add_gears(const Basis& b) {
     const double count = value_for(s.gear_count, Guess::kGears, s.kind);
     ratios = worked_out_ratios(b, static_cast<std::size_t>(count));
     for (double& ratio : ratios) ratio /= final_drive;
+    const double most = parameter_list()[static_cast<std::size_t>(P::gearbox_ratio_1)].high;
+    if (ratios.front() > most)
+      throw Error(
+          fmt::format("{}: {:g} kg want a first gear of {:.0f} behind so weak an engine, "
+                      "{:g} is the most; check power_kw, torque_nm and mass_kg",
+                      s.path, s.mass_kg, ratios.front(), most));
   }
   for (std::size_t i = 0; i < 6; ++i) {
     const auto gear = static_cast<P>(static_cast<std::size_t>(P::gearbox_ratio_1) + i);
