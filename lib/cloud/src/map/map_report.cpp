@@ -180,6 +180,16 @@ void write_map_report(const base::OutputSet& outputs, const crg::Crg& base, cons
     finding.u_end_m =
         page.u_begin_m + page.u_step_m * static_cast<double>(std::max<std::size_t>(count, 1) - 1);
   }
+  constexpr std::size_t kMostPlaces = 20;  // of changed ground; changes.csv has them all
+  for (std::size_t k = 0; k < std::min(facts.changed.size(), kMostPlaces); ++k) {
+    const ChangedPlace& place = facts.changed[k];
+    faults.push_back(
+        {"changed_ground", "remark", place.u_begin_m, place.u_end_m, place.v_begin_m, place.v_end_m,
+         place.change_m, "m",
+         fmt::format("The ground is {:.1f} mm {} after pass {}, over {:.1f} m2",
+                     1e3 * std::abs(place.change_m), place.change_m < 0.0 ? "lower" : "higher",
+                     place.pass + 1, place.area_m2)});
+  }
   page.findings.insert(page.findings.begin(), faults.begin(), faults.end());
   page.extra.push_back(coverage(facts));
   if (facts.sections > 0) page.extra.push_back(registration(facts));
