@@ -118,6 +118,30 @@ TEST(Lap, TheDriverLetsTheClutchSlipWhereTheEngineDragsTheWheels) {
   EXPECT_EQ(clutch(1.0, -0.3), 0.0);
 }
 
+TEST(Lap, TheDriverLiftsWhenTheTailSlides) {
+  const Vehicle v = racer();
+  const Car<double> car = make_car(v.files, v.parameters, v.terms);
+  const crg::Surface surface(stadium());
+  RacingLine line = plan_line(surface);
+  plan_speed(line, car, {});
+  StartOptions slow;
+  slow.speed_mps = 15;
+  slow.gear = 2;
+  const Simulation<double> sim = start(car, Road(surface), slow);
+  const auto throttle = [&](double rear, double front) {
+    Detail<double> detail{};
+    for (std::size_t i = 0; i < 4; ++i) detail.wheel[i].tan_alpha = i < 2 ? front : rear;
+    Driver driver;
+    for (int k = 0; k < 200; ++k) drive(driver, line, car, sim.state, detail);
+    return driver.throttle;
+  };
+  EXPECT_EQ(throttle(0.1, 0.0), 1.0);
+  EXPECT_EQ(throttle(0.1, 0.5), 1.0) << "a front that slides is no tail";
+  EXPECT_GT(throttle(-0.15, 0.0), 0.3);
+  EXPECT_LT(throttle(-0.15, 0.0), 0.9) << "to either side";
+  EXPECT_EQ(throttle(0.3, 0.0), 0.0);
+}
+
 // A driver is a person: what he does in a second does not depend on the step of the simulation.
 TEST(Lap, TheDriversFootIsAsFastWhateverTheStep) {
   const Vehicle v = racer();

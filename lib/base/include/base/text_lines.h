@@ -36,7 +36,7 @@ class Lines {
 
 /// The text without the blanks, tabs and carriage returns at its ends.
 inline std::string_view trimmed(std::string_view text) {
-  // By hand: find_first_not_of calls memchr for each character, a tenth of the time of a table.
+  // By hand: find_first_not_of calls memchr for each character, which a table of numbers feels.
   const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
   while (!text.empty() && blank(text.front())) text.remove_prefix(1);
   while (!text.empty() && blank(text.back())) text.remove_suffix(1);
