@@ -133,20 +133,25 @@ void Collector::add(const Fall& fall) {
   Sum& sum = open_here_->sums[fall.cell];
   if (fall.how == Fall::above_cell) {
     if (fall.height_m >= kObstacleTop_m) return;
-    ++sum.above;
-    sum.standing.add(static_cast<float>(fall.a_m), static_cast<float>(fall.b_m));
+    std::vector<Tall>& tall = open_here_->tall;
+    if (sum.tall < 0)
+      sum.tall = static_cast<std::int32_t>(tall.size()), tall.push_back({fall.cell});
+    Tall& here = tall[static_cast<std::size_t>(sum.tall)];
+    ++here.points;
+    here.box.add(static_cast<float>(fall.a_m), static_cast<float>(fall.b_m));
     return;
   }
   const Section& section = sections_.list[fall.section];
-  if (sum.points < kFirst || std::abs(fall.height_m - sum.height / sum.points) > kStray_m) {
-    open_here_->strays.push_back({fall, sum.last_stray});
-    sum.last_stray = static_cast<std::int32_t>(open_here_->strays.size()) - 1;
-  }
+  const bool is_stray =
+      sum.points < kFirst || std::abs(fall.height_m - sum.height / sum.points) > kStray_m;
+  const bool is_kept = (fall.sine2 > 0.0 || trajectory_ == nullptr) && sum.kept < kMostKept;
   add(fall, section, sum);
-  if ((fall.sine2 > 0.0 || trajectory_ == nullptr) && sum.kept < kMostKept) {
-    open_here_->points.push_back({fall, sum.last});
-    sum.last = static_cast<std::int32_t>(open_here_->points.size()) - 1, ++sum.kept;
-  }
+  if (!is_stray && !is_kept) return;
+  std::vector<KeptPoint>& points = open_here_->points;
+  const auto at = static_cast<std::int32_t>(points.size());
+  points.push_back({fall, sum.last, sum.last_stray});
+  if (is_stray) sum.last_stray = at;
+  if (is_kept) sum.last = at, ++sum.kept;
 }
 
 void Collector::add(const Fall& fall, const Section& section, Sum& sum) const {
@@ -171,7 +176,12 @@ Collector::OpenSection& Collector::open_section(std::size_t index) {
   const auto found = open_.find(index);
   if (found != open_.end()) return found->second;
   OpenSection& open = open_[index];
+  if (!spare_.empty()) {
+    open = std::move(spare_.back());
+    spare_.pop_back();
+  }
   open.sums.assign(along_ * across_, {});
+  open.points.clear(), open.tall.clear();
   open.visit = visit_;
   return open;
 }
@@ -180,6 +190,7 @@ void Collector::close_one(std::size_t index) {
   const auto found = open_.find(index);
   if (found == open_.end()) return;
   close(index, found->second);
+  spare_.push_back(std::move(found->second));
   open_.erase(found);
 }
 

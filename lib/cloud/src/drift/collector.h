@@ -43,7 +43,6 @@ class CellSlopes {
 struct StandingBox {
   float low_a_m = std::numeric_limits<float>::infinity(), low_b_m = low_a_m, high_a_m = -low_a_m,
         high_b_m = -low_a_m;
-  bool is_empty() const { return !(low_a_m <= high_a_m); }
   void add(float a_m, float b_m);
   bool is_near(float a_m, float b_m) const;
 };
@@ -69,24 +68,29 @@ class Collector {
     double a = 0.0, b = 0.0, aa = 0.0, ab = 0.0, bb = 0.0, ah = 0.0,
            bh = 0.0;  ///< about the middle
     double sine2 = 0.0;
-    std::uint32_t above = 0;             ///< points over the gate
-    std::uint32_t points = 0, kept = 0;  ///< `kept` of them are in OpenSection::points
-    std::int32_t last = -1;              ///< of these
-    std::int32_t last_stray = -1;        ///< in OpenSection::strays
+    std::uint32_t points = 0, kept = 0;  ///< `kept` of them have a shape together
+    std::int32_t last = -1;              ///< of these, in OpenSection::points
+    std::int32_t last_stray = -1;        ///< there, too
+    std::int32_t tall = -1;              ///< in OpenSection::tall
     float cut_above_m = 0.0f, cut_points = 0.0f;
     bool obstacle = false, doubtful = false;
-    bool beside = false;   ///< an obstacle: its own ground
-    StandingBox standing;  ///< the points over the gate
+    bool beside = false;  ///< an obstacle: its own ground
     void take_away(const Sum& other);
   };
-  /// A point of a cell and the one before it in the same cell; -1: none.
+  /// A point of a cell, and the kept one and the stray before it in the same cell; -1: none.
   struct KeptPoint {
     Fall fall;
-    std::int32_t before = -1;
+    std::int32_t before = -1, stray_before = -1;
+  };
+  /// The points of a cell over the gate.
+  struct Tall {
+    std::uint32_t cell = 0, points = 0;
+    StandingBox box;
   };
   struct OpenSection {
     std::vector<Sum> sums;
-    std::vector<KeptPoint> points, strays;
+    std::vector<KeptPoint> points;
+    std::vector<Tall> tall;
     std::uint8_t visit = 0;
   };
   static double about_plane(const Sum& sum);
@@ -121,8 +125,7 @@ class Collector {
   void find_obstacles(OpenSection& open) const;
   /// Where it rains, points that lie apart from all others of their cell.
   void leave_out_drops(const Section& section, OpenSection& open) const;
-  void leave_out_drops(const Section& section, const std::vector<KeptPoint>& strays,
-                       Sum& sum) const;
+  void leave_out_drops(const Section& section, const OpenSection& open, Sum& sum) const;
   bool near_obstacle(const OpenSection& open, std::size_t i, std::size_t j) const;
   /// The cell's points that lie on a ground of their own, and not where something stands.
   Sum ground_beside_obstacle(const Section& section, const OpenSection& open, std::size_t cell,
@@ -144,6 +147,7 @@ class Collector {
   std::optional<std::uint32_t> came_;
   OpenSection* open_here_ = nullptr;  ///< that of came_, once something fell on it
   std::map<std::size_t, OpenSection> open_;
+  std::vector<OpenSection> spare_;  ///< closed, for their memory
 };
 
 }  // namespace cloud

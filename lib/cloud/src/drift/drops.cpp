@@ -25,36 +25,38 @@ void Collector::Sum::take_away(const Sum& other) {
 }
 
 void Collector::find_obstacles(OpenSection& open) const {
-  for (std::size_t k = 0; k < open.sums.size(); ++k) {
-    if (open.sums[k].above == 0) continue;
-    const std::size_t i = k / across_, j = k % across_;
+  for (const Tall& tall : open.tall) {
+    const std::size_t i = tall.cell / across_, j = tall.cell % across_;
     double above = 0.0, ground = 0.0;
     for (std::size_t a = i - std::min<std::size_t>(i, 1); a <= std::min(i + 1, along_ - 1); ++a)
       for (std::size_t b = j - std::min<std::size_t>(j, 1); b <= std::min(j + 1, across_ - 1);
            ++b) {
-        above += open.sums[a * across_ + b].above;
-        ground += open.sums[a * across_ + b].points;
+        const Sum& sum = open.sums[a * across_ + b];
+        if (sum.tall >= 0) above += open.tall[static_cast<std::size_t>(sum.tall)].points;
+        ground += sum.points;
       }
-    open.sums[k].obstacle = above > kMostDrops * ground;
+    open.sums[tall.cell].obstacle = above > kMostDrops * ground;
   }
 }
 
 void Collector::leave_out_drops(const Section& section, OpenSection& open) const {
   double drops = 0.0, ground = 0.0;
-  for (const Sum& sum : open.sums)
-    drops += sum.obstacle ? 0.0 : sum.above, ground += sum.obstacle ? 0.0 : sum.points;
+  for (const Tall& tall : open.tall) drops += open.sums[tall.cell].obstacle ? 0.0 : tall.points;
+  if (!(drops > 0.0)) return;
+  for (const Sum& sum : open.sums) ground += sum.obstacle ? 0.0 : sum.points;
   if (!(drops > kRain * ground)) return;
   for (Sum& sum : open.sums)
-    if (sum.points >= 4 && !sum.obstacle) leave_out_drops(section, open.strays, sum);
+    if (sum.points >= 4 && !sum.obstacle) leave_out_drops(section, open, sum);
 }
 
-void Collector::leave_out_drops(const Section& section, const std::vector<KeptPoint>& strays,
-                                Sum& sum) const {
+void Collector::leave_out_drops(const Section& section, const OpenSection& open, Sum& sum) const {
   std::vector<double> heights_m;
   Sum far, rest = sum;
   const auto each = [&](const auto& what) {
-    for (std::int32_t k = sum.last_stray; k >= 0; k = strays[static_cast<std::size_t>(k)].before)
-      what(strays[static_cast<std::size_t>(k)].fall);
+    for (std::int32_t k = sum.last_stray; k >= 0;) {
+      const KeptPoint& point = open.points[static_cast<std::size_t>(k)];
+      what(point.fall), k = point.stray_before;
+    }
   };
   each([&](const Fall& fall) { heights_m.push_back(fall.height_m), add(fall, section, far); });
   rest.take_away(far);

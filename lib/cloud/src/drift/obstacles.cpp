@@ -37,8 +37,9 @@ Collector::Sum Collector::ground_beside_obstacle(const Section& section, const O
   for (std::size_t k = i - std::min(i, 2 * kAround); k <= std::min(i + 2 * kAround, along_ - 1);
        ++k)
     for (std::size_t l = j - std::min<std::size_t>(j, 1); l <= std::min(j + 1, across_ - 1); ++l) {
-      StandingBox box = open.sums[k * across_ + l].standing;
-      if (box.is_empty()) continue;
+      const std::int32_t tall = open.sums[k * across_ + l].tall;
+      if (tall < 0) continue;
+      StandingBox box = open.tall[static_cast<std::size_t>(tall)].box;
       const auto a_m = static_cast<float>((static_cast<double>(k) - static_cast<double>(i)) *
                                           kSectionCell_m),
                  b_m = static_cast<float>((static_cast<double>(l) - static_cast<double>(j)) *
@@ -71,7 +72,8 @@ Collector::Sum Collector::ground_beside_obstacle(const Section& section, const O
 }
 
 void Collector::leave_out_obstacles(const Section& section, OpenSection& open) const {
-  if (std::none_of(open.sums.begin(), open.sums.end(), [](const Sum& sum) { return sum.obstacle; }))
+  if (std::none_of(open.tall.begin(), open.tall.end(),
+                   [&](const Tall& tall) { return open.sums[tall.cell].obstacle; }))
     return;
   const LaneScatter lane = lane_of(section, open);
   std::vector<std::pair<std::size_t, Sum>> changed;  // each is judged by what its neighbours were
