@@ -92,31 +92,16 @@ JointProblem::JointProblem(const Sections& sections, const RoadFrame& frame,
   nodes_.resize(2 * stretches_ + 1);
 }
 
-double JointProblem::nodes_of(std::size_t cell, std::size_t& before, std::size_t& after) const {
-  const double at =
-      (static_cast<double>(cell / across_) + 0.5) / (0.5 * static_cast<double>(rows_per_stretch_));
-  before = static_cast<std::size_t>(at), after = before + 1;
-  const double share = at - static_cast<double>(before);
-  // The last stretch of a closed road may be short: its end is the road's beginning.
-  if (frame_.closed() && after * rows_per_stretch_ / 2 >= along_) after = 0;
-  return share;
-}
-
-double JointProblem::v_of(std::size_t cell) const {
-  return frame_.v_m().front() + (static_cast<double>(cell % across_) + 0.5) * kSectionCell_m;
-}
-
 double JointProblem::even_error(std::size_t cell) const {
-  std::size_t before = 0, after = 0;
-  const double share = nodes_of(cell, before, after), v = v_of(cell);
-  return (1.0 - share) * (nodes_[before].height_m + v * nodes_[before].slope) +
-         share * (nodes_[after].height_m + v * nodes_[after].slope);
+  const CellNodes at = nodes_of(cell);
+  return (1.0 - at.share) * (nodes_[at.before].height_m + at.v_m * nodes_[at.before].slope) +
+         at.share * (nodes_[at.after].height_m + at.v_m * nodes_[at.after].slope);
 }
 
-Eigen::Vector4d JointProblem::within_cell(const View& view, double share, double v_m) const {
+Eigen::Vector4d JointProblem::within_cell(const View& view, const CellNodes& nodes) {
   const auto on = static_cast<double>(view.on), beside = static_cast<double>(view.beside_m),
-             there = v_m + beside;
-  return {-on, (1.0 - share) * beside - on * there, on, share * beside + on * there};
+             there = nodes.v_m + beside;
+  return {-on, (1.0 - nodes.share) * beside - on * there, on, nodes.share * beside + on * there};
 }
 
 void JointProblem::linearise(const std::vector<Correction>& at) {
@@ -185,9 +170,8 @@ void JointProblem::linearise(const std::vector<Correction>& at) {
 }
 
 double JointProblem::even_slope(std::size_t i) const {
-  std::size_t before = 0, after = 0;
-  const double share = nodes_of(i * across_, before, after);
-  return (1.0 - share) * nodes_[before].slope + share * nodes_[after].slope;
+  const CellNodes at = nodes_of(i * across_);
+  return (1.0 - at.share) * nodes_[at.before].slope + at.share * nodes_[at.after].slope;
 }
 
 Eigen::Vector2d JointProblem::slope_of(std::size_t i, std::size_t j) const {
@@ -208,16 +192,15 @@ Eigen::Vector2d JointProblem::slope_of(std::size_t i, std::size_t j) const {
           j > 0 && j + 1 < across_ ? between(i * across_ + j - 1, i * across_ + j + 1) : 0.0};
 }
 
-double JointProblem::residual_of(const View& view, const std::vector<Correction>& now) const {
+double JointProblem::residual_of(const View& view, const CellNodes& nodes,
+                                 const std::vector<Correction>& now) const {
   const Correction& a = at_[view.section];
   const Correction& b = now[view.section];
   double r = static_cast<double>(view.residual_m);
   for (int k = 0; k < 6; ++k) r += static_cast<double>(view.jacobian[k]) * (b[k] - a[k]);
-  std::size_t before = 0, after = 0;
-  const double share = nodes_of(view.cell, before, after);
-  const Eigen::Vector4d within = within_cell(view, share, v_of(view.cell));
-  return r - within[0] * nodes_[before].height_m - within[1] * nodes_[before].slope -
-         within[2] * nodes_[after].height_m - within[3] * nodes_[after].slope;
+  const Eigen::Vector4d within = within_cell(view, nodes);
+  return r - within[0] * nodes_[nodes.before].height_m - within[1] * nodes_[nodes.before].slope -
+         within[2] * nodes_[nodes.after].height_m - within[3] * nodes_[nodes.after].slope;
 }
 
 void JointProblem::unknowns_of(std::size_t stretch, Stretch& out) const {
@@ -256,11 +239,12 @@ void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& 
     const std::uint32_t index = views_[order_[k]].cell;
     while (end < to && views_[order_[end]].cell == index) ++end;
     Cell& cell = cells_[index];
+    const CellNodes nodes = nodes_of(index);
     weights.clear(), residuals.clear();
     double sum = 0.0, total = 0.0;
     for (std::size_t i = k; i < end; ++i) {
       const View& view = views_[order_[i]];
-      const double r = residual_of(view, now);
+      const double r = residual_of(view, nodes, now);
       double w = static_cast<double>(view.weight);
       if (weighed_) w *= geman_mcclure(r - static_cast<double>(cell.height_m), scales.view_m);
       residuals.push_back(r), weights.push_back(w * view_scale);
@@ -274,9 +258,9 @@ void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& 
     const double prior = static_cast<double>(cell.believed) /
                          (scales.base_stddev_m * scales.base_stddev_m * scales.base_together);
     const double whole = total * view_scale + prior;
-    std::size_t before = 0, after = 0;
-    const double share = nodes_of(index, before, after), v = v_of(index);
-    const Eigen::Index node = first_node + 2 * static_cast<Eigen::Index>(before - 2 * stretch);
+    const double share = nodes.share, v = nodes.v_m;
+    const Eigen::Index node =
+        first_node + 2 * static_cast<Eigen::Index>(nodes.before - 2 * stretch);
     double pull = 0.0;
     for (std::size_t i = k; i < end; ++i) {
       const View& view = views_[order_[i]];
@@ -288,7 +272,7 @@ void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& 
       for (int n = 0; n < 6; ++n) j[n] = static_cast<double>(view.jacobian[n]);
       const double w = weights[i - k];
       // A view tells of the base's even error at its own place, not in the middle of its cell.
-      const Eigen::Vector4d within = -within_cell(view, share, v);
+      const Eigen::Vector4d within = -within_cell(view, nodes);
       out.matrix.block<6, 6>(at, at).noalias() += w * j * j.transpose();
       out.matrix.block<4, 6>(node, at).noalias() += w * within * j.transpose();
       out.matrix.block<4, 4>(node, node).noalias() += w * within * within.transpose();

@@ -95,15 +95,31 @@ class JointProblem {
     float height_m = 0.0f;  ///< mean of its views
     float believed = 1.0f;  ///< robust weight of the base
   };
-  /// The node before a cell, the one after it, and the share of the latter.
-  double nodes_of(std::size_t cell, std::size_t& before, std::size_t& after) const;
+  /// The node before a cell, the one after it, the share of the latter; its middle across the road.
+  struct CellNodes {
+    std::size_t before = 0, after = 0;
+    double share = 0.0, v_m = 0.0;
+  };
+  CellNodes nodes_of(std::size_t cell) const {
+    const std::size_t i = cell / across_, j = cell % across_;
+    const double at =
+        (static_cast<double>(i) + 0.5) / (0.5 * static_cast<double>(rows_per_stretch_));
+    CellNodes nodes;
+    nodes.before = static_cast<std::size_t>(at), nodes.after = nodes.before + 1;
+    nodes.share = at - static_cast<double>(nodes.before);
+    // The last stretch of a closed road may be short: its end is the road's beginning.
+    if (frame_.closed() && nodes.after * rows_per_stretch_ / 2 >= along_) nodes.after = 0;
+    nodes.v_m = frame_.v_m().front() + (static_cast<double>(j) + 0.5) * kSectionCell_m;
+    return nodes;
+  }
   /// Even error of the base at the middle of a cell.
   double even_error(std::size_t cell) const;
   /// How the even error at a view's own place differs from that at the middle of its cell, by the
   /// height and slope of the node before and of the node after.
-  Eigen::Vector4d within_cell(const View& view, double share, double v_m) const;
-  double v_of(std::size_t cell) const;
-  double residual_of(const View& view, const std::vector<Correction>& now) const;
+  static Eigen::Vector4d within_cell(const View& view, const CellNodes& nodes);
+  /// `nodes`: of the view's cell.
+  double residual_of(const View& view, const CellNodes& nodes,
+                     const std::vector<Correction>& now) const;
   /// The sections that see a stretch, and its nodes.
   void unknowns_of(std::size_t stretch, Stretch& out) const;
   void assemble(std::size_t stretch, const std::vector<Correction>& now, const JointScales& scales,

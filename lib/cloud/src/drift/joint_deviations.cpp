@@ -20,6 +20,7 @@ constexpr std::size_t kEnough = 100;   // cells of it
 struct JointProblem::Samples {
   enum { cells, lane, views, views_m, residuals, passes, noise, lane_noise, kinds };
   std::array<std::vector<float>, kinds> of;
+  std::vector<double> of_cell;  ///< residuals of the cell at hand
   double believed = 0.0, all = 0.0;
 
   void add(std::size_t kind, double value) { of[kind].push_back(static_cast<float>(value)); }
@@ -33,25 +34,28 @@ struct JointProblem::Samples {
 void JointProblem::sample(std::size_t from, std::size_t to, const std::vector<Correction>& now,
                           const JointScales& scales, Samples& out) const {
   const std::uint32_t cell = views_[order_[from]].cell;
-  const double v = v_of(cell);
+  const CellNodes nodes = nodes_of(cell);
+  std::vector<double>& residuals = out.of_cell;
+  residuals.clear();
   double sum = 0.0, weights = 0.0;
   double pass_sum[2] = {0.0, 0.0}, pass_weight[2] = {0.0, 0.0};
   int first_pass = -1, second_pass = -1;
   bool driven = false;
   for (std::size_t i = from; i < to; ++i) {
     const View& view = views_[order_[i]];
-    const double r = residual_of(view, now);
+    const double r = residual_of(view, nodes, now);
+    residuals.push_back(r);
     double w = static_cast<double>(view.weight);
     const Section& section = sections_.list[view.section];
     const int pass = section.pass;
-    driven |= !section.ahead.isZero() && std::abs(v - section.v_m) < kSurelyRoad_m;
+    driven |= !section.ahead.isZero() && std::abs(nodes.v_m - section.v_m) < kSurelyRoad_m;
     if (first_pass < 0) first_pass = pass;
     if (pass != first_pass && second_pass < 0) second_pass = pass;
     if (pass == first_pass || pass == second_pass)
       pass_sum[pass == first_pass ? 0 : 1] += w * r, pass_weight[pass == first_pass ? 0 : 1] += w;
     if (weighed_) w *= geman_mcclure(r - static_cast<double>(cells_[cell].height_m), scales.view_m);
     sum += w * r, weights += w;
-    out.add(Samples::residuals, std::abs(r - common_slope_ * v));
+    out.add(Samples::residuals, std::abs(r - common_slope_ * nodes.v_m));
   }
   const double mean = weights > 0.0 ? sum / weights : 0.0, uneven = mean - even_error(cell);
   out.add(Samples::cells, std::abs(uneven));
@@ -65,7 +69,7 @@ void JointProblem::sample(std::size_t from, std::size_t to, const std::vector<Co
     for (std::size_t i = from; i < to; ++i) {
       const View& view = views_[order_[i]];
       // The mean follows its views.
-      const double e = std::abs(residual_of(view, now) - mean) * std::sqrt(n / (n - 1.0));
+      const double e = std::abs(residuals[i - from] - mean) * std::sqrt(n / (n - 1.0));
       out.add(Samples::views, e * std::sqrt(static_cast<double>(view.weight)));
       out.add(Samples::views_m, e);
     }
@@ -126,10 +130,11 @@ std::vector<float> JointProblem::heights_at(const std::vector<Correction>& now,
     for (std::size_t s = begin; s < end; ++s)
       each_cell(s, [&](std::size_t from, std::size_t to) {
         const std::uint32_t cell = views_[order_[from]].cell;
+        const CellNodes nodes = nodes_of(cell);
         double sum = 0.0, weights = 0.0;
         for (std::size_t i = from; i < to; ++i) {
           const View& view = views_[order_[i]];
-          const double r = residual_of(view, now);
+          const double r = residual_of(view, nodes, now);
           const double w =
               static_cast<double>(view.weight) *
               geman_mcclure(r - static_cast<double>(cells_[cell].height_m), scales.view_m);
@@ -176,7 +181,8 @@ void JointProblem::measure_together(const std::vector<Correction>& now, JointSca
       for (std::size_t k = first_[s]; k < first_[s + 1]; ++k) {
         const View& view = views_[k];
         if (view.cell == View::kNone) continue;
-        const double e = (residual_of(view, now) - static_cast<double>(heights[view.cell])) *
+        const double e = (residual_of(view, nodes_of(view.cell), now) -
+                          static_cast<double>(heights[view.cell])) *
                          std::sqrt(static_cast<double>(view.weight) / scales.view_factor);
         if (!(std::abs(e) < 3.0)) continue;
         const std::size_t at = view.cell / across_ / block * beside + view.cell % across_ / block;
@@ -269,7 +275,8 @@ StretchDeviation JointProblem::deviation_of(std::size_t stretch, int left_out,
       double points[] = {0.0, 0.0};  // of the pass that is left out: the second
       for (; end < stretch_begin_[stretch + 1] && views_[order_[end]].cell == cell; ++end)
         points[is_left_out(end) ? 1 : 0] += points_of(order_[end]);
-      if (left_out < 0 || (points[0] > 0.0 && points[1] > 0.0)) what(i, end, v_of(cell), points);
+      if (left_out < 0 || (points[0] > 0.0 && points[1] > 0.0))
+        what(i, end, nodes_of(cell).v_m, points);
       i = end;
     }
   };
