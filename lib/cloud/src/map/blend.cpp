@@ -48,41 +48,66 @@ void blend(const RoadFrame& frame, const crg::Grid& base, const MapOptions& opti
         }
       moved[k] = sum / count;
     }
-  const auto u_step = static_cast<float>(frame.u_step_m());
-  const auto take = [&](std::ptrdiff_t i, std::ptrdiff_t j, std::ptrdiff_t from_i,
-                        std::ptrdiff_t from_j) {
-    if (from_j < 0 || from_j >= columns) return;
-    if (frame.closed()) from_i = (from_i + rows) % rows;
-    if (from_i < 0 || from_i >= rows) return;
-    const auto k = static_cast<std::size_t>(i * columns + j),
-               from = static_cast<std::size_t>(from_i * columns + from_j);
-    const float across = static_cast<float>(frame.v_m()[static_cast<std::size_t>(j)] -
-                                            frame.v_m()[static_cast<std::size_t>(from_j)]);
-    const float step = std::sqrt(across * across + (from_i == i ? 0.0f : u_step * u_step));
-    if (distance[from] + step < distance[k])
-      distance[k] = distance[from] + step, moved[k] = moved[from];
-  };
-  const auto width = static_cast<float>(options.blend_m);
+  const auto u_step = static_cast<float>(frame.u_step_m()),
+             width = static_cast<float>(options.blend_m);
   float widest = width;
   for (const float m : moved) widest = std::max(widest, width_m(m, width));
+  // From a column to the next, in a row and to the next one.
+  std::vector<float> aside_m, aslant_m;
+  for (std::size_t j = 0; j + 1 < frame.columns(); ++j) {
+    const auto across = static_cast<float>(frame.v_m()[j + 1] - frame.v_m()[j]);
+    aside_m.push_back(across);
+    aslant_m.push_back(std::sqrt(across * across + u_step * u_step));
+  }
+  const auto take = [&](std::size_t k, std::size_t from, float step_m) {
+    if (distance[from] + step_m < distance[k])
+      distance[k] = distance[from] + step_m, moved[k] = moved[from];
+  };
+  const auto is_near = [&](std::ptrdiff_t i) {
+    const auto row = distance.begin() + i * columns;
+    return std::any_of(row, row + columns, [&](float far) { return far < widest; });
+  };
+  // A row from the one `before` it in a sweep, and along itself. Unless one of them is near enough
+  // to something measured, nothing in it can be.
+  const auto sweep = [&](std::ptrdiff_t i, std::ptrdiff_t before, bool forth) {
+    if (frame.closed()) before = (before + rows) % rows;
+    const bool has_before = before >= 0 && before < rows;
+    if (!is_near(i) && !(has_before && is_near(before))) return;
+    const auto here = static_cast<std::size_t>(i * columns),
+               there = static_cast<std::size_t>(before * columns), n = frame.columns();
+    const auto from_left = [&](std::size_t j) {
+      if (j > 0) take(here + j, here + j - 1, aside_m[j - 1]);
+    };
+    const auto from_right = [&](std::size_t j) {
+      if (j + 1 < n) take(here + j, here + j + 1, aside_m[j]);
+    };
+    const auto from_before = [&](std::size_t j) {
+      const auto left = [&] {
+        if (j > 0) take(here + j, there + j - 1, aslant_m[j - 1]);
+      };
+      if (!has_before) return;
+      if (forth) left();
+      if (!forth && j + 1 < n) take(here + j, there + j + 1, aslant_m[j]);
+      take(here + j, there + j, u_step);
+      if (forth && j + 1 < n) take(here + j, there + j + 1, aslant_m[j]);
+      if (!forth) left();
+    };
+    if (forth)
+      for (std::size_t j = 0; j < n; ++j) from_before(j), from_left(j);
+    for (std::size_t j = n; j-- > 0;) {
+      if (!forth) from_before(j);
+      from_right(j);
+    }
+    if (!forth)
+      for (std::size_t j = 0; j < n; ++j) from_left(j);
+  };
   // Forth and back; on a closed road on over the seam.
   const auto beyond = frame.closed()
                           ? std::min(rows, static_cast<std::ptrdiff_t>(widest / u_step) + 2)
                           : std::ptrdiff_t{0};
-  for (std::ptrdiff_t step = 0; step < rows + beyond; ++step) {
-    const std::ptrdiff_t i = step % std::max<std::ptrdiff_t>(rows, 1);
-    for (std::ptrdiff_t j = 0; j < columns; ++j)
-      for (const auto& [a, b] : {std::pair{-1, -1}, {-1, 0}, {-1, 1}, {0, -1}})
-        take(i, j, i + a, j + b);
-    for (std::ptrdiff_t j = columns; j-- > 0;) take(i, j, i, j + 1);
-  }
-  for (std::ptrdiff_t step = rows + beyond; step-- > 0;) {
-    const std::ptrdiff_t i = step % std::max<std::ptrdiff_t>(rows, 1);
-    for (std::ptrdiff_t j = columns; j-- > 0;)
-      for (const auto& [a, b] : {std::pair{1, 1}, {1, 0}, {1, -1}, {0, 1}})
-        take(i, j, i + a, j + b);
-    for (std::ptrdiff_t j = 0; j < columns; ++j) take(i, j, i, j - 1);
-  }
+  for (std::ptrdiff_t step = 0; step < rows + beyond; ++step)
+    sweep(step % rows, step % rows - 1, true);
+  for (std::ptrdiff_t step = rows + beyond; step-- > 0;) sweep(step % rows, step % rows + 1, false);
   for (std::size_t k = 0; k < distance.size(); ++k) {
     if (!rests_on(k, NodeSource::base) || distance[k] == kFar) continue;
     const float share = fading(distance[k], width_m(moved[k], width));

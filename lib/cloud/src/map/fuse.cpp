@@ -220,9 +220,14 @@ void fuse(const RoadSums& road_sums, const RoadFrame& frame, const crg::Grid& ba
         "deviations are too small",
         100.0 * seen.within_90));
   const auto least = static_cast<float>(options.min_points);
+  std::vector<std::uint8_t> seen_row(rows, 0);
+  for (std::size_t k = 0; k < rows * columns; ++k)
+    if (sums[k].points >= least) seen_row[k / columns] = 1;
   base::parallel_for(rows, 256, options.threads, [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) {
       const StretchDeviation left = drift_left(drift, i, frame);
+      const bool is_near =
+          seen_row[i] + seen_row[i > 0 ? i - 1 : rows - 1] + seen_row[i + 1 < rows ? i + 1 : 0] > 0;
       for (std::size_t j = 0; j < columns; ++j) {
         const std::size_t k = i * columns + j;
         const auto set = [&](float z, double stddev, NodeSource source) {
@@ -234,9 +239,11 @@ void fuse(const RoadSums& road_sums, const RoadFrame& frame, const crg::Grid& ba
           set(z, std::numeric_limits<double>::quiet_NaN(), NodeSource::hole);
           continue;
         }
-        NodeHeight node = sums[k].points >= least
-                              ? measured(sums[k], noise)
-                              : between_neighbours(sums, i, j, frame, least, noise);
+        NodeHeight node;
+        if (sums[k].points >= least)
+          node = measured(sums[k], noise);
+        else if (is_near)
+          node = between_neighbours(sums, i, j, frame, least, noise);
         if (node.source == NodeSource::base) {
           set(z, options.base_stddev_m, node.source);
           continue;

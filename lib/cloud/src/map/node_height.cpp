@@ -133,7 +133,7 @@ NodeHeight between_neighbours(const NodeSums& sums, std::size_t row, std::size_t
     for (std::ptrdiff_t dj = -1; dj <= 1; ++dj) {
       const std::ptrdiff_t jj = static_cast<std::ptrdiff_t>(column) + dj;
       std::ptrdiff_t ii = static_cast<std::ptrdiff_t>(row) + di;
-      if (frame.closed()) ii = (ii + rows) % rows;
+      if (frame.closed()) ii += ii < 0 ? rows : ii >= rows ? -rows : 0;
       if (ii < 0 || ii >= rows || jj < 0 || jj >= columns) continue;
       const NodeSum& other = sums[static_cast<std::size_t>(ii * columns + jj)];
       if (other.points < least) continue;
