@@ -42,6 +42,14 @@ struct PosedInstant {
   Eigen::Vector3d position_m;
   Eigen::Quaterniond orientation;
   double driven_m = 0.0;
+  /// From the sensor's axes into the map's: `orientation * v`, which compilers leave a call.
+  Eigen::Vector3d turned(const Eigen::Vector3d& v) const {
+    const double w = orientation.w(), x = orientation.x(), y = orientation.y(), z = orientation.z();
+    const double a = 2.0 * (y * v.z() - z * v.y()), b = 2.0 * (z * v.x() - x * v.z()),
+                 c = 2.0 * (x * v.y() - y * v.x());
+    return {v.x() + w * a + (y * c - z * b), v.y() + w * b + (z * a - x * c),
+            v.z() + w * c + (x * b - y * a)};
+  }
 };
 
 /// Linear in position, normalised linear in rotation. `hint`: index near the answer, moved; the

@@ -118,11 +118,13 @@ void Emitter::hand_out(const Raw& raw) {
   const double scale = report_.metres_per_unit, height_scale = report_.metres_per_height_unit;
   const std::vector<double>&x = raw.of[0], &y = raw.of[1], &z = raw.of[2];
   Cloud chunk;
+  const auto has = [&](Role role) { return !raw.of[static_cast<std::size_t>(role)].empty(); };
   const auto reserve = [&](auto& values, Role role) {
-    if (!raw.of[static_cast<std::size_t>(role)].empty()) values.reserve(raw.size);
+    if (has(role)) values.reserve(raw.size);
   };
-  const Role class_role = raw.of[5].empty() ? Role::label : Role::classification;
+  const Role class_role = has(Role::classification) ? Role::classification : Role::label;
   const std::vector<double>& classes = raw.of[static_cast<std::size_t>(class_role)];
+  const bool has_marks = has(Role::classification) || has(Role::withheld) || has(Role::synthetic);
   chunk.x_m.reserve(raw.size), chunk.y_m.reserve(raw.size), chunk.z_m.reserve(raw.size);
   reserve(chunk.time_s, Role::time), reserve(chunk.intensity, Role::intensity),
       reserve(chunk.classification, class_role), reserve(chunk.sigma_m, Role::sigma);
@@ -133,8 +135,8 @@ void Emitter::hand_out(const Raw& raw) {
       ++report_.not_finite;
       continue;
     }
-    if (left_out_by_marks(raw, i)) continue;
-    for (std::size_t k = 0; k < 3; ++k) largest_[k] = std::max(largest_[k], std::abs(raw.of[k][i]));
+    if (has_marks && left_out_by_marks(raw, i)) continue;
+    largest_ = largest_.max(Eigen::Array3d(x[i], y[i], z[i]).abs());
     if (!origin_) origin_ = options_.origin_m ? *options_.origin_m : near(p);
     chunk.x_m.push_back(p.x() - origin_->x());
     chunk.y_m.push_back(p.y() - origin_->y());

@@ -28,7 +28,7 @@ class Emitter {
   /// Throws Error where no point was handed out.
   void finish() const;
   /// The farthest from 0 of an axis among those handed out, as the file has it.
-  double largest(std::size_t axis) const { return largest_[axis]; }
+  double largest(Eigen::Index axis) const { return largest_[axis]; }
 
  private:
   void look_for_degrees(const Raw& raw);
@@ -42,7 +42,7 @@ class Emitter {
   const ChunkSink& sink_;
   std::optional<Eigen::Vector3d> origin_;
   bool looked_ = false;
-  std::array<double, 3> largest_ = {0.0, 0.0, 0.0};
+  Eigen::Array3d largest_ = Eigen::Array3d::Zero();
 };
 
 }  // namespace cloud

@@ -182,7 +182,7 @@ class Poser {
     if (trajectory_ == nullptr) return Posed{p, last_row};
     PosedInstant pose;
     if (!pose_at(*trajectory_, chunk.time_s[k], hint_, pose)) return std::nullopt;
-    return Posed{pose.position_m + pose.orientation * p, pose_rows_[hint_]};
+    return Posed{pose.position_m + pose.turned(p), pose_rows_[hint_]};
   }
 
  private:

@@ -70,8 +70,11 @@ Placed Placer::operator()(const Cloud& chunk, std::size_t i, RoadPoint& point) {
     if (const double time_s = chunk.time_s[i]; time_s != time_s_)
       time_s_ = time_s, posed_ = pose_at(trajectory_->poses, time_s, pose_, instant_);
     if (!posed_) return Placed::no_pose;
-    point.ray_m = instant_.orientation * (chunk.point(i) + chunk.origin_m);
-    point.map_m = instant_.position_m + point.ray_m;
+    const Eigen::Vector3d ray_m = instant_.turned(chunk.point(i) + chunk.origin_m),
+                          &at_m = instant_.position_m;
+    point.ray_m = ray_m;
+    // By numbers: a pair read from what was just written one by one waits for the memory.
+    point.map_m = {at_m.x() + ray_m.x(), at_m.y() + ray_m.y(), at_m.z() + ray_m.z()};
     point.driven_m = instant_.driven_m;
     point.pose = pose_;
     row_ = trajectory_->row[pose_];
