@@ -135,7 +135,7 @@ void Collector::add(const Fall& fall) {
     if (fall.height_m >= kObstacleTop_m) return;
     std::vector<Tall>& tall = open_here_->tall;
     if (sum.tall < 0)
-      sum.tall = static_cast<std::int32_t>(tall.size()), tall.push_back({fall.cell});
+      sum.tall = static_cast<std::int32_t>(tall.size()), tall.push_back({fall.cell, 0, {}});
     Tall& here = tall[static_cast<std::size_t>(sum.tall)];
     ++here.points;
     here.box.add(static_cast<float>(fall.a_m), static_cast<float>(fall.b_m));
