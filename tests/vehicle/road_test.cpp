@@ -41,6 +41,30 @@ TEST(Road, AnswersWithTheLevelThatIsNear) {
   EXPECT_EQ(road.at(x, y, low + 8.2, 1, fresh).z_m, above.z_m);
 }
 
+// Beside the road below, under the one above or beside it, too: a car that slides off under a
+// bridge must not be lifted onto it.
+TEST(Road, GoesOnBesideTheLevelThatIsNear) {
+  const double half_m = std::numbers::pi * 30.0;
+  const double x = 28.0 * std::sin(1.57), y = 30.0 - 28.0 * std::cos(1.57);
+  const double low = 8.0 * 1.57 / (2 * std::numbers::pi);
+  for (const bool under : {true, false}) {
+    crg::Crg narrow = spiral(8.0);
+    crg::Grid& grid = narrow.grid;
+    for (std::size_t k = 0; k < grid.z_m.size(); ++k)
+      if (grid.v_m[k % grid.columns()] > 1.5 && (!under || grid.u_of(k / grid.columns()) < half_m))
+        grid.z_m[k] = std::numeric_limits<float>::quiet_NaN();
+    const crg::Surface surface(narrow);
+    const Road road(surface);
+    RoadCursors cursors;
+    const RoadPoint below = road.at(x, y, low + 0.3, 0, cursors),
+                    above = road.at(x, y, low + 8.3, 0, cursors);
+    EXPECT_FALSE(below.on_road);
+    EXPECT_EQ(above.on_road, under);
+    EXPECT_NEAR(below.z_m, low, 0.01) << under;
+    EXPECT_NEAR(above.z_m, low + 8.0, 0.01) << under;
+  }
+}
+
 // Round a ramp whose last half turn lies above its first: along the leg that a drive came by, with
 // or without heights; a drive that begins on the upper leg needs a height, once.
 TEST(Road, TracksADriveUnderAndOverABridge) {

@@ -35,7 +35,8 @@ class Road {
   /// The ground at (x, y) under wheel `wheel`. Where legs of the road cross at different heights,
   /// the leg nearest to z_near_m (NaN: the leg the surface answers with) counts. Over a hole or
   /// beside the grid: the nearest valid height along v, found in steps of a column (friction 1),
-  /// level; where there is none within the road's width, z_m is NaN.
+  /// level, of the leg nearest to z_near_m; where there is none within the road's width, z_m is
+  /// NaN.
   RoadPoint at(double x_m, double y_m, double z_near_m, std::size_t wheel,
                RoadCursors& cursors) const noexcept;
 
@@ -52,7 +53,8 @@ class Road {
   crg::Sample other_leg(double x_m, double y_m, double z_near_m,
                         const crg::Sample& first) const noexcept;
   crg::Sample over_seam(const crg::Sample& gap) const noexcept;
-  RoadPoint nearest_valid(const crg::Sample& hole) const noexcept;
+  RoadPoint nearest_valid(const crg::UV& hole) const noexcept;
+  RoadPoint beside_level(double x_m, double y_m, double z_near_m, RoadPoint best) const noexcept;
 
   const crg::Surface* surface_ = nullptr;
   double slope_x_ = 0.0, slope_y_ = 0.0;

@@ -11,13 +11,16 @@ namespace {
 /// Farther than this from the wheel, the answer may be the other level of a bridge.
 constexpr double kOtherLevel_m = 1.5;
 
-/// Calls use(place) for every leg of the road on whose grid the point lies.
+/// A car that left the lower road of a bridge is beside it as far as this from the grid.
+constexpr double kBeside_m = 30.0;
+
+/// Calls use(place) for every leg of the road on whose grid the point lies, or so far beside it.
 template <class Use>
-void each_leg(const crg::Surface& surface, double x_m, double y_m, Use&& use) {
+void each_leg(const crg::Surface& surface, double x_m, double y_m, double beside_m, Use&& use) {
   const crg::Grid& grid = surface.grid();
   const auto& v_m = grid.v_m;
   if (v_m.size() < 2) return;
-  const double reach = std::max(std::abs(v_m.front()), std::abs(v_m.back()));
+  const double reach = std::max(std::abs(v_m.front()), std::abs(v_m.back())) + beside_m;
   constexpr double kStride_m = 4.0;
   const auto stride = static_cast<std::size_t>(std::max(1.0, kStride_m / grid.u_step_m));
   double last_u = -1e300;
@@ -40,7 +43,7 @@ void each_leg(const crg::Surface& surface, double x_m, double y_m, Use&& use) {
     last_u = u;
     const crg::Point2 back = surface.xy_of_uv(u, v);
     if (!(std::hypot(back.x_m - x_m, back.y_m - y_m) < 1e-3)) continue;
-    if (v < v_m.front() || v > v_m.back()) continue;
+    if (v < v_m.front() - beside_m || v > v_m.back() + beside_m) continue;
     use(crg::UV{u, v});
   }
 }
@@ -62,7 +65,8 @@ RoadPoint Road::at(double x_m, double y_m, double z_near_m, std::size_t wheel,
   if (std::abs(sample.z_m - z_near_m) > kOtherLevel_m || (!sample.valid && std::isfinite(z_near_m)))
     sample = other_leg(x_m, y_m, z_near_m, sample);
   if (!sample.valid) sample = over_seam(sample);
-  if (!sample.valid) return nearest_valid(sample);
+  if (!sample.valid)
+    return beside_level(x_m, y_m, z_near_m, nearest_valid({sample.u_m, sample.v_m}));
   out.z_m = sample.z_m;
   out.dzdx = sample.dzdx;
   out.dzdy = sample.dzdy;
@@ -73,7 +77,7 @@ RoadPoint Road::at(double x_m, double y_m, double z_near_m, std::size_t wheel,
   out.on_road = sample.inside ||
                 (surface_->closed() && sample.v_m >= v_m.front() && sample.v_m <= v_m.back());
   out.friction = sample.friction;
-  return out;
+  return beside_level(x_m, y_m, z_near_m, out);
 }
 
 RoadPoint Road::under_strip(double x_m, double y_m, double z_near_m, double heading_rad,
@@ -143,7 +147,7 @@ crg::Sample Road::other_leg(double x_m, double y_m, double z_near_m,
   crg::Sample best = first;
   // Beside the road or over a hole, only a leg at this height; not one that passes far above.
   double distance = first.valid ? std::abs(first.z_m - z_near_m) : kOtherLevel_m;
-  each_leg(*surface_, x_m, y_m, [&](const crg::UV& place) {
+  each_leg(*surface_, x_m, y_m, 0.0, [&](const crg::UV& place) {
     const crg::Sample sample = surface_->at_uv(place.u_m, place.v_m);
     if (!sample.valid || !sample.inside) return;
     const double away = std::abs(sample.z_m - z_near_m);
@@ -165,7 +169,7 @@ crg::Sample Road::over_seam(const crg::Sample& gap) const noexcept {
   return surface_->at_uv(u_m, gap.v_m);
 }
 
-RoadPoint Road::nearest_valid(const crg::Sample& hole) const noexcept {
+RoadPoint Road::nearest_valid(const crg::UV& hole) const noexcept {
   RoadPoint out;
   out.on_road = false;
   out.u_m = hole.u_m;
@@ -188,6 +192,22 @@ RoadPoint Road::nearest_valid(const crg::Sample& hole) const noexcept {
   return out;
 }
 
+/// `best`, or the height beside another leg that is nearer to this level: under a bridge, off the
+/// road.
+RoadPoint Road::beside_level(double x_m, double y_m, double z_near_m,
+                             RoadPoint best) const noexcept {
+  const auto away_m = [&](const RoadPoint& point) {
+    const double away = std::abs(point.z_m - z_near_m);
+    return std::isfinite(away) ? away : std::numeric_limits<double>::infinity();
+  };
+  if (!std::isfinite(z_near_m) || away_m(best) <= kOtherLevel_m) return best;
+  each_leg(*surface_, x_m, y_m, kBeside_m, [&](const crg::UV& place) {
+    const RoadPoint point = nearest_valid(place);
+    if (away_m(point) < away_m(best)) best = point;
+  });
+  return best;
+}
+
 crg::UV RoadTracker::at(double x_m, double y_m, double z_near_m) {
   const crg::Grid& grid = surface_->grid();
   const double length_m = grid.u_step_m * static_cast<double>(grid.rows() - 1);
@@ -204,7 +224,7 @@ crg::UV RoadTracker::at(double x_m, double y_m, double z_near_m) {
     // By history, else by height, else as the surface answers.
     double least = std::numeric_limits<double>::infinity(), least_away = least;
     crg::UV nearest = best, level = best;
-    each_leg(*surface_, x_m, y_m, [&](const crg::UV& place) {
+    each_leg(*surface_, x_m, y_m, 0.0, [&](const crg::UV& place) {
       if (known && gone(place) < least) {
         least = gone(place);
         nearest = place;
