@@ -1,12 +1,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
 
 #include "mesh/error.h"
 #include "road/clean.h"
+#include "support/ring_strips.h"
 
 namespace plausible_road_test {
 
@@ -47,6 +49,33 @@ TEST(PlausibleRoad, NamesThatCallHalfOfItRoadAreAskedAbout) {
       ring(120, [](std::uint32_t i) { return std::string(i % 60 < 30 ? "road" : "part"); });
   EXPECT_THAT([&] { road::clean(mesh); },
               ::testing::ThrowsMessage<road::Error>(HasSubstr("shape alone finds a closed road")));
+}
+
+/// One nameless object: a road of 12 m whose halves fall by 2 and `right` from its middle, between
+/// verges of 10 m.
+Mesh crowned(double right) {
+  Mesh mesh;
+  support::add_ring_strip(mesh, "", -6.0, 0.0, -6.0 * right, 0.0);
+  support::add_ring_strip(mesh, "", 0.0, 6.0, 0.0, -0.12);
+  support::add_ring_strip(mesh, "", -16.0, -6.0, -6.0 * right - 1.5, -6.0 * right);
+  support::add_ring_strip(mesh, "", 6.0, 16.0, -0.12, -1.6);
+  mesh.objects.resize(1);
+  std::fill(mesh.object_of_triangle.begin(), mesh.object_of_triangle.end(), 0);
+  return mesh;
+}
+
+TEST(PlausibleRoad, ACrownedRoadWithoutNamesIsOneRoad) {
+  road::CleanReport report;
+  const road::RoadMesh cleaned = road::clean(crowned(0.02), {}, &report);
+  EXPECT_EQ(report.kept["road"], 2u * 2u * 629u);
+  EXPECT_THAT(report.doubts, ::testing::IsEmpty());
+}
+
+TEST(PlausibleRoad, AnEdgeThatFallsOnOneSideIsNoCrown) {
+  road::CleanReport report;
+  road::clean(crowned(0.06), {}, &report);
+  EXPECT_EQ(report.kept["road"], 2u * 629u);
+  EXPECT_THAT(report.doubts, Contains(HasSubstr("of two strips side by side")));
 }
 
 }  // namespace plausible_road_test

@@ -104,7 +104,10 @@ std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
   std::vector<int> fold_known(chains.size(), -1);
   const auto flat_across = [&](std::size_t chain) {
     if (fold_known[chain] < 0)
-      fold_known[chain] = fold_along(flat, fans, chains[chain]) < kFlatFold ? 1 : 0;
+      fold_known[chain] =
+          fold_along(flat, fans, chains[chain]) < kFlatFold || is_crest(flat, fans, chains[chain])
+              ? 1
+              : 0;
     return fold_known[chain] == 1;
   };
 

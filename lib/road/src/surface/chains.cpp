@@ -13,6 +13,17 @@ namespace {
 
 constexpr std::size_t kFewestChainEdges = 8;
 
+// The middle of a road may be its crest: both sides fall away no more than this, nearly alike,
+// along this share of it. An edge with a verge falls on one side only.
+constexpr double kCrownSlope = 0.04, kCrownsDiffer = 0.01, kCrownShare = 0.8;
+
+/// Rise per metre of a triangle, to the left of `along`.
+double rise_to_left(const FlatSurface& flat, std::uint32_t t, const Eigen::Vector3d& along) {
+  const Eigen::Vector3d n = normal_of(flat, t);
+  const Eigen::Vector2d left = Eigen::Vector2d(-along.y(), along.x()).normalized();
+  return -n.head<2>().dot(left) / n.z();
+}
+
 }  // namespace
 
 std::vector<Chain> long_chains(const FlatSurface& flat, const Fans& fans) {
@@ -68,6 +79,22 @@ double fold_along(const FlatSurface& flat, const Fans& fans, const Chain& chain)
     length += step;
   }
   return length > 0.0 ? sum / length : std::numbers::pi;
+}
+
+bool is_crest(const FlatSurface& flat, const Fans& fans, const Chain& chain) {
+  double crest_m = 0.0, length_m = 0.0;
+  for (std::size_t i = 0; i < chain.edges(); ++i) {
+    const std::uint32_t l = fans.left(chain.at(i), chain.at(i + 1));
+    const std::uint32_t r = fans.left(chain.at(i + 1), chain.at(i));
+    if (l == kNoIndex || r == kNoIndex) continue;
+    const Eigen::Vector3d along = flat.vertices_m[chain.at(i + 1)] - flat.vertices_m[chain.at(i)];
+    const double left = -rise_to_left(flat, l, along), right = rise_to_left(flat, r, along);
+    length_m += along.norm();
+    if (std::min(left, right) > 0.0 && std::max(left, right) < kCrownSlope &&
+        std::abs(left - right) < kCrownsDiffer)
+      crest_m += along.norm();
+  }
+  return length_m > 0.0 && crest_m >= kCrownShare * length_m;
 }
 
 }  // namespace road

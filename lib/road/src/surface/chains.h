@@ -25,4 +25,7 @@ std::vector<Chain> long_chains(const FlatSurface& flat, const Fans& fans);
 /// Mean angle between the surfaces on both sides of a chain.
 double fold_along(const FlatSurface& flat, const Fans& fans, const Chain& chain);
 
+/// Do both sides of a chain fall away alike, as those of a crowned road from its middle?
+bool is_crest(const FlatSurface& flat, const Fans& fans, const Chain& chain);
+
 }  // namespace road
