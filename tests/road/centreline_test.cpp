@@ -59,6 +59,17 @@ TEST(Centreline, FindsTheMiddleOfARing) {
   }
 }
 
+TEST(Centreline, AnOpenRoadBeginsWhereItIsWholeFromEdgeToEdge) {
+  auto road = make_strip(support::straight, 200.0, 5.0, false, {-4, 0, 4}, flat);
+  road.mesh.vertices_m[1].x() = 0.2;  // its end is cut askew
+  road.mesh.vertices_m[2].x() = 0.4;
+  const auto line = trace_centreline(road);
+  ASSERT_FALSE(line.closed);
+  EXPECT_GT(line.points_m.front().x(), 0.39);
+  EXPECT_LT(line.points_m.front().x(), 0.45);
+  EXPECT_NEAR(line.points_m.back().x(), 200.0, 0.05);
+}
+
 TEST(Centreline, KeepsToTheMiddleWhereOneSideIsDrawnByOneLongEdge) {
   // Two straights of 60 m and two half circles; the outer side of the straights has no vertex but
   // at its ends, the inner one has one each metre.

@@ -206,6 +206,8 @@ base::Answer<Centreline> trace(const Mesh& mesh, const RoadGraph& graph,
     } else {
       rotate_to(line, middle_of_longest_straight(line.points_m));
     }
+  } else {
+    draw_in_ends(surface, line);
   }
   line.length_m = curve_length_m(line.points_m, line.closed);
   return line;

@@ -1,5 +1,6 @@
 #include "start_of_line.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -13,6 +14,38 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+
+constexpr double kDrawIn_m = 0.02;   // an end goes in by this at a time, and this much further
+constexpr double kNearlyAll = 0.98;  // of the width has to have surface at an end
+
+/// The begin of a line, drawn in to where the road has surface from edge to edge.
+void draw_in_begin(const RaySurface& surface, std::vector<Vector3d>& points,
+                   std::vector<double>& half_width_m) {
+  const Vector2d first = (points[1] - points[0]).head<2>(),
+                 next = (points[2] - points[1]).head<2>();
+  const double half_m = half_width_m[0];
+  // The line's direction at its very end, half a chord before the first chord's middle.
+  const double bend_rad = angle_between(first, next) * first.norm() / (first.norm() + next.norm());
+  const Vector2d ahead = (Eigen::Rotation2Dd(-bend_rad) * first).normalized();
+  const Vector2d across = kNearlyAll * half_m * left_of(ahead);
+  const auto hit = [&](const Vector2d& at) {
+    return surface.nearest_hit(at.x(), at.y(), points[0].z(), kLayerReach_m);
+  };
+  double in_m = 0.0;
+  while (in_m < half_m) {
+    const Vector2d at = points[0].head<2>() + in_m * ahead;
+    if (hit(at) && hit(at + across) && hit(at - across)) break;
+    in_m += kDrawIn_m;
+  }
+  if (in_m == 0.0 || in_m >= half_m) return;
+  const Vector2d at = points[0].head<2>() + (in_m + kDrawIn_m) * ahead;
+  while (points.size() > 4 && (points[1].head<2>() - at).dot(ahead) < 0.25 * first.norm()) {
+    points.erase(points.begin());
+    half_width_m.erase(half_width_m.begin());
+  }
+  const auto there = hit(at);
+  points[0] = Vector3d(at.x(), at.y(), there ? there->z_m : points[0].z());
+}
 
 }  // namespace
 
@@ -53,6 +86,14 @@ void rotate_to(Centreline& line, std::size_t first) {
   std::rotate(line.points_m.begin(), line.points_m.begin() + offset, line.points_m.end());
   std::rotate(line.half_width_m.begin(), line.half_width_m.begin() + offset,
               line.half_width_m.end());
+}
+
+void draw_in_ends(const RaySurface& surface, Centreline& line) {
+  for (int end = 0; end < 2; ++end) {
+    draw_in_begin(surface, line.points_m, line.half_width_m);
+    std::reverse(line.points_m.begin(), line.points_m.end());
+    std::reverse(line.half_width_m.begin(), line.half_width_m.end());
+  }
 }
 
 void start_at(Centreline& line, const Vector2d& p) {

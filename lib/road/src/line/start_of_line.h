@@ -1,10 +1,11 @@
-// Where a closed line begins. Private to trace_centreline.
+// Where a line begins, and where an open one ends. Private to trace_centreline.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstddef>
 #include <vector>
 
+#include "mesh/ray_surface.h"
 #include "road/centreline.h"
 
 namespace road {
@@ -17,5 +18,8 @@ void rotate_to(Centreline& line, std::size_t first);
 
 /// Makes the place nearest to `p` station 0; a new station is put in where none lies there.
 void start_at(Centreline& line, const Eigen::Vector2d& p);
+
+/// Draws the ends of an open line in, where the surface ends askew, to rows that are whole.
+void draw_in_ends(const RaySurface& surface, Centreline& line);
 
 }  // namespace road
