@@ -19,6 +19,7 @@ namespace {
 constexpr double kOtherCircuitShare = 0.3;
 // Two components whose corners lie this near, as a share of their size, are one road drawn twice.
 constexpr double kSameRoadShare = 0.02;
+constexpr double kWidestEnd_m = 60.0;  // of a road, along its border
 
 /// Components of the surface where borders that touch without shared vertices count as joined.
 Components touching_components(const Soup& soup, CleanReport& facts) {
@@ -116,6 +117,29 @@ void join_by_bridges(const Soup& soup, const std::vector<Bridge>& bridges,
   }
 }
 
+/// Large pieces of road whose ends face each other over a gap that may be bridged are one road.
+void join_facing_ends(const Soup& soup, std::vector<std::uint32_t>& component) {
+  std::map<std::uint32_t, double> road_m2;
+  std::vector<std::uint32_t> component_at(soup.vertices_m.size(), kNoIndex);
+  for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
+    if (soup.surface_class[i] != SurfaceClass::road) continue;
+    road_m2[component[i]] += soup.area_vector_of(i).norm();
+    for (const std::uint32_t vertex : soup.triangles[i]) component_at[vertex] = component[i];
+  }
+  double largest_m2 = 0.0;
+  for (const auto& [number, m2] : road_m2) largest_m2 = std::max(largest_m2, m2);
+  std::erase_if(road_m2,
+                [&](const auto& part) { return part.second < kOtherCircuitShare * largest_m2; });
+  if (road_m2.size() < 2) return;
+  DisjointSets sets(1 + *std::max_element(component.begin(), component.end()));
+  for (const Gap& gap :
+       facing_ends(open_ends(road_triangles(soup), soup.vertices_m, kWidestEnd_m), kRoadGap_m)) {
+    const std::uint32_t a = component_at[gap.a.vertices[0]], b = component_at[gap.b.vertices[0]];
+    if (road_m2.contains(a) && road_m2.contains(b)) sets.join(a, b);
+  }
+  for (std::uint32_t& c : component) c = sets.find(c);
+}
+
 /// Keeps the components of which `keep` says so by any of their triangles.
 template <class Keep>
 void keep_where(Soup& soup, const Components& found, CleanReport& facts, Keep keep) {
@@ -146,6 +170,7 @@ std::optional<base::Refusal> keep_one_circuit(Soup& soup, const std::vector<Brid
   Components found = touching_components(soup, facts);
   std::vector<std::uint32_t>& component = found.of_triangle;
   join_by_bridges(soup, bridges, component);
+  join_facing_ends(soup, component);
   struct Part {
     double road_m2 = 0.0, height_m3 = 0.0;  // the sum of area times height
     double mean_height_m() const { return height_m3 / road_m2; }
