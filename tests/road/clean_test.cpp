@@ -325,6 +325,13 @@ TEST(Clean, UsesTheNamesOfOtherSimulatorsAndRulesOfOnesOwn) {
   EXPECT_EQ(report.kept["road"], 240u);
   EXPECT_EQ(report.kept["kerb"], 120u);
   EXPECT_EQ(report.kept["runoff"], 480u);
+  // What lies beside the road is none, though its name begins with it.
+  for (const char* beside : {"roadside left", "track_side", "Road-Side"}) {
+    plain.objects[1].name = beside;
+    road::clean(plain, {}, &report);
+    EXPECT_EQ(report.kept["road"], 240u) << beside;
+    EXPECT_EQ(report.kept["runoff"], 480u) << beside;
+  }
   Mesh own = make_circuit();
   for (std::size_t i = 0; i < own.objects.size(); ++i)
     own.objects[i] = {fmt::format("Mesh{}", i), fmt::format("mat{}", i), ""};
