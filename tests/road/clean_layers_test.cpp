@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "road/centreline.h"
@@ -40,6 +41,29 @@ TEST(Layers, TheFinestLevelOfDetailIsTaken) {
   }
 }
 
+TEST(Layers, OfTwoSuperposedObjectsTheFinerIsTaken) {
+  for (const std::size_t coarse_step : {2, 4}) {
+    road::Mesh mesh;
+    add_ring_strip(mesh, "road", -5.0, 5.0, 0.0, 0.0);
+    const std::size_t fine = mesh.triangles.size();
+    add_ring_strip(mesh, "road far", -5.0, 5.0, 0.01, 0.01);
+    // Quads of `coarse_step` metres in place of those of 1 m.
+    const std::size_t quads = (mesh.triangles.size() - fine) / 2;
+    std::vector<std::array<std::uint32_t, 3>> coarse;
+    for (std::size_t i = 0; i < quads; i += coarse_step) {
+      const std::size_t last = std::min(i + coarse_step, quads) - 1;
+      const auto a = mesh.triangles[fine + 2 * i];
+      const auto b = mesh.triangles[fine + 2 * last + 1];
+      coarse.push_back({a[0], b[0], a[2]});
+      coarse.push_back({b[0], b[1], a[2]});
+    }
+    mesh.triangles.resize(fine);
+    mesh.triangles.insert(mesh.triangles.end(), coarse.begin(), coarse.end());
+    mesh.object_of_triangle.resize(mesh.triangles.size());
+    EXPECT_EQ(heights_of(road::clean(mesh)), std::pair(0.0, 0.0)) << coarse_step;
+  }
+}
+
 TEST(Layers, WordsThatHoldLodAreNoLevels) {
   road::Mesh mesh;
   add_ring_strip(mesh, "road melod1", -5.0, 0.0, 0.0, 0.0);
@@ -61,6 +85,23 @@ TEST(Layers, AnUndersideIsLeftOut) {
   EXPECT_EQ(low_m, 1.0);
   EXPECT_EQ(high_m, 1.0);
   EXPECT_THAT(report.remarks, Contains(HasSubstr("that look up, left out")));
+}
+
+TEST(Layers, AnUndersideThatIsAnObjectOfItsOwnIsLeftOut) {
+  for (const char* material : {"asphalt", "concrete"}) {
+    road::Mesh mesh;
+    add_ring_strip(mesh, "road", -5.0, 5.0, 1.0, 1.0);
+    const std::size_t upper = mesh.triangles.size();
+    add_ring_strip(mesh, "road_bottom", -5.0, 5.0, 0.67, 0.67);
+    for (std::size_t t = upper; t < mesh.triangles.size(); ++t)
+      std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+    mesh.objects[0].material = "asphalt";
+    mesh.objects[1].material = material;
+    road::CleanReport report;
+    EXPECT_EQ(heights_of(road::clean(mesh, {}, &report)), std::pair(1.0, 1.0));
+    const bool is_alike = mesh.objects[0].material == material;
+    EXPECT_EQ(report.remarks.size(), is_alike ? 1u : 0u) << material;
+  }
 }
 
 /// A ring of 10 m on walls of 30 m, closed below.

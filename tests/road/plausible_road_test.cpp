@@ -78,4 +78,20 @@ TEST(PlausibleRoad, AnEdgeThatFallsOnOneSideIsNoCrown) {
   EXPECT_THAT(report.doubts, Contains(HasSubstr("of two strips side by side")));
 }
 
+/// A ring of 628 m in two pieces, with gaps of this length between them.
+Mesh in_two_pieces(double gap_m) {
+  Mesh mesh;
+  for (const double begin_m : {0.0, 0.5 * support::kRingLength_m})
+    support::add_ring_strip(mesh, "road", -6.0, 6.0, 0.0, 0.0, begin_m,
+                            begin_m + 0.5 * support::kRingLength_m - gap_m);
+  return mesh;
+}
+
+TEST(PlausibleRoad, PiecesWhoseEndsFaceEachOtherAreOneRoad) {
+  const Mesh mesh = in_two_pieces(6.0);
+  EXPECT_EQ(road::clean(mesh).mesh.triangles.size(), mesh.triangles.size());
+  EXPECT_THAT([] { road::clean(in_two_pieces(25.0)); },
+              ::testing::ThrowsMessage<road::Error>(HasSubstr("2 separate roads")));
+}
+
 }  // namespace plausible_road_test

@@ -54,17 +54,101 @@ std::vector<bool> coarser_copies(const std::vector<MeshObject>& objects) {
   return coarser;
 }
 
+// A coarser copy without a level in its name: the same outline and area within this share, this
+// many times fewer triangles, and nearly all of each within this height of the other.
+constexpr double kSameOutline = 0.02, kSameArea = 0.1, kFewer = 1.5, kOnTheOther = 0.9;
+constexpr double kCopyReach_m = 0.15;
+constexpr std::size_t kLookedAt = 200;  // triangles of each
+
+/// What an object has of flat faces.
+struct FlatPart {
+  std::uint32_t object = 0;
+  std::vector<std::uint32_t> triangles;
+  double area_m2 = 0.0;
+  Eigen::AlignedBox2d box;
+};
+
+std::vector<FlatPart> flat_parts(const Mesh& mesh, const std::vector<bool>& flat) {
+  std::vector<FlatPart> parts(mesh.objects.size());
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!flat[t]) continue;
+    FlatPart& part = parts[mesh.object_of_triangle[t]];
+    part.object = mesh.object_of_triangle[t];
+    part.triangles.push_back(t);
+    part.area_m2 +=
+        0.5 * area_vector(mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2)).norm();
+    for (int c = 0; c < 3; ++c) part.box.extend(Eigen::Vector2d(mesh.vertex(t, c).head<2>()));
+  }
+  std::erase_if(parts, [](const FlatPart& part) { return part.triangles.empty(); });
+  std::sort(parts.begin(), parts.end(),
+            [](const FlatPart& a, const FlatPart& b) { return a.area_m2 > b.area_m2; });
+  return parts;
+}
+
+bool is_alike(const FlatPart& a, const FlatPart& b) {
+  const double apart_m = (a.box.min() - b.box.min()).norm() + (a.box.max() - b.box.max()).norm();
+  const auto [fewer, more] = std::minmax(a.triangles.size(), b.triangles.size());
+  return apart_m < kSameOutline * a.box.sizes().norm() &&
+         std::abs(a.area_m2 - b.area_m2) < kSameArea * a.area_m2 &&
+         static_cast<double>(more) >= kFewer * static_cast<double>(fewer);
+}
+
+/// Does nearly all of a part lie on or just under or over the other object?
+bool lies_on(const Mesh& mesh, const RaySurface& surface, const FlatPart& part,
+             std::uint32_t other) {
+  const std::size_t step = 1 + part.triangles.size() / kLookedAt;
+  std::size_t on = 0, all = 0;
+  for (std::size_t k = 0; k < part.triangles.size(); k += step, ++all) {
+    const std::uint32_t t = part.triangles[k];
+    const Eigen::Vector3d at =
+        mesh.origin_m + (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)) / 3.0;
+    const std::vector<SurfaceHit> hits = surface.all_hits(at.x(), at.y());
+    on += std::any_of(hits.begin(), hits.end(), [&](const SurfaceHit& hit) {
+      return mesh.object_of_triangle[hit.triangle] == other &&
+             std::abs(hit.z_m - at.z()) < kCopyReach_m;
+    });
+  }
+  return static_cast<double>(on) >= kOnTheOther * static_cast<double>(all);
+}
+
+/// Adds the objects that lie on a finer one all over, whatever they are called.
+void mark_superposed(const Mesh& mesh, const std::vector<bool>& flat, std::vector<bool>& coarser) {
+  const std::vector<FlatPart> parts = flat_parts(mesh, flat);
+  std::optional<RaySurface> surface;
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    for (std::size_t k = i + 1; k < parts.size(); ++k) {
+      const FlatPart &a = parts[i], &b = parts[k];
+      if (b.area_m2 < (1.0 - kSameArea) * a.area_m2) break;
+      if (coarser[a.object] || coarser[b.object] || !is_alike(a, b)) continue;
+      if (!surface) surface.emplace(mesh);
+      if (lies_on(mesh, *surface, a, b.object) && lies_on(mesh, *surface, b, a.object))
+        coarser[a.triangles.size() < b.triangles.size() ? a.object : b.object] = true;
+    }
+}
+
 double rise_m2(const Mesh& mesh, std::size_t t) {
   return area_vector(mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2)).z();
 }
 
-/// Objects with flat faces that look up as well as down.
-std::vector<bool> two_sided(const Mesh& mesh, const std::vector<bool>& flat) {
+/// Of each object the first one of its material: the two sides of a slab may be two objects.
+std::vector<std::uint32_t> first_alike(const std::vector<MeshObject>& objects) {
+  std::map<std::string, std::uint32_t> first;
+  std::vector<std::uint32_t> alike;
+  for (std::uint32_t k = 0; k < objects.size(); ++k)
+    alike.push_back(
+        objects[k].material.empty() ? k : first.try_emplace(objects[k].material, k).first->second);
+  return alike;
+}
+
+/// Objects with flat faces that look up as well as down, or that are alike and do.
+std::vector<bool> two_sided(const Mesh& mesh, const std::vector<bool>& flat,
+                            const std::vector<std::uint32_t>& alike) {
   std::vector<bool> up(mesh.objects.size(), false), down = up;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-    if (flat[t]) (rise_m2(mesh, t) > 0.0 ? up : down)[mesh.object_of_triangle[t]] = true;
-  for (std::size_t k = 0; k < up.size(); ++k) up[k] = up[k] && down[k];
-  return up;
+    if (flat[t]) (rise_m2(mesh, t) > 0.0 ? up : down)[alike[mesh.object_of_triangle[t]]] = true;
+  std::vector<bool> both;
+  for (const std::uint32_t k : alike) both.push_back(up[k] && down[k]);
+  return both;
 }
 
 /// Of each place whether it is a corner of a body: closed, wound one way all over, its faces
@@ -122,11 +206,12 @@ std::vector<bool> corners_of_bodies(const Mesh& mesh, const std::vector<std::uin
 /// Marks the undersides, each with all that hangs together with it and looks down; their number.
 std::size_t mark_undersides(const Mesh& mesh, const std::vector<bool>& flat,
                             std::vector<bool>& hidden) {
-  const std::vector<bool> looked_at = two_sided(mesh, flat);
+  const std::vector<std::uint32_t> alike = first_alike(mesh.objects);
+  const std::vector<bool> looked_at = two_sided(mesh, flat, alike);
   if (std::find(looked_at.begin(), looked_at.end(), true) == looked_at.end()) return 0;
   const RaySurface surface(mesh);
   std::vector<std::uint32_t> down;
-  std::vector<double> below_m2(mesh.triangles.size(), 0.0);  // under a face of the same object
+  std::vector<double> below_m2(mesh.triangles.size(), 0.0);  // under a face of an object alike
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const std::uint32_t object = mesh.object_of_triangle[t];
     if (hidden[t] || !flat[t] || !looked_at[object] || rise_m2(mesh, t) >= 0.0) continue;
@@ -137,7 +222,8 @@ std::size_t mark_undersides(const Mesh& mesh, const std::vector<bool>& flat,
     const bool is_below = std::any_of(hits.begin(), hits.end(), [&](const SurfaceHit& hit) {
       const double over_m = hit.z_m - at.z();
       return over_m > kThinnest_m && over_m < kThickest_m && flat[hit.triangle] &&
-             mesh.object_of_triangle[hit.triangle] == object && rise_m2(mesh, hit.triangle) > 0.0;
+             alike[mesh.object_of_triangle[hit.triangle]] == alike[object] &&
+             rise_m2(mesh, hit.triangle) > 0.0;
     });
     if (is_below) below_m2[t] = -rise_m2(mesh, t);
   }
@@ -194,7 +280,8 @@ std::vector<std::uint32_t> of_small_objects(const Mesh& mesh,
 std::vector<bool> hidden_triangles(const Mesh& mesh, const std::vector<bool>& flat,
                                    std::vector<std::string>& remarks) {
   std::vector<bool> hidden(mesh.triangles.size(), false);
-  const std::vector<bool> coarser = coarser_copies(mesh.objects);
+  std::vector<bool> coarser = coarser_copies(mesh.objects);
+  mark_superposed(mesh, flat, coarser);
   if (const auto first = std::find(coarser.begin(), coarser.end(), true); first != coarser.end()) {
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
       hidden[t] = coarser[mesh.object_of_triangle[t]];
@@ -207,7 +294,7 @@ std::vector<bool> hidden_triangles(const Mesh& mesh, const std::vector<bool>& fl
   if (const std::size_t count = mark_undersides(mesh, flat, hidden); count > 0)
     remarks.push_back(fmt::format(
         "{} triangle{} that look down, undersides of closed bodies or most of each piece "
-        "up to {} m below faces of their own object that look up, left out",
+        "up to {} m below faces of their own object or material that look up, left out",
         count, count == 1 ? "" : "s", kThickest_m));
   return hidden;
 }
