@@ -12,6 +12,9 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "cleaning.h"
+#include "strip_ends.h"
+
 namespace road {
 namespace {
 
