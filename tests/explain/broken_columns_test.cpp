@@ -191,6 +191,33 @@ TEST_F(BrokenColumns, ExchangedAndStuckWheelsAreNamed) {
   EXPECT_THAT(said(t), HasSubstr("'throttle' is largest where the car slows down"));
 }
 
+TEST_F(BrokenColumns, PlacesWhoseOriginIsNotTheRoadsAreNamedWithTheShift) {
+  recording::Table t = *log_;
+  for (double& x : column(t, "x_m")) x -= 2.1;
+  for (double& y : column(t, "y_m")) y += 2.1;
+  EXPECT_THAT(said(t), ::testing::ContainsRegex("once shifted by .(2.0|2.1), -(2.0|2.1). m"));
+  EXPECT_TRUE(signals(t).broken);
+  // Who keeps to one side of the road does so in every direction.
+  t = *log_;
+  const std::vector<double>& heading = column(*log_, "yaw_rad");
+  for (std::size_t i = 0; i < t.rows(); ++i) {
+    column(t, "x_m")[i] -= 3 * std::sin(heading[i]);
+    column(t, "y_m")[i] += 3 * std::cos(heading[i]);
+  }
+  EXPECT_THAT(said(t), Not(HasSubstr("origin")));
+}
+
+TEST_F(BrokenColumns, AColumnThatStandsBesideItsPairIsNamed) {
+  recording::Table t = *log_;
+  std::fill(column(t, "brake_fl_pa").begin() + 5000, column(t, "brake_fl_pa").end(), 0.0);
+  EXPECT_THAT(said(t), HasSubstr("'brake_fl_pa' stands still from 100."));
+  EXPECT_TRUE(signals(t).broken);
+  EXPECT_FALSE(signals(t).present[kBrakeRear]) << "one pedal presses on both";
+  t = changed("wheel_fr_radps", [](double v) { return 1.1 * v; });
+  EXPECT_THAT(said(t), HasSubstr("'wheel_fl_radps' is 0.90 times 'wheel_fr_radps'"));
+  EXPECT_TRUE(signals(t).broken);
+}
+
 TEST_F(BrokenColumns, WheelsOfAnotherAxleAreNamed) {
   recording::Table t = *log_;
   std::swap(column(t, "wheel_rl_radps"), column(t, "wheel_rr_radps"));
@@ -231,7 +258,10 @@ TEST_F(BrokenColumns, ExchangedLoadsAreNamed) {
     t.add(name, load);
   }
   EXPECT_THAT(said(t), Not(HasSubstr("exchanged")));
-  recording::Table sides = t, ends = t;
+  recording::Table sides = t, ends = t, kilograms = t;
+  for (const char* name : {"fz_fl_n", "fz_fr_n", "fz_rl_n", "fz_rr_n"})
+    for (double& load : column(kilograms, name)) load /= 9.81;
+  EXPECT_THAT(said(kilograms), HasSubstr("no weight of a car in newton"));
   std::swap(column(sides, "fz_rl_n"), column(sides, "fz_rr_n"));
   EXPECT_THAT(said(sides), HasSubstr("'fz_rl_n' is loaded in left turns"));
   for (const char* side : {"l", "r"})

@@ -1,8 +1,10 @@
 // Recordings of the stated car itself, on a tighter road than those of the trials: nothing is
 // missing, and that is said.
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -10,10 +12,13 @@
 #include "base/json_text.h"
 #include "base/random.h"
 #include "crg/file.h"
+#include "crg/surface.h"
+#include "explain/signals.h"
 #include "recording/table.h"
 #include "support/places.h"
 #include "support/run_tool.h"
 #include "support/temporary_folder.h"
+#include "vehicle/error.h"
 #include "vehicle/test_roads.h"
 
 namespace own_car_test {
@@ -86,6 +91,74 @@ TEST(SlowOwnCar, HasNothingMissing) {
     EXPECT_EQ(found.at("verdict"), "none")
         << base::dump_json(found.at("findings"), 1) << base::dump_json(found.at("unexplained"), 1);
   }
+}
+
+/// What is said of a log of a car on that road.
+std::string said(const recording::Table& log, const crg::Surface& road) {
+  std::string out;
+  try {
+    const explain::Signals s =
+        explain::make_signals(log, explain::identity_mapping(log), road, "log.csv");
+    for (const std::string& remark : s.remarks) out += remark + "\n";
+    if (s.broken) out += "broken";
+  } catch (const vehicle::Error& error) {
+    out = error.what();
+  }
+  return out;
+}
+
+// A driver who swings the steering, a road that leans and climbs, and tyres that hardly slip: all
+// of them hide what is wrong with columns.
+TEST(SlowOwnCar, BrokenColumnsAreNamedAsWhatTheyAre) {
+  const support::TemporaryFolder folder;
+  const std::string ring = places::source() + "/tracks/kerbstone-ring/circuit.yaml";
+  ASSERT_EQ(support::run_tool(places::crgbuild(), {"synth", ring, "-o", folder.path("ring")}).code,
+            0);
+  const std::string track = folder.path("ring/kerbstone-ring_truth.crg"),
+                    car = places::source() + "/vehicles/open_wheel/vehicle.yaml";
+  ASSERT_EQ(
+      support::run_tool(places::crgdrive(), {"lap", "--car", car, "--road", track, "--rate-hz",
+                                             "50", "-o", folder.path("lap.csv"), "-q"})
+          .code,
+      0);
+  recording::Table good =
+      recording::read_table(folder.file("log.csv", logged(folder.path("lap.csv"), false, 7)));
+  const recording::Table lap = recording::read_table(folder.path("lap.csv"));
+  for (const char* load : {"fz_fl_n", "fz_fr_n", "fz_rl_n", "fz_rr_n"})
+    good.add(load, *lap.find(load));
+  const crg::Surface road(crg::read(track));
+  const auto column = [](recording::Table& t, const std::string& name) -> std::vector<double>& {
+    return t.columns.at(static_cast<std::size_t>(std::find(t.names.begin(), t.names.end(), name) -
+                                                 t.names.begin()));
+  };
+  EXPECT_EQ(said(good, road).find("broken"), std::string::npos) << said(good, road);
+
+  recording::Table bus = good;
+  for (const std::string& name : good.names)
+    for (const char* of_the_bus : {"vx_", "wheel", "steer", "throttle", "brake", "engine", "fz_"})
+      if (name.starts_with(of_the_bus))
+        std::rotate(column(bus, name).begin(), column(bus, name).end() - 10,
+                    column(bus, name).end());
+  EXPECT_THAT(said(bus, road), ::testing::ContainsRegex("come 0.(19|20)"));
+
+  recording::Table clock = good;
+  for (double& t : column(clock, "time_s")) t *= 0.98;
+  EXPECT_THAT(said(clock, road), ::testing::HasSubstr("the clock runs slow by 2."));
+
+  recording::Table driven = good;
+  for (std::size_t i = 0; i < driven.rows(); ++i)
+    column(driven, "vx_mps")[i] =
+        0.16 * (column(driven, "wheel_rl_radps")[i] + column(driven, "wheel_rr_radps")[i]);
+  EXPECT_THAT(said(driven, road), ::testing::HasSubstr("speed of the driven wheels"));
+
+  recording::Table loads = good;
+  for (const char* side : {"l_n", "r_n"})
+    std::swap(column(loads, std::string("fz_f") + side), column(loads, std::string("fz_r") + side));
+  EXPECT_THAT(said(loads, road), ::testing::HasSubstr("front and rear are exchanged"));
+
+  recording::Table across = good;
+  for (double& vy : column(across, "vy_mps")) vy *= 3.6;
+  EXPECT_THAT(said(across, road), ::testing::HasSubstr("'vy_mps' is 3."));
 }
 
 }  // namespace own_car_test

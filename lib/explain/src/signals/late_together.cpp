@@ -34,6 +34,15 @@ double late_by(const std::vector<double>& x, const std::vector<double>& path, do
   return follows ? m.lag_s : kNaN;
 }
 
+/// The same of the pressure that slows the car; other things do as well, so that it follows less.
+double brakes_late_by(const Signals& s, const std::vector<double>& rate) {
+  if (!s.present[kBrakeFront] || s.commanded[kBrakeFront]) return kNaN;
+  std::vector<double> slowing(rate);
+  for (double& r : slowing) r = -r;
+  const Match m = match(s.x[kBrakeFront], slowing, 0.5);
+  return m.known && m.correlation > 0.7 ? m.lag_s : kNaN;
+}
+
 bool agree(double a, double b) { return std::abs(a - b) <= kAgree_s; }
 
 /// Columns behind a list of channels, each once.
@@ -68,9 +77,11 @@ std::optional<LateColumns> late_together(const Signals& s) {
     return std::nullopt;
   const bool heading_with_path =
       std::isfinite(gyro) && std::isfinite(heading) && agree(heading - gyro, -imu);
-  // Steering comes no earlier before the path than the nose does.
+  // Steering comes no earlier before the path than the nose does, but with drivers who swing it; a
+  // car slows as it is braked.
   const double steering = lag(kSteer, s.x[kSteer], path.curvature, 0.005, false),
-               nose = std::isfinite(gyro) ? std::min(gyro, 0.0) : 0.0;
+               nose = std::isfinite(gyro) ? std::min(gyro, 0.0) : 0.0,
+               brakes = brakes_late_by(s, rate);
   // Of all these a heading is told best from what turns it.
   if (heading_with_path) imu = gyro - heading;
   std::vector<Channel> late;
@@ -86,7 +97,8 @@ std::optional<LateColumns> late_together(const Signals& s) {
     late = {kAx, kAy, kAz, kYawRate};
     delay_s = imu;
   } else if (vx > kLeast_s && std::abs(imu) < kAgree_s && !s.commanded[kSteer] &&
-             steering > std::max(0.6 * vx, vx - kAgree_s + nose)) {
+             (steering > std::max(0.6 * vx, vx - kAgree_s + nose) ||
+              brakes > std::max(0.6 * vx, vx - 0.05))) {
     late = {kVx,           kWheelFront,
             kWheelRear,    kWheelRearDifference,
             kSteer,        kThrottle,

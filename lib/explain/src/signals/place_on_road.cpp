@@ -6,8 +6,11 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "not_known.h"
+#include "shifted_path.h"
 #include "vehicle/error.h"
 #include "vehicle/road.h"
 
@@ -129,7 +132,22 @@ void put_slopes(Signals& s, std::size_t i, const crg::Surface& surface,
 /// Steps in which the car moved, and of these the ones beside the road and against it.
 struct Driven {
   std::size_t moving = 0, beside = 0, backwards = 0;
+  std::vector<BetweenEdges> between;
 };
+
+/// The ends of the heights across the road there, v; none where it has none.
+std::optional<std::pair<double, double>> edges_at(const crg::Grid& grid, double u_m) {
+  const double row = std::round((u_m - grid.u_begin_m) / grid.u_step_m);
+  if (!(row >= 0) || row >= static_cast<double>(grid.rows())) return std::nullopt;
+  const auto has_height = [&](std::size_t j) {
+    return std::isfinite(grid.at(static_cast<std::size_t>(row), j));
+  };
+  std::size_t right = 0, left = grid.columns();
+  while (right < left && !has_height(right)) ++right;
+  while (left > right && !has_height(left - 1)) --left;
+  if (left <= right) return std::nullopt;
+  return std::pair{grid.v_m[right], grid.v_m[left - 1]};
+}
 
 Driven put_road(Signals& s, const crg::Surface& surface) {
   const crg::Crg& file = surface.file();
@@ -149,7 +167,12 @@ Driven put_road(Signals& s, const crg::Surface& surface) {
     ++driven.moving;
     const crg::UV place = tracker.at(x, y);
     const crg::Sample at = surface.at_uv(place.u_m, place.v_m);
-    const double margin = 3.0;
+    const double margin = 3.0, far = 20.0;
+    const auto edges = edges_at(file.grid, place.u_m);
+    if (edges && place.v_m > edges->first - far && place.v_m < edges->second + far &&
+        std::isfinite(at.heading_rad))
+      driven.between.push_back({edges->second - place.v_m, place.v_m - edges->first,
+                                -std::sin(at.heading_rad), std::cos(at.heading_rad)});
     if (!std::isfinite(at.u_m) || at.v_m < file.grid.v_m.front() - margin ||
         at.v_m > file.grid.v_m.back() + margin || at.u_m < line.u_begin_m - 1.0 ||
         at.u_m > line.u_begin_m + s.length_m + 1.0) {
@@ -166,6 +189,21 @@ Driven put_road(Signals& s, const crg::Surface& surface) {
     put_slopes(s, i, surface, tracker.place(), cx, cy);
   }
   return driven;
+}
+
+/// A place that is shifted by metres reads slopes that are not under the car.
+void doubt_shifted_path(Signals& s, const std::vector<BetweenEdges>& between) {
+  const std::optional<PathShift> shift = s.closed ? shift_onto_road(between) : std::nullopt;
+  if (!shift) return;
+  s.broken = true;
+  s.remarks.push_back(fmt::format(
+      "{}: '{}', '{}' come {} an edge of the road, and all round the lap no nearer than {:.1f} m "
+      "once shifted by ({:.1f}, {:.1f}) m: their origin is not the road's; add the shift to their "
+      "offsets in the mapping",
+      s.name, s.column[kX], s.column[kY],
+      shift->least_before_m < 0 ? fmt::format("{:.1f} m beyond", -shift->least_before_m)
+                                : fmt::format("within {:.1f} m of", shift->least_before_m),
+      shift->least_after_m, shift->x_m, shift->y_m));
 }
 
 bool moves_against_its_heading(const Signals& s) {
@@ -200,6 +238,7 @@ void place_on_road(Signals& s, const crg::Surface& surface) {
   if (driven.backwards * 2 > driven.moving)
     throw Error(
         fmt::format("{}: the car drives against u; crgbuild reverse turns the road round", s.name));
+  doubt_shifted_path(s, driven.between);
   count_laps(s);
 }
 

@@ -18,13 +18,14 @@ namespace {
 /// How much of `slip` a lateral speed holds beside whatever a lever arm adds to it by turning.
 double share_of_slip(const std::vector<double>& vy, const std::vector<double>& slip,
                      const std::vector<double>& turn) {
-  double st = 0, tt = 0, vs = 0, vt = 0;
+  double ss = 0, st = 0, tt = 0, vs = 0, vt = 0;
   for (std::size_t i = 0; i < vy.size(); ++i) {
     if (!std::isfinite(vy[i]) || !std::isfinite(slip[i]) || !std::isfinite(turn[i])) continue;
-    st += slip[i] * turn[i], tt += turn[i] * turn[i];
+    ss += slip[i] * slip[i], st += slip[i] * turn[i], tt += turn[i] * turn[i];
     vs += vy[i] * slip[i], vt += vy[i] * turn[i];
   }
-  return vs * tt - vt * st;  // over a determinant that is positive
+  const double determinant = ss * tt - st * st;
+  return determinant > 0 ? (vs * tt - vt * st) / determinant : 0.0;
 }
 
 std::string unit_of(double slope) {
@@ -174,9 +175,13 @@ void check_motion(Channels& channels, const PathSays& path) {
   if (s.present[kVy] && s.present[kYaw]) {
     const Match m = match(s.x[kVy], path.slip_mps, 0.1);
     // Far ahead of the centre of mass turning outweighs the slip; that is a place, no sign.
-    if (m.known && m.correlation < -0.3 &&
-        share_of_slip(s.x[kVy], path.slip_mps, path.turn_radps) < 0)
+    const double share = share_of_slip(s.x[kVy], path.slip_mps, path.turn_radps);
+    if (m.known && m.correlation < -0.3 && share < 0)
       channels.leave_out(kVy, "has the other sign than the path against the heading");
+    else if (m.known && share > 2)  // positions that jitter make it less
+      channels.leave_out(kVy, fmt::format("is {:.3g} times the path against the heading: another "
+                                          "unit",
+                                          share));
   }
 }
 
@@ -255,7 +260,10 @@ void check_missing(Channels& channels) {
 /// Speed against path and gyro against heading are off alike where the clock itself is.
 void refuse_another_clock(const Signals& s, const PathSays& path) {
   if (!s.present[kYawRate] || !s.present[kYaw]) return;
-  const Match turn = match(s.dx[kYaw], s.x[kYawRate], 0.02);
+  std::vector<double> on_the_map = s.x[kYawRate];  // of a body that leans with the road
+  for (std::size_t i = 0; i < s.n; ++i)
+    on_the_map[i] *= std::hypot(1.0, s.bank[i]) * std::hypot(1.0, s.grade[i]);
+  const Match turn = match(s.dx[kYaw], on_the_map, 0.02);
   double vv = 0, vp = 0;
   for (std::size_t i = 0; i < s.n; ++i) {
     const double along = std::hypot(s.dx[kX][i], s.dx[kY][i]), v = s.x[kVx][i];

@@ -139,7 +139,8 @@ class SmoothedChannels {
     put(c, a);
     std::vector<double> x, dx;
     smooth(b, 0.0, signals_.n, half_s_, x, dx);
-    if (c == kWheelFront || c == kWheelRear || c == kLoadFront || c == kLoadRear)
+    if (c == kWheelFront || c == kWheelRear || c == kLoadFront || c == kLoadRear ||
+        c == kBrakeFront || c == kBrakeRear)
       sides_[c] = {signals_.x[c], x};
     for (std::size_t i = 0; i < signals_.n; ++i) {
       signals_.x[c][i] = factor * (signals_.x[c][i] + sign_second * x[i]);
