@@ -86,6 +86,25 @@ TEST(IdentifyDocs, EveryCommandRuns) {
   }
   EXPECT_LT(sd_found, 0.7 * sd);
 
+  // The mass is said, and who says the fuel in it: the log before --fuel-kg, else it is assumed.
+  const auto mass_with = [&](const std::string& fuel, const std::string& flag) {
+    const std::string run = fmt::format(
+        "cd '{0}' && awk -F, -v OFS=, '/^#/ {{ next }} /^time_s/ {{ for (i = 1; i <= NF; ++i) if "
+        "($i == \"fuel_kg\") c = i }} !/^time_s/ {{ if ($1 > 2) exit; $c = \"{2}\" }} 1' "
+        "begin.csv > fuel.csv && '{1}' forces fuel.csv --car vehicles/open_wheel/vehicle.yaml "
+        "--road demo/kerbstone-ring_truth.crg --noise-rounds 0 {3} -o fuel > fuel.log 2>&1",
+        folder.path(), places::crgidentify(), fuel, flag);
+    EXPECT_EQ(WEXITSTATUS(std::system(run.c_str())), 0) << cli::read(folder / "fuel.log");
+    EXPECT_THAT(cli::read(folder / "fuel/fuel_forces.csv"), ::testing::HasSubstr("\n# mass "));
+    return cli::read(folder / "fuel.log");
+  };
+  EXPECT_THAT(mass_with("70", "--fuel-kg 5"),
+              ::testing::HasSubstr("mass 790.0 kg at the begin: 720.0 by the vehicle file, and "
+                                   "70.0 of fuel by the log's fuel_kg"));
+  EXPECT_THAT(mass_with("", "--fuel-kg 5"), ::testing::HasSubstr("5.0 of fuel by --fuel-kg"));
+  EXPECT_THAT(mass_with("", ""),
+              ::testing::HasSubstr("30.0 of fuel by assumption: neither the log nor --fuel-kg"));
+
   // Columns in another unit (a ninth of the rows): they fit, and the tyre is another.
   const auto refused = [&](const std::string& change) {
     const std::string mend = fmt::format(

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,11 +44,16 @@ struct ReduceCommand {
 };
 int reduce(const ReduceCommand& command, Terminal& terminal);
 
+/// What is on board where neither the log nor --fuel-kg says it.
+inline constexpr double kAssumedFuel_kg = 30.0;
+inline constexpr const char* kFuelAssumed = "assumption: neither the log nor --fuel-kg states it";
+
 struct ForcesCommand {
   std::vector<std::string> recording_paths;
   std::string vehicle_path, setup_path, track_path, friction_path, mapping_path, out_path;
   std::vector<std::string> settings;  ///< name=value
-  double fuel_kg = 30.0, tyre_k = 360.0, disc_k = 500.0, step_ms = 2.0;
+  std::optional<double> fuel_kg;      ///< none: kAssumedFuel_kg
+  double tyre_k = 360.0, disc_k = 500.0, step_ms = 2.0;
   int noise_rounds = 8;
   unsigned threads = 0;
 };
@@ -56,9 +62,9 @@ int forces(const ForcesCommand& command, Terminal& terminal);
 /// Of the commands that fit parts of a car to one drive.
 struct DriveCommand {
   std::string recording_path, vehicle_path, setup_path, track_path, mapping_path, out_path;
-  std::vector<std::string> settings;   ///< name=value
-  std::string accelerations = "body";  ///< body or road
-  double fuel_kg = 30.0;
+  std::vector<std::string> settings;    ///< name=value
+  std::string accelerations = "body";   ///< body or road
+  std::optional<double> fuel_kg;        ///< none: kAssumedFuel_kg
   std::string pad_map_path;             ///< brakes only
   std::string plots_path;               ///< engine and brakes only
   std::vector<std::string> engine_off;  ///< BEGIN,END in seconds of the log; aero only

@@ -99,8 +99,8 @@ ReadDrive::ReadDrive(const DriveCommand& command)
   options.imu_ahead_m = mapping.imu_ahead_m;
   options.imu_yaw_rad = mapping.imu_yaw_rad;
   options.body_axes = command.accelerations == "body";
-  fuel_kg = command.fuel_kg;
-  fuel_from = "--fuel-kg";
+  fuel_kg = command.fuel_kg.value_or(kAssumedFuel_kg);
+  fuel_from = command.fuel_kg ? "--fuel-kg" : kFuelAssumed;
   std::vector<double> recorded;
   if (const auto* fuel = recording.table.find("fuel_kg"); fuel != nullptr)
     std::copy_if(fuel->begin(), fuel->end(), std::back_inserter(recorded),

@@ -109,10 +109,24 @@ std::string rows_left_out(const identify::Forces& f) {
   return out;
 }
 
-std::string forces_said(const std::string& log, const std::string& written,
-                        const identify::Forces& f) {
+/// The mass that all forces are proportional to, and who says so.
+std::string mass_said(const ForcesCommand& command, const identify::Forces& f) {
+  return fmt::format("mass {:.1f} kg at the begin: {:.1f} by {}, and {:.1f} of fuel by {}",
+                     f.dry_kg + f.fuel_kg, f.dry_kg,
+                     command.setup_path.empty() && command.settings.empty()
+                         ? "the vehicle file"
+                         : "vehicle file, --setup and --set",
+                     f.fuel_kg,
+                     f.fuel_recorded   ? "the log's fuel_kg"
+                     : command.fuel_kg ? "--fuel-kg"
+                                       : kFuelAssumed);
+}
+
+std::string forces_said(const ForcesCommand& command, const std::string& log,
+                        const std::string& written, const identify::Forces& f) {
   std::string out = fmt::format("{}: forces for {} of {} rows{}\n", log, f.rows, f.time_s.size(),
                                 rows_left_out(f));
+  out += fmt::format("  {}\n", mass_said(command, f));
   for (const std::string& remark : f.remarks) out += fmt::format("  {}\n", remark);
   if (f.off_road > 0)
     out += fmt::format("  {} rows with a wheel beside the road or over a hole\n", f.off_road);
@@ -136,8 +150,8 @@ std::string forces_said(const std::string& log, const std::string& written,
   return out + fmt::format("-> {}\n", written);
 }
 
-ordered_json numbers(const std::string& log, const std::string& written,
-                     const identify::Forces& f) {
+ordered_json numbers(const ForcesCommand& command, const std::string& log,
+                     const std::string& written, const identify::Forces& f) {
   ordered_json out{{"log", log},
                    {"forces", written},
                    {"rows", f.rows},
@@ -148,6 +162,9 @@ ordered_json numbers(const std::string& log, const std::string& written,
                    {"off_road", f.off_road},
                    {"wild", f.wild},
                    {"measurements", f.measurements},
+                   {"mass_kg", f.dry_kg + f.fuel_kg},
+                   {"fuel_kg", f.fuel_kg},
+                   {"mass_from", mass_said(command, f)},
                    {"remarks", f.remarks},
                    {"doubts", f.doubts},
                    {"quantities", ordered_json::array()}};
@@ -177,6 +194,7 @@ std::string file_text(const ForcesCommand& command, const std::string& log,
     out += fmt::format("# from {} sha256 {}\n", base::one_line(path), base::sha256_of_file(path));
   for (const std::string& setting : command.settings)
     out += fmt::format("# set {}\n", base::one_line(setting));
+  out += fmt::format("# {}\n", mass_said(command, f));
   for (const auto& [columns, basis] : forces_basis(f))
     out += fmt::format("# {}: {}\n", columns, basis);
   for (const std::string& doubt : f.doubts)
@@ -197,7 +215,7 @@ int forces(const ForcesCommand& command, Terminal& terminal) {
   recording::Mapping mapping;
   if (!command.mapping_path.empty()) mapping = recording::read_mapping(command.mapping_path);
   identify::ForcesOptions options;
-  options.fuel_kg = command.fuel_kg;
+  options.fuel_kg = command.fuel_kg.value_or(kAssumedFuel_kg);
   options.tyre_k = command.tyre_k;
   options.disc_k = command.disc_k;
   options.step_s = 1e-3 * command.step_ms;
@@ -226,9 +244,9 @@ int forces(const ForcesCommand& command, Terminal& terminal) {
     base::write_file(outputs.staged(written[i]), file_text(command, log, f));
     const std::string path = outputs.path(written[i]);
     if (terminal.json)
-      json.push_back(numbers(log, path, f));
+      json.push_back(numbers(command, log, path, f));
     else
-      said += forces_said(log, path, f);
+      said += forces_said(command, log, path, f);
   }
   outputs.commit("forces", made_before(command.out_path, written));
   terminal.print(terminal.json ? base::json_text(json) : said);

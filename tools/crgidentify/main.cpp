@@ -145,7 +145,9 @@ void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen&
   command::add_output_folder(*forces_app, forces.out_path,
                              "Folder to write LOG_forces.csv of every log to")
       ->required();
-  forces_app->add_option("--fuel-kg", forces.fuel_kg, "Fuel at the begin, where not recorded")
+  forces_app
+      ->add_option("--fuel-kg", forces.fuel_kg,
+                   "Fuel at the begin, where not recorded; without: 30, and said so")
       ->check(CLI::Range(0.0, 1000.0));
   forces_app->add_option("--tyre-k", forces.tyre_k, "Tread temperature there")
       ->check(CLI::Range(200.0, 600.0));
@@ -188,7 +190,9 @@ CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
                       "Axes of ax_mps2, ay_mps2, az_mps2: of the body, as an accelerometer has "
                       "them, or of the road, as speeds give them",
                       {"body", "road"});
-  drive_app->add_option("--fuel-kg", drive.fuel_kg, "Fuel on board, where not recorded")
+  drive_app
+      ->add_option("--fuel-kg", drive.fuel_kg,
+                   "Fuel on board, where not recorded; without: 30, and said so")
       ->check(CLI::Range(0.0, 1000.0));
   command::add_output_file(*drive_app, drive.out_path, out);
   drive_app->footer(std::string("Example:\n  crgidentify ") + name +

@@ -80,6 +80,9 @@ struct Forces {
   std::size_t unsettled = 0;        ///< left out: begin of a stretch
   std::size_t lost = 0;             ///< left out: the simulated car could not follow
   std::size_t off_road = 0;         ///< among `rows`: a wheel beside the road's grid or over a hole
+  double dry_kg = 0.0;              ///< mass without fuel, of the car's files
+  double fuel_kg = 0.0;             ///< at the begin: recorded, else as ForcesOptions says
+  bool fuel_recorded = false;
   std::size_t wild = 0, measurements = 0;  ///< numbers further than four deviations from expected
 };
 

@@ -255,13 +255,27 @@ void place_rows(const Work& work, const vehicle::Road& road, Forces& out) {
   }
 }
 
+/// The first that was recorded.
+std::optional<double> recorded_fuel(const recording::Recording& recording) {
+  if (const auto* const fuel = recording.table.find("fuel_kg"); fuel != nullptr)
+    for (const double kg : *fuel)
+      if (std::isfinite(kg)) return std::max(0.0, kg);
+  return std::nullopt;
+}
+
 }  // namespace
 
 Forces estimate_forces(const vehicle::Car<double>& car, const vehicle::Road& road,
-                       const recording::Recording& recording, const ForcesOptions& options) {
+                       const recording::Recording& recording, const ForcesOptions& asked) {
+  ForcesOptions options = asked;
+  const std::optional<double> fuel_kg = recorded_fuel(recording);
+  options.fuel_kg = fuel_kg.value_or(asked.fuel_kg);
   const CarMotion motion(car, road, options.step_s, {options.imu_ahead_m, options.imu_yaw_rad});
   Work work = make_work(motion, car, road, recording, options);
   Forces out;
+  out.dry_kg = car.parameters[vehicle::Parameter::chassis_mass_kg];
+  out.fuel_kg = options.fuel_kg;
+  out.fuel_recorded = fuel_kg.has_value();
   const std::vector<Piece> pieces = pieces_of(work, out);
   if (pieces.empty())
     throw base::Error(fmt::format(
