@@ -1,8 +1,10 @@
 #include "recording/log.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -15,6 +17,7 @@
 #include "base/read_file.h"
 #include "fuzz/mutated.h"
 #include "support/places.h"
+#include "support/temporary_folder.h"
 
 namespace recording {
 namespace log_test {
@@ -183,6 +186,49 @@ TEST(Log, APreambleThatASpreadsheetHasPaddedIsNoHeader) {
   EXPECT_NEAR(of(log, "GPS Speed").rate_hz, 20, 1e-9);
   EXPECT_THAT(log.notes,
               testing::ElementsAre(testing::HasSubstr("states 535.9 s, its rows end after 0.1 s")));
+}
+
+TEST(Log, BeaconsInThePreambleCountLaps) {
+  const auto with = [](const std::string& beacons) {
+    return parse_log("Format,AiM CSV File,,\nBeacon Markers," + beacons +
+                         "\n,,,\nTime,GPS Speed,GPS LatAcc,GPS Gyro\ns,km/h,g,deg/s\n"
+                         "0,49,0.1,1\n0.05,50,0.2,2\n0.1,51,0.3,3\n0.15,52,0.3,3\n",
+                     "aim.csv");
+  };
+  const Log log = with("0.05,0.12,171");
+  EXPECT_EQ(of(log, "beacon lap").values, (std::vector<double>{1, 2, 2, 3}));
+  EXPECT_THAT(log.notes, testing::ElementsAre(testing::AllOf(
+                             testing::HasSubstr("laps end at 0.050, 0.120 s"),
+                             testing::HasSubstr("1 behind the last sample left out"))));
+  EXPECT_EQ(with("62.7,117.7").channels.size(), 4u);  // none of them is in the log
+}
+
+TEST(Log, BeaconsOfTheLdxBesideAnLdCountLaps) {
+  const support::TemporaryFolder folder;
+  const std::string path = folder.path("drive.ld");
+  std::filesystem::copy_file(corpus("log.ld"), path);
+  const Log without = read_log(path);
+  const auto& longest = *std::max_element(
+      without.channels.begin(), without.channels.end(),
+      [](const auto& a, const auto& b) { return a.values.size() < b.values.size(); });
+  const double step_us = 1e6 / longest.rate_hz;
+  folder.file("drive.ldx",
+              fmt::format("<LDXFile><MarkerGroup Name=\"Beacons\"><Marker Version=\"100\" "
+                          "ClassName=\"BCN\" Name=\"Manual.1\" Flags=\"77\" Time=\"{}\"/>"
+                          "<Marker ClassName=\"OTHER\" Time=\"0\"/>"
+                          "<Marker Time=\"9e+12\" ClassName=\"BCN\"/></MarkerGroup></LDXFile>",
+                          1.5 * step_us));
+  const Log log = read_log(path);
+  ASSERT_EQ(log.channels.size(), without.channels.size() + 1);
+  const auto& lap = of(log, "beacon lap");
+  ASSERT_EQ(lap.values.size(), longest.values.size());
+  EXPECT_EQ(lap.rate_hz, longest.rate_hz);
+  EXPECT_EQ(lap.values[1], 1.0);
+  EXPECT_EQ(lap.values[2], 2.0);
+  EXPECT_EQ(lap.values.back(), 2.0);
+  EXPECT_THAT(log.notes.back(), testing::HasSubstr("drive.ldx"));
+  folder.file("drive.ldx", "<Marker ClassName=\"BCN\" Time=\"1:02.8\"/>");
+  EXPECT_THROW(read_log(path), base::Error);
 }
 
 TEST(Log, LongitudesAreCalledLngToo) {

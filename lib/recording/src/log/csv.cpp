@@ -13,6 +13,7 @@
 #include "base/text_lines.h"
 #include "csv_shape.h"
 #include "iso_time.h"
+#include "laps.h"
 #include "readers.h"
 #include "recording/look.h"
 
@@ -176,6 +177,7 @@ Log parse_csv(std::string_view text, const std::string& name) {
           "the head of the file states {:.1f} s, its rows end after {:.1f} s: laps and beacons "
           "behind them are not in it",
           shape.stated_s, seen_s));
+    add_laps(log, shape.beacons_s, "the Beacon Markers in the head of the file");
   }
   return log;
 }

@@ -134,14 +134,19 @@ void take_below_names(std::string_view line, Shape& shape) {
   }
 }
 
-double stated_duration_s(const std::vector<NumberedLine>& head, std::size_t end, char separator) {
+/// What the preamble of AiM says of the whole log.
+void take_preamble(const std::vector<NumberedLine>& head, std::size_t end, Shape& shape) {
   std::vector<std::string_view> cells;
   for (std::size_t k = 0; k < end; ++k) {
-    base::split_cells(head[k].text, separator, cells);
+    base::split_cells(head[k].text, shape.separator, cells);
+    const auto seconds = [&](std::size_t c) { return base::to_number<double>(cells[c]); };
     if (cells.size() > 1 && cells[0] == "Duration")
-      return std::max(0.0, base::to_number<double>(cells[1]).value_or(0.0));
+      shape.stated_s = std::max(0.0, seconds(1).value_or(0.0));
+    if (cells.size() > 1 && cells[0] == "Beacon Markers")
+      for (std::size_t c = 1; c < cells.size(); ++c)
+        if (const auto at_s = seconds(c); at_s && std::isfinite(*at_s))
+          shape.beacons_s.push_back(*at_s);
   }
-  return 0.0;
 }
 
 /// A logger's export: the first line of numbers that goes on as such, and what stands before it.
@@ -168,7 +173,7 @@ bool exported_shape(const std::vector<NumberedLine>& head, Shape& shape) {
       shape.header_line = head[h].number;
       shape.data_line = head[d].number;
       take_names(head[h].text, shape);
-      shape.stated_s = stated_duration_s(head, h, candidate);
+      take_preamble(head, h, shape);
       for (std::size_t k = h + 1; k < d; ++k) take_below_names(head[k].text, shape);
       return true;
     }

@@ -12,8 +12,9 @@ struct Shape {
   char separator = ',';
   std::size_t header_line = 0, data_line = 0;
   std::vector<std::string> names, units, sources;  ///< one each for a column, or none
-  double stated_s = 0.0;  ///< how long the log is by its preamble; 0: not said
-  bool exported = false;  ///< by a logger's program, with units
+  double stated_s = 0.0;          ///< how long the log is by its preamble; 0: not said
+  std::vector<double> beacons_s;  ///< where laps end by the preamble
+  bool exported = false;          ///< by a logger's program, with units
 };
 
 /// Of a text without a byte order mark. Throws base::Error, with `name`, where it has no header or

@@ -15,11 +15,14 @@
 #include "base/stand_in.h"
 #include "base/table_form.h"
 #include "base/text_lines.h"
+#include "laps.h"
 #include "readers.h"
 #include "unpack.h"
 
 namespace recording {
 namespace {
+
+constexpr std::size_t kLargestLdxBytes = std::size_t{1} << 24;
 
 /// The samples of `channel` in `rows` rows of `step_s`.
 std::vector<double> spread(const Channel& channel, std::size_t rows, double step_s) {
@@ -134,7 +137,11 @@ Log parse_log(std::string_view bytes, const std::string& name) {
 
 Log read_log(const std::string& path) {
   if (std::filesystem::is_directory(path)) return read_bag_folder(path);
-  return parse_log(base::read_file(path, kLargestFileBytes), path);
+  Log log = parse_log(base::read_file(path, kLargestFileBytes), path);
+  const std::string beside = std::filesystem::path(path).replace_extension(".ldx").string();
+  if (log.format == "MoTeC .ld" && std::filesystem::is_regular_file(beside))
+    add_laps(log, beacons_of_ldx(base::read_file(beside, kLargestLdxBytes), beside), beside);
+  return log;
 }
 
 namespace {

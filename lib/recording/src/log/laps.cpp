@@ -1,0 +1,84 @@
+#include "laps.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "base/text_lines.h"
+#include "recording/look.h"
+
+namespace recording {
+namespace {
+
+constexpr const char* kLap = "beacon lap";
+
+/// The value of an attribute in one tag; nothing where it has none.
+std::string_view attribute(std::string_view tag, const std::string& key) {
+  const std::string begin = " " + key + "=\"";
+  const std::size_t at = tag.find(begin);
+  if (at == std::string_view::npos) return {};
+  const std::string_view rest = tag.substr(at + begin.size());
+  return rest.substr(0, rest.find('"'));
+}
+
+/// The moments of the channel with most samples; of a log in rows, of its clock.
+std::vector<double> moments(const Log& log, Channel& lap) {
+  if (log.in_rows) return clock_of_rows(log);
+  const auto longest = std::max_element(
+      log.channels.begin(), log.channels.end(),
+      [](const Channel& a, const Channel& b) { return a.values.size() < b.values.size(); });
+  if (longest == log.channels.end() || !(longest->rate_hz > 0.0)) return {};
+  lap.rate_hz = longest->rate_hz;
+  std::vector<double> out(longest->values.size());
+  for (std::size_t k = 0; k < out.size(); ++k) out[k] = static_cast<double>(k) / lap.rate_hz;
+  return out;
+}
+
+}  // namespace
+
+std::vector<double> beacons_of_ldx(std::string_view text, const std::string& name) {
+  std::vector<double> out;
+  for (std::size_t at = text.find("<Marker "); at != std::string_view::npos;
+       at = text.find("<Marker ", at + 1)) {
+    const std::string_view tag = text.substr(at, text.find('>', at) - at);
+    if (attribute(tag, "ClassName") != "BCN") continue;
+    const auto microseconds = base::to_number<double>(attribute(tag, "Time"));
+    if (!microseconds || !std::isfinite(*microseconds))
+      throw base::Error(
+          fmt::format("{}: the time of a beacon is '{}': wanted microseconds from the begin of the "
+                      "log; without "
+                      "this file the log is read without laps",
+                      name, std::string(attribute(tag, "Time").substr(0, 40))));
+    out.push_back(1e-6 * *microseconds);
+  }
+  return out;
+}
+
+void add_laps(Log& log, const std::vector<double>& beacons_s, const std::string& from) {
+  Channel lap;
+  lap.name = kLap;
+  const std::vector<double> time_s = moments(log, lap);
+  if (time_s.empty() || std::any_of(log.channels.begin(), log.channels.end(),
+                                    [](const Channel& c) { return c.name == kLap; }))
+    return;
+  std::vector<double> ends = beacons_s;
+  std::sort(ends.begin(), ends.end());
+  const auto behind = std::upper_bound(ends.begin(), ends.end(), time_s.back());
+  const auto left_out = ends.end() - behind;
+  ends.erase(behind, ends.end());
+  if (ends.empty()) return;
+  for (const double t : time_s)
+    lap.values.push_back(
+        static_cast<double>(1 + (std::upper_bound(ends.begin(), ends.end(), t) - ends.begin())));
+  std::string said;
+  for (const double end : ends) said += fmt::format("{}{:.3f}", said.empty() ? "" : ", ", end);
+  log.notes.push_back(
+      fmt::format("laps end at {} s, by {}{}", said, from,
+                  left_out > 0 ? fmt::format("; {} behind the last sample left out", left_out)
+                               : std::string()));
+  log.channels.push_back(std::move(lap));
+}
+
+}  // namespace recording

@@ -1,0 +1,21 @@
+// Laps by beacons: from the preamble of an export, or from the .ldx beside a .ld.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "recording/log.h"
+
+namespace recording {
+
+/// Moments of the beacons in a file .ldx, s from the log's begin. Throws base::Error on moments
+/// that are no numbers.
+std::vector<double> beacons_of_ldx(std::string_view text, const std::string& name);
+
+/// Adds the channel "beacon lap", which counts from 1 and goes on behind each beacon, and says in a
+/// note whose beacons these are. Beacons behind the last sample are left out; without any other, or
+/// with a channel of that name, the log stays as it is.
+void add_laps(Log& log, const std::vector<double>& beacons_s, const std::string& from);
+
+}  // namespace recording
