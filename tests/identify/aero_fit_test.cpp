@@ -189,11 +189,9 @@ TEST(AeroFit, AnotherSimulatorsCarAtOpenThrottle) {
     options.body_axes = false;
     options.mass_kg = 760.0 * factors.at("mass").get<double>() * (id == "t19" ? 1.1 : 1.0);
     options.mass_sd_kg = 2.0;
-    const DriveFit fit = identify::fit_aero(
-        car, prior,
-        identify::drive_windows(car, nullptr, support::recorded_log(folder + "/" + id + ".csv.xz"),
-                                windows),
-        options);
+    const auto drive = identify::drive_windows(
+        car, nullptr, support::recorded_log(folder + "/" + id + ".csv.xz"), windows);
+    const DriveFit fit = identify::fit_aero(car, prior, drive, options);
     const Found& f = fit.at("drag_area_m2");
     const double is = 0.9 * factors.at("drag").get<double>();
     if (heavy)
@@ -206,6 +204,13 @@ TEST(AeroFit, AnotherSimulatorsCarAtOpenThrottle) {
     EXPECT_NEAR(f.value, is, 0.02) << id;
     inside += std::abs(f.value - is) < f.within ? 1 : 0;
     ++all;
+    support::RecordedCar silent = c;
+    silent.files.fx_arm = vehicle::FxArm::kUnstated;
+    const auto silent_car = make_car(silent.files, silent.parameters, silent.terms);
+    const DriveFit wider = identify::fit_aero(silent_car, prior, drive, options);
+    EXPECT_GT(wider.at("drag_area_m2").within, 1.1 * f.within) << id;
+    EXPECT_LT(std::abs(wider.at("drag_area_m2").value - is), wider.at("drag_area_m2").within) << id;
+    EXPECT_THAT(wider.remarks, testing::Contains(testing::HasSubstr("does not state fx_arm")));
   }
   EXPECT_GE(inside, 0.8 * all);
 }

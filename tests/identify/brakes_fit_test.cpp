@@ -129,11 +129,9 @@ TEST(BrakesFit, AnotherSimulatorsCar) {
     options.body_axes = false;
     options.mass_kg = 760.0 * factors.at("mass").get<double>() * (id == "t19" ? 1.1 : 1.0);
     options.mass_sd_kg = 2.0;
-    const DriveFit fit = identify::fit_brakes(
-        car, prior,
-        identify::drive_windows(car, nullptr, support::recorded_log(folder + "/" + id + ".csv.xz"),
-                                windows),
-        options);
+    const auto drive = identify::drive_windows(
+        car, nullptr, support::recorded_log(folder + "/" + id + ".csv.xz"), windows);
+    const DriveFit fit = identify::fit_brakes(car, prior, drive, options);
     const Found& f = fit.at("torque");
     EXPECT_EQ(f.unseen, "");
     EXPECT_NEAR(f.value, 1.0, 0.025);
@@ -143,6 +141,19 @@ TEST(BrakesFit, AnotherSimulatorsCar) {
     const std::string sheet = identify::brakes_sheet(car, fit);
     EXPECT_THAT(sheet, testing::HasSubstr("# one factor for front and rear"));
     EXPECT_THAT(sheet, testing::HasSubstr("front.brake_friction = 0."));
+    EXPECT_THAT(fit.remarks,
+                testing::Contains(testing::HasSubstr("rolling radius, as the vehicle")));
+    // A file that does not state the arm: halfway to the loaded radius, and the interval holds it.
+    support::RecordedCar silent = c;
+    silent.files.fx_arm = vehicle::FxArm::kUnstated;
+    const auto silent_car = make_car(silent.files, silent.parameters, silent.terms);
+    const DriveFit wider = identify::fit_brakes(silent_car, prior, drive, options);
+    const Found& of_silent = wider.at("torque");
+    EXPECT_NEAR(of_silent.value, 1.0, 0.035);
+    EXPECT_LT(std::abs(of_silent.value - 1.0), of_silent.within);
+    EXPECT_GT(of_silent.within, 1.2 * f.within);
+    EXPECT_LT(of_silent.within, 0.06);
+    EXPECT_THAT(wider.remarks, testing::Contains(testing::HasSubstr("does not state fx_arm")));
   }
 }
 

@@ -242,6 +242,17 @@ TEST(EngineFit, AnotherSimulatorsCar) {
     const EngineFit fit = identify::fit_engine(
         car, support::default_priors(), identify::drive_windows(car, nullptr, recording, windows),
         recording, options);
+    // The same with a file that does not state the arm: its word is in the intervals.
+    vehicle::CarFiles silent = c.files;
+    silent.fx_arm = vehicle::FxArm::kUnstated;
+    const auto silent_car = make_car(silent, c.parameters, c.terms);
+    const EngineFit wider = identify::fit_engine(
+        silent_car, support::default_priors(),
+        identify::drive_windows(silent_car, nullptr, recording, windows), recording, options);
+    const identify::Found& factor = wider.fit.at("torque");
+    EXPECT_LT(std::abs(factor.value - 1.0), factor.within);
+    EXPECT_LT(factor.within, 0.06);
+    EXPECT_THAT(wider.fit.remarks, testing::Contains(testing::HasSubstr("does not state fx_arm")));
     // The truth at the places of the fit, whose throttle axis is finer.
     vehicle::Map2 is{fit.engine_radps, fit.throttle, {}};
     for (const double speed : is.x)

@@ -139,6 +139,7 @@ std::array<double, 2> file_variance(const vehicle::Car<double>& car, const Prior
     other.parameters[parameter] *= 1.0 + 0.5 * prior[static_cast<std::size_t>(parameter)];
     add(other, {mass_kg, 0.0, 0.0});
   }
+  if (const auto other = other_arm(car)) add(other->car, {mass_kg, 0.0, 0.0});
   add(car, {mass_kg + mass_sd_kg, 0.0, 0.0});
   add(car, {mass_kg, kRollingShare, 0.0});
   if (!coasts) add(car, {mass_kg, 0.0, by_speed ? kGrade * 9.8 : kOffset_mps2});
@@ -234,6 +235,7 @@ DriveFit fit_aero(const vehicle::Car<double>& car, const Prior& prior, const Dri
   if (!coasts) rest.unseen = "at open throttle it looks like the engine's torque";
   out.found = {drag, rest};
   out.remarks.push_back(how_said(coasts, windows.size()));
+  out.remarks.push_back(arm_words(car, windows, mass_kg));
   say_aero(car, drive, options, by_speed, mass_kg, mass_sd_kg, out);
   if (drag.unseen.empty() && !(drag.value > 0.0))
     out.doubts.emplace_back("the drag area is below 0: sign of ax_mps2, wind, or a grade?");

@@ -8,6 +8,7 @@
 
 #include "brakes_rows.h"
 #include "identify/clustered_fit.h"
+#include "longitudinal.h"
 #include "sheet_line.h"
 #include "window_fit.h"
 
@@ -64,6 +65,11 @@ Found factor(const BrakesBase& base, const std::string& name, const Windows& win
     if (!moved) return f;
     square += std::pow(moved->value[k] - f.value, 2.0);
   }
+  if (const auto other = other_arm(base.car)) {
+    const auto moved = solve_brakes(other->car, windows, apart, base.by_speed, base.is);
+    if (!moved) return f;
+    square += std::pow(moved->value[k] - f.value, 2.0);
+  }
   f.unseen.clear();
   f.sd = std::hypot(f.sd_drive, std::sqrt(square));
   f.within = std::hypot(t90(static_cast<double>(fit->blocks - fit->value.size())) * f.sd_drive,
@@ -99,6 +105,7 @@ void say_brakes(const vehicle::Car<double>& car, const BrakesFitOptions& options
       "a mass of {:.1f} kg with fuel (standard deviation {:.2g}, by {}); torques are as wrong as "
       "it",
       base.is.mass_kg, mass_sd_kg, options.mass_kg > 0.0 ? "the wheel loads" : "the vehicle file"));
+  out.remarks.push_back(arm_words(car, windows, base.is.mass_kg));
   out.remarks.emplace_back(
       "drag, rolling resistance (15 %) and the engine's drag at closed throttle (20 %) are the "
       "vehicle file's word; standard deviations");

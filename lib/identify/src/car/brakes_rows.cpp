@@ -60,7 +60,7 @@ double stated_force(const vehicle::Car<double>& car, const DriveWindow& w, std::
     torque += vehicle::laws::brake_torque(friction(car, w, i), std::max(0.0, w.brake_pa[i]),
                                           car.parameters.axle(axle, P::front_brake_area_m2),
                                           car.parameters.axle(axle, P::front_brake_radius_m));
-  return torque / loaded_radius(car, w, axle, mass_kg);
+  return torque / force_arm(car, w, axle, mass_kg);
 }
 
 std::vector<BrakesGranted> brakes_granted(double mass_kg, double mass_sd_kg, double drag_sd_share) {

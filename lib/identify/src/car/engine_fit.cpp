@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "engine_rows.h"
 #include "identify/clustered_fit.h"
+#include "longitudinal.h"
 #include "map_fit.h"
 #include "window_fit.h"
 
@@ -88,6 +89,7 @@ MatrixXd granted_of(const Asked& a, const EngineSolved& s, const MatrixXd& held)
     other.parameters[parameter] *= 1.0 + 0.5 * a.prior[static_cast<std::size_t>(parameter)];
     add(other, a.is);
   }
+  if (const auto other = other_arm(a.car)) add(other->car, a.is);
   for (const EngineGranted& moved : {EngineGranted{a.is.mass_kg + a.mass_sd_kg, 1.0, 0.0, 1.0},
                                      EngineGranted{a.is.mass_kg, 1.0 + kRollingShare, 0.0, 1.0},
                                      EngineGranted{a.is.mass_kg, 1.0, kOffset_mps2, 1.0},
@@ -236,6 +238,9 @@ void say_engine(const Asked& a, const EngineFitOptions& options, EngineFit& out)
       "a mass of {:.1f} kg with fuel (standard deviation {:.2g}, by {}); torques are as wrong as "
       "it",
       a.is.mass_kg, a.mass_sd_kg, options.mass_kg > 0.0 ? "the wheel loads" : "the vehicle file"));
+  std::vector<const DriveWindow*> driven;
+  for (const EngineWindow& window : a.windows.windows) driven.push_back(window.window);
+  remarks.push_back(arm_words(a.car, driven, a.is.mass_kg));
   remarks.emplace_back(
       "drag, rolling resistance (15 %), inertias, losses of the gears and 0.05 m/s2 of offset are "
       "the vehicle file's word; standard deviations of them are in the intervals");

@@ -209,7 +209,7 @@ EngineEquations engine_equations(const vehicle::Car<double>& car, const EngineWi
     const EngineWindow& e = windows.windows[static_cast<std::size_t>(r)];
     const DriveWindow& w = *e.window;
     const AlongForces f = along_forces(car, w, granted.mass_kg, 0, by_speed);
-    const double radius = loaded_radius(car, w, 1, granted.mass_kg);
+    const double radius = force_arm(car, w, 1, granted.mass_kg);
     const double slows = w.speeding_mps2 - p[P::environment_gravity_mps2] * w.slope /
                                                std::sqrt(1.0 + w.slope * w.slope);
     const double wheels_n =

@@ -2,7 +2,10 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "identify/drive_windows.h"
 
@@ -22,9 +25,23 @@ double load_of(const vehicle::Car<double>& car, const DriveWindow& w, std::size_
 /// Torque of all wheels' rolling resistance, N m, positive.
 double rolling_torque(const vehicle::Car<double>& car, const DriveWindow& w, double mass_kg);
 
-/// Loaded radius of a rolling tyre, m.
-double loaded_radius(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t axle,
-                     double mass_kg);
+/// Arm of the longitudinal force about a rolling wheel, m: as the vehicle file states it, else
+/// halfway between loaded and rolling radius.
+double force_arm(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t axle,
+                 double mass_kg);
+
+/// The car at one end of what an arm that is not stated may be: one standard deviation away.
+struct OtherArm {
+  vehicle::CarFiles files;
+  vehicle::Car<double> car;
+};
+
+/// Nothing where the arm is stated.
+std::unique_ptr<const OtherArm> other_arm(const vehicle::Car<double>& car);
+
+/// The arms that were used, and whose word they are.
+std::string arm_words(const vehicle::Car<double>& car,
+                      const std::vector<const DriveWindow*>& windows, double mass_kg);
 
 /// The gear of a window: recorded; the only one that the car has; none where it is not known.
 std::optional<int> gear_of(const vehicle::Car<double>& car, const DriveWindow& w);

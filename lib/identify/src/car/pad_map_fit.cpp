@@ -61,10 +61,9 @@ Equations equations(const vehicle::Car<double>& car, const Windows& windows,
     for (std::size_t i = 0; i < kWheels; ++i) {
       const std::size_t a = vehicle::axle_of(i);
       const double pressure = std::max(0.0, w.brake_pa[i]);
-      const double per_friction = share[a] * 2.0 * pressure *
-                                  car.parameters.axle(a, P::front_brake_area_m2) *
-                                  car.parameters.axle(a, P::front_brake_radius_m) /
-                                  loaded_radius(car, w, a, granted.mass_kg);
+      const double per_friction =
+          share[a] * 2.0 * pressure * car.parameters.axle(a, P::front_brake_area_m2) *
+          car.parameters.axle(a, P::front_brake_radius_m) / force_arm(car, w, a, granted.mass_kg);
       for (const auto& [place, weight] : map_weights(stated.x, stated.y, pressure, w.disc_k[i]))
         out.rows(r, static_cast<Index>(place)) += per_friction * weight;
       const double force = per_friction * vehicle::evaluate(stated, pressure, w.disc_k[i]);
@@ -182,12 +181,14 @@ PadMapFit fit_pad_map(const vehicle::Car<double>& car,
   const MapFit fit = map_fit(e.rows, e.wanted, block, held);
   MatrixXd granted = MatrixXd::Zero(held.rows(), held.cols());
   const VectorXd value = map_fit_again(e.rows, e.wanted, held, fit);
-  for (const BrakesGranted& g :
-       brakes_granted(mass_kg, mass_sd_kg, sd_share(P::aero_drag_area_m2))) {
-    const Equations moved = equations(car, windows, stated, by_speed, g);
+  const auto add = [&](const vehicle::Car<double>& other, const BrakesGranted& g) {
+    const Equations moved = equations(other, windows, stated, by_speed, g);
     const VectorXd off = map_fit_again(moved.rows, moved.wanted, held, fit) - value;
     granted += off * off.transpose();
-  }
+  };
+  for (const BrakesGranted& g : brakes_granted(mass_kg, mass_sd_kg, sd_share(P::aero_drag_area_m2)))
+    add(car, g);
+  if (const auto other = other_arm(car)) add(other->car, is);
   find(windows, stated, fit, granted, 0.5, map_options, out);
   out.fit.remarks.emplace_back(
       "areas and radii of the brakes are the vehicle file's: the map has what is wrong of them");

@@ -17,7 +17,7 @@ namespace vehicle {
 /// radius; many programs take the rolling radius, so that the force at the tread does exactly the
 /// work of the torque on the wheel: what differs they leave out as the work of the carcass's
 /// deformation.
-enum class FxArm { kLoadedRadius, kRollingRadius };
+enum class FxArm { kLoadedRadius, kRollingRadius, kUnstated /* simulated as the loaded one */ };
 
 /// How the engine's torque follows the throttle: by the engine map and a boost of first order, or
 /// by the air path of laws/turbocharger.h, which leaves the engine map to the driver's judgement.

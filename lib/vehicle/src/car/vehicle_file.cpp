@@ -143,6 +143,7 @@ void read_tyres(const base::Section& tyres, const std::string& path, Vehicle& ve
       tyres, "alpha", path, "tan or angle",
       {{"tan", AlphaConvention::kTangent}, {"angle", AlphaConvention::kAngle}},
       vehicle.files.alpha);
+  vehicle.files.fx_arm = FxArm::kUnstated;
   read_word<FxArm>(
       tyres, "fx_arm", path, "loaded_radius or rolling_radius",
       {{"loaded_radius", FxArm::kLoadedRadius}, {"rolling_radius", FxArm::kRollingRadius}},
