@@ -105,6 +105,27 @@ TEST(IdentifyDocs, EveryCommandRuns) {
   EXPECT_THAT(mass_with("", ""),
               ::testing::HasSubstr("30.0 of fuel by assumption: neither the log nor --fuel-kg"));
 
+  // Loads in kilograms and a speed that is 8 % high: said, and not written.
+  const auto not_written = [&](const std::string& part, const std::string& change) {
+    const std::string run = fmt::format(
+        "cd '{0}' && rm -f wrong.txt && awk -F, -v OFS=, '/^#/ {{ next }} /^time_s/ {{ for (i = 1; "
+        "i <= NF; ++i) at[$i] = i }} !/^time_s/ {{ {2} }} 1' lap.csv > wrong.csv && '{1}' {3} "
+        "wrong.csv --car vehicles/open_wheel/vehicle.yaml --road demo/kerbstone-ring_truth.crg "
+        "-o wrong.txt > wrong.log 2>&1",
+        folder.path(), places::crgidentify(), change, part);
+    EXPECT_EQ(WEXITSTATUS(std::system(run.c_str())), 3) << part << cli::read(folder / "wrong.log");
+    EXPECT_FALSE(fs::exists(folder / "wrong.txt")) << part;
+    const std::string said = cli::read(folder / "wrong.log");
+    EXPECT_THAT(said, ::testing::HasSubstr("wrong.txt: not written: ")) << part;
+    return said;
+  };
+  for (const char* part : {"mass", "aero", "brakes", "engine"}) {
+    EXPECT_THAT(not_written(part, "for (c in at) if (c ~ /^fz_/) $at[c] /= 9.80665"),
+                ::testing::HasSubstr("the loads weigh"));
+    EXPECT_THAT(not_written(part, "$at[\"vx_mps\"] *= 1.08"),
+                ::testing::HasSubstr("a rolling radius +8.0 % off"));
+  }
+
   // Columns in another unit (a ninth of the rows): they fit, and the tyre is another.
   const auto refused = [&](const std::string& change) {
     const std::string mend = fmt::format(

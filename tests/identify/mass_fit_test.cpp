@@ -201,6 +201,34 @@ TEST(MassFit, LoadsOfAnotherSimulator) {
   }
 }
 
+// The same loads with a car that has all of it: its intervals hold what such loads lack.
+TEST(MassFit, LoadsOfASimplerSimulatorAreInTheIntervals) {
+  const std::string folder = places::data() + "/ocd_trials";
+  if (!std::filesystem::exists(folder + "/truth.json"))
+    GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
+  const auto truth =
+      base::parse_json<nlohmann::json>(base::read_file(folder + "/truth.json", 1u << 24));
+  for (const auto& trial : truth.at("trials")) {
+    const std::string id = trial.at("id");
+    if (id != "t01" && id != "t06" && id != "t19") continue;
+    SCOPED_TRACE(id);
+    const auto& factors = trial.at("parameter_factors");
+    const support::RecordedCar stated = support::stated_car(folder, factors);
+    const auto car = make_car(stated.files, stated.parameters, stated.terms);
+    identify::MassFitOptions options;
+    options.fuel_kg = 0.0;
+    const DriveFit fit = identify::fit_mass(
+        car, support::default_priors(),
+        identify::drive_windows(car, nullptr, support::recorded_log(folder + "/" + id + ".csv.xz")),
+        options);
+    const Found &place = fit.at("cog_behind_front_m"), &height = fit.at("cog_height_m");
+    EXPECT_LT(std::abs(place.value - 1.6 * factors.at("cog").get<double>()), place.within);
+    EXPECT_LT(std::abs(height.value - 0.28), height.within);
+    EXPECT_LT(height.within, 0.12 * 0.28);
+    EXPECT_THAT(fit.remarks, testing::Contains(testing::HasSubstr("lack the wheels' moments")));
+  }
+}
+
 class MassFitOneDrive : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -221,6 +249,27 @@ class MassFitOneDrive : public testing::Test {
   static inline crg::Surface* surface_ = nullptr;
   static inline Driven* driven_ = nullptr;
 };
+
+// Channels that do not belong to each other, or not to the car: nothing of the drive may be used.
+TEST_F(MassFitOneDrive, ChannelsThatDoNotBelongTogetherAreSaid) {
+  const recording::Table& log = driven_->recording.table;
+  EXPECT_EQ(windows(log).doubts, std::vector<std::string>{});
+  EXPECT_EQ(fit(windows(log)).doubts, std::vector<std::string>{});
+  const auto scaled = [&](const std::string& begin, double by) {
+    recording::Table out = log;
+    for (std::size_t c = 0; c < out.names.size(); ++c)
+      if (out.names[c].starts_with(begin))
+        for (double& value : out.columns[c]) value *= by;
+    return windows(out);
+  };
+  const auto doubted = [](const char* what) { return testing::Contains(testing::HasSubstr(what)); };
+  EXPECT_THAT(scaled("suspension_", -1.0).doubts, doubted("compressed is positive"));
+  EXPECT_THAT(scaled("ax_", 1.0 / 9.80665).doubts, doubted("times the change of vx_mps"));
+  EXPECT_THAT(scaled("ax_", -1.0).doubts, doubted("times the change of vx_mps"));
+  EXPECT_THAT(scaled("vx_", 1.08).doubts, doubted("rolling radius +"));
+  EXPECT_THAT(fit(scaled("fz_", 1.0 / 9.80665)).doubts, doubted("the loads weigh"));
+  EXPECT_THAT(fit(scaled("fz_", 1.25)).doubts, doubted("the loads weigh"));
+}
 
 TEST_F(MassFitOneDrive, AtOneSpeedWeightAndDownforceLookTheSame) {
   DriveWindows w = identify::drive_windows(car_, surface_, driven_->recording);

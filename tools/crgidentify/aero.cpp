@@ -33,7 +33,7 @@ int aero(const DriveCommand& command, Terminal& terminal) {
   options.fuel_kg = drive.fuel_kg;
   options.body_axes = drive.options.body_axes;
   try {
-    const identify::DriveWindows windows = drive.windows();
+    identify::DriveWindows windows = drive.windows();
     const auto weighed = mass_where_seen(drive, windows);
     if (weighed) {
       options.mass_kg = weighed->at("mass_kg").value;

@@ -41,7 +41,7 @@ int brakes(const DriveCommand& command, Terminal& terminal) {
   const ReadDrive drive(command);
   terminal.start("fitting");
   try {
-    const identify::DriveWindows windows = drive.windows();
+    identify::DriveWindows windows = drive.windows();
     const auto options = options_of<identify::BrakesFitOptions>(drive, windows);
     identify::DriveFit fit = identify::fit_brakes(drive.car, drive.vehicle.prior, windows, options);
     const identify::PadMapFit pads =
@@ -55,7 +55,12 @@ int brakes(const DriveCommand& command, Terminal& terminal) {
       terminal.remark(
           fmt::format("{}: not written: no place of a map of the pads' friction is observable",
                       base::one_line(command.pad_map_path)));
-    if (!command.pad_map_path.empty() && is_map) {
+    for (const identify::DriveFit* more : {&pads.fit, &discs}) {
+      fit.found.insert(fit.found.end(), more->found.begin(), more->found.end());
+      fit.remarks.insert(fit.remarks.end(), more->remarks.begin(), more->remarks.end());
+      fit.doubts.insert(fit.doubts.end(), more->doubts.begin(), more->doubts.end());
+    }
+    if (is_map && may_write(all_doubts(windows, fit), command.pad_map_path, terminal)) {
       base::write_file(command.pad_map_path, pad_map_csv(pads));
       lines = fmt::format(
           "# the brakes' torque is in the map of the pads; for the vehicle file:\n# maps:\n#   "
@@ -63,11 +68,6 @@ int brakes(const DriveCommand& command, Terminal& terminal) {
           base::one_line(command.pad_map_path));
     }
     lines += identify::discs_sheet(discs);
-    for (const identify::DriveFit* more : {&pads.fit, &discs}) {
-      fit.found.insert(fit.found.end(), more->found.begin(), more->found.end());
-      fit.remarks.insert(fit.remarks.end(), more->remarks.begin(), more->remarks.end());
-      fit.doubts.insert(fit.doubts.end(), more->doubts.begin(), more->doubts.end());
-    }
     if (!command.plots_path.empty())
       base::write_file(
           command.plots_path,

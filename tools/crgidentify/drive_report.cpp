@@ -115,24 +115,41 @@ identify::DriveWindows ReadDrive::windows() const {
 }
 
 std::optional<identify::DriveFit> mass_where_seen(const ReadDrive& drive,
-                                                  const identify::DriveWindows& windows) {
+                                                  identify::DriveWindows& windows) {
   if (!windows.loads || !windows.accelerations) return std::nullopt;
   identify::MassFitOptions options;
   options.fuel_kg = drive.fuel_kg;
   options.body_axes = drive.options.body_axes;
   auto fit = identify::try_fit_mass(drive.car, drive.vehicle.prior, windows, options);
   if (fit && fit->doubts.empty() && fit->at("mass_kg").unseen.empty()) return *std::move(fit);
+  if (fit) windows.doubts.insert(windows.doubts.end(), fit->doubts.begin(), fit->doubts.end());
   return std::nullopt;  // the vehicle file's mass stands in, and is named
 }
 
+std::vector<std::string> all_doubts(const identify::DriveWindows& windows,
+                                    const identify::DriveFit& fit) {
+  std::vector<std::string> out = windows.doubts;
+  out.insert(out.end(), fit.doubts.begin(), fit.doubts.end());
+  return out;
+}
+
+bool may_write(const std::vector<std::string>& doubts, const std::string& path,
+               Terminal& terminal) {
+  if (path.empty()) return false;
+  if (!doubts.empty())
+    terminal.remark(fmt::format("{}: not written: {}", base::one_line(path), doubts.front()));
+  return doubts.empty();
+}
+
 int tell(const DriveCommand& command, const ReadDrive& drive, const identify::DriveWindows& windows,
-         const identify::DriveFit& fit, const std::string& what, const std::string& lines,
+         identify::DriveFit fit, const std::string& what, const std::string& lines,
          Terminal& terminal, const Beside& beside) {
+  fit.doubts = all_doubts(windows, fit);
   std::string sheet = drive_header(command, drive, what);
   for (const std::string& doubt : fit.doubts)
     sheet += fmt::format("# not to be used: {}\n", base::one_line(doubt));
-  sheet += lines;
-  if (!command.out_path.empty()) base::write_file(command.out_path, sheet);
+  if (fit.doubts.empty()) sheet += lines;
+  if (may_write(fit.doubts, command.out_path, terminal)) base::write_file(command.out_path, sheet);
   if (terminal.json) {
     ordered_json json = drive_json(windows, fit);
     json["fuel_kg"] = drive.fuel_kg;

@@ -28,13 +28,14 @@ struct ReadDrive {
   identify::DriveWindows windows() const;
 };
 
-/// The fit of the loads; nothing where there are none, or where they do not tell.
+/// The fit of the loads; nothing where there are none, or where they do not tell. What makes it
+/// doubtful joins the doubts of the windows: all fits lean on the loads.
 std::optional<identify::DriveFit> mass_where_seen(const ReadDrive& drive,
-                                                  const identify::DriveWindows& windows);
+                                                  identify::DriveWindows& windows);
 
 /// A fit's options with fuel, axes and, where wheel loads tell it, the mass.
 template <class Options>
-Options options_of(const ReadDrive& drive, const identify::DriveWindows& windows) {
+Options options_of(const ReadDrive& drive, identify::DriveWindows& windows) {
   Options out;
   out.fuel_kg = drive.fuel_kg;
   out.body_axes = drive.options.body_axes;
@@ -53,16 +54,23 @@ std::string drive_text(const identify::DriveWindows& windows, const identify::Dr
 nlohmann::ordered_json drive_json(const identify::DriveWindows& windows,
                                   const identify::DriveFit& fit);
 
+/// Of the windows and of a fit.
+std::vector<std::string> all_doubts(const identify::DriveWindows& windows,
+                                    const identify::DriveFit& fit);
+/// Whether a file is asked for and nothing speaks against it; says so where something does.
+bool may_write(const std::vector<std::string>& doubts, const std::string& path, Terminal& terminal);
+
 /// What a command tells beside its numbers, behind them.
 struct Beside {
   std::string text, key;
   nlohmann::ordered_json json;
 };
 
-/// Prints the fit as a table behind the sheet, or as JSON; writes the sheet where -o names a file.
+/// Prints the fit as a table behind the sheet, or as JSON; writes the sheet where -o names a file
+/// and there is no doubt.
 /// Returns the exit code.
 int tell(const DriveCommand& command, const ReadDrive& drive, const identify::DriveWindows& windows,
-         const identify::DriveFit& fit, const std::string& what, const std::string& lines,
+         identify::DriveFit fit, const std::string& what, const std::string& lines,
          Terminal& terminal, const Beside& beside = {});
 
 }  // namespace crgidentify

@@ -17,17 +17,19 @@ int engine(const DriveCommand& command, Terminal& terminal) {
   const ReadDrive drive(command);
   terminal.start("fitting");
   try {
-    const identify::DriveWindows windows = drive.windows();
-    const identify::EngineFit fit =
-        identify::fit_engine(drive.car, drive.vehicle.prior, windows, drive.recording,
-                             options_of<identify::EngineFitOptions>(drive, windows));
+    identify::DriveWindows windows = drive.windows();
+    const auto options = options_of<identify::EngineFitOptions>(drive, windows);
+    identify::EngineFit fit =
+        identify::fit_engine(drive.car, drive.vehicle.prior, windows, drive.recording, options);
+    fit.fit.doubts = all_doubts(windows, fit.fit);
+    const bool writes = may_write(fit.fit.doubts, command.out_path, terminal);
     std::string lines = drive_header(command, drive, "engine");
-    if (command.out_path == "-") {  // standard output takes one file
+    if (writes && command.out_path == "-") {  // standard output takes one file
       base::write_file(command.out_path, lines + engine_yaml(fit, "engine_map.csv"));
       if (is_any_seen(fit))
         terminal.remark(
             "engine_map.csv, which these lines name, is not written: -o FILE.yaml writes both");
-    } else if (!command.out_path.empty()) {
+    } else if (writes) {
       const std::filesystem::path yaml(command.out_path);
       const std::string stem = yaml.stem().string();
       const auto beside = [&](const char* ending) {

@@ -14,7 +14,7 @@ int mass(const DriveCommand& command, Terminal& terminal) {
   options.fuel_kg = drive.fuel_kg;
   options.body_axes = drive.options.body_axes;
   try {
-    const identify::DriveWindows windows = drive.windows();
+    identify::DriveWindows windows = drive.windows();
     const identify::DriveFit fit =
         identify::fit_mass(drive.car, drive.vehicle.prior, windows, options);
     return tell(command, drive, windows, fit, "mass",

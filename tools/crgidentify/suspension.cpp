@@ -13,7 +13,7 @@ int suspension(const DriveCommand& command, Terminal& terminal) {
   const ReadDrive drive(command);
   terminal.start("fitting");
   try {
-    const identify::DriveWindows windows = drive.windows();
+    identify::DriveWindows windows = drive.windows();
     const auto weighed = mass_where_seen(drive, windows);
     const double stated_kg =
         drive.car.parameters[vehicle::Parameter::chassis_mass_kg] + drive.fuel_kg;

@@ -58,6 +58,7 @@ struct DriveWindows {
   std::vector<DriveWindow> windows;
   NormalFrom normal = NormalFrom::kPlane;
   bool loads = false, travels = false, accelerations = false, lateral_speed = false;
+  std::vector<std::string> doubts;  ///< why nothing of this drive may be used, by its channels
   std::size_t blocks = 0;
   double begin_s = 0.0, end_s = 0.0;  ///< of the recording
   std::size_t rows = 0, slow = 0, off_road = 0, on_kerbs = 0,

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "drive_doubts.h"
 #include "longitudinal.h"
 #include "vehicle/road.h"
 #include "wheel_names.h"
@@ -239,6 +240,7 @@ class Cutter {
     for (const recording::Stretch& stretch : recording_.stretches)
       for (std::size_t begin = stretch.begin; begin + length <= stretch.end; begin += length)
         add_window(begin, begin + length, stretch);
+    out_.doubts = drive_doubts(car_, out_, !options_.body_axes || out_.loads || out_.travels);
     return std::move(out_);
   }
 
@@ -275,9 +277,8 @@ class Cutter {
 
   void add_window(std::size_t begin, std::size_t end, const recording::Stretch& stretch) {
     DriveWindow w;
-    Sum vx, vy, air, along, left, normal, rate, throttle, slope;
+    Sum vx, vy, air, along, left, normal, rate, throttle, slope, sway;
     std::array<Sum, kWheels> load, travel, wheel, brake, disc;
-    Sum sway;
     std::vector<std::pair<double, double>> speeds;
     std::size_t rows = 0;
     const double g = car_.parameters[P::environment_gravity_mps2];
@@ -393,8 +394,7 @@ std::string normal_words(const DriveWindows& drive, bool body_axes) {
       break;
   }
   return "the road is taken as a level plane: no --road, no az_mps2 with gravity in it; banks, "
-         "grades, dips and "
-         "crests stand in the results";
+         "grades, dips and crests stand in the results";
 }
 
 }  // namespace identify

@@ -118,6 +118,29 @@ double off_by(const vehicle::Car<double>& car, P parameter,
   return 0.5 * share * (value == 0.0 ? 1.0 : std::abs(value));  // priors are two deviations
 }
 
+/// Loads of strain gauges in struts, or of a simpler simulator, hold neither the wheels' moments
+/// nor the sinking of the body: each is taken off by this share, so that none of it lies within 90
+/// %.
+constexpr double kLoadsLack = 0.8;
+
+/// Cars and windows, each with one thing that was taken for granted moved by a standard deviation.
+std::vector<std::pair<vehicle::Car<double>, DriveWindows>> loads_granted(
+    const vehicle::Car<double>& car, const std::array<double, vehicle::kParameterCount>& prior,
+    const DriveWindows& drive) {
+  std::vector<std::pair<vehicle::Car<double>, DriveWindows>> out;
+  for (const P parameter : kMassLeansOn) {
+    out.emplace_back(car, drive);
+    out.back().first.parameters[parameter] += off_by(car, parameter, prior);
+  }
+  out.emplace_back(car, drive);
+  for (const Term moment : {Term::wheel_reaction, Term::rolling_resistance})
+    out.back().first.terms[moment] *= 1.0 - kLoadsLack;
+  out.emplace_back(car, drive);
+  for (DriveWindow& w : out.back().second.windows)
+    for (double& sink : w.sink_m) sink *= 1.0 - kLoadsLack;
+  return out;
+}
+
 void say_what_is_assumed(const vehicle::Car<double>& car, const DriveWindows& drive,
                          const MassFitOptions& options, const Loads& l, DriveFit& out) {
   const auto& p = car.parameters;
@@ -129,6 +152,9 @@ void say_what_is_assumed(const vehicle::Car<double>& car, const DriveWindows& dr
       "drag presses the rear axle and lifts the front as downforce does: a drag area of {:.4g} m2 "
       "at a height of {:.4g} m is the vehicle file's word, with its prior",
       p[P::aero_drag_area_m2], p[P::aero_drag_height_m]));
+  out.remarks.emplace_back(
+      "loads of strain gauges or of simpler simulators lack the wheels' moments or the sinking of "
+      "the body: centre of mass and height may be off by what these are, and intervals hold it");
   if (car.terms[Term::wheel_reaction] > 0.0)
     out.remarks.push_back(fmt::format(
         "the height holds what the wheels' spinning up adds to the transfer ({:.3g} m of it taken "
@@ -247,7 +273,8 @@ void hide_unseen(const DriveWindows& drive, double length_m, const MassFitOption
 }
 
 /// Results that no car has, and loads that stay unexplained.
-void doubt_results(const Loads& l, const DriveWindows& drive, double length_m, DriveFit& out) {
+void doubt_results(const Loads& l, const DriveWindows& drive, double length_m, double most_off,
+                   DriveFit& out) {
   if (!(l.height_m > 0.0) && out.at("cog_height_m").unseen.empty())
     out.doubts.emplace_back(
         "the loads say a height below the road: braking would press the rear axle (sign of "
@@ -262,6 +289,13 @@ void doubt_results(const Loads& l, const DriveWindows& drive, double length_m, D
           "exchanged, or clocks apart?",
           l.fit.rms[a], a == 0 ? "front" : "rear", load));
   }
+  const double stated = out.at("mass_kg").stated;
+  if (out.at("mass_kg").unseen.empty() && std::abs(l.mass_kg - stated) > most_off * stated)
+    out.doubts.push_back(fmt::format(
+        "the loads weigh {:.1f} kg where {:.1f} are stated with fuel, more than six standard "
+        "deviations of the vehicle file's prior: loads in another unit, gains of the cells, or "
+        "another car",
+        l.mass_kg, stated));
   if (!(l.mass_kg > 0.0) || !(l.cog_m > 0.0 && l.cog_m < length_m))
     out.doubts.emplace_back("the loads say a mass below 0 or a centre of mass outside the axles");
 }
@@ -279,14 +313,15 @@ base::Answer<DriveFit> try_fit_mass(const vehicle::Car<double>& car,
   const Loads& l = *loads;
   const std::array<double, 6> value = values_of(l), sd_drive = drive_sd(car, l);
   std::array<double, 6> of_file{};  // variance that the vehicle file brings in
-  for (const P parameter : kMassLeansOn) {
-    vehicle::Car<double> other = car;
-    other.parameters[parameter] += off_by(car, parameter, prior);
-    const auto with_other = solve_loads(other, drive, with_rate);
+  for (const auto& [other, windows] : loads_granted(car, prior, drive)) {
+    const auto with_other = solve_loads(other, windows, with_rate);
     if (!with_other) return with_other.refusal();
     const std::array<double, 6> moved = values_of(*with_other);
     for (std::size_t k = 0; k < 6; ++k) of_file[k] += (moved[k] - value[k]) * (moved[k] - value[k]);
   }
+  if (drive.normal != NormalFrom::kMeasured)
+    of_file[0] += std::pow(
+        value[0] * 0.5 * prior[static_cast<std::size_t>(P::environment_gravity_mps2)], 2.0);
   const double t = t90(static_cast<double>(l.fit.blocks - l.columns));
   std::array<Found, 6> found = named(car, options.fuel_kg);
   for (std::size_t k = 0; k < 6; ++k) {
@@ -302,7 +337,7 @@ base::Answer<DriveFit> try_fit_mass(const vehicle::Car<double>& car,
   out.found.assign(found.begin(), found.end());
   say_what_is_assumed(car, drive, options, l, out);
   doubt(l, drive, out);
-  doubt_results(l, drive, length, out);
+  doubt_results(l, drive, length, 3.0 * prior[static_cast<std::size_t>(P::chassis_mass_kg)], out);
   return out;
 }
 

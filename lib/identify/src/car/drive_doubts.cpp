@@ -1,0 +1,102 @@
+#include "drive_doubts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/statistics.h"
+#include "longitudinal.h"
+#include "wheel_names.h"
+#include "window_fit.h"
+
+namespace identify {
+namespace {
+
+using P = vehicle::Parameter;
+constexpr double kRadiusOff = 0.05;   ///< no owner states a rolling radius further off
+constexpr double kAxOff = 0.15;       ///< of ax_mps2 against the change of vx_mps
+constexpr double kStraight_mps2 = 3;  ///< more of it is turning
+constexpr double kUnbraked_pa = 5e4;
+constexpr std::size_t kLeastWindows = 20;
+
+/// Sums of pairs, for what one is over the other.
+struct Pairs {
+  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
+  void add(double a, double b) {
+    if (!std::isfinite(a + b)) return;
+    n += 1.0, x += a, y += b, xx += a * a, xy += a * b, yy += b * b;
+  }
+  double variance() const { return (xx - x * x / n) / n; }
+  double slope() const { return (xy - x * y / n) / (xx - x * x / n); }
+  double correlation() const {
+    return (xy - x * y / n) / std::sqrt((xx - x * x / n) * (yy - y * y / n));
+  }
+  bool enough() const { return n >= static_cast<double>(kLeastWindows); }
+};
+
+bool straight(const DriveWindow& w) {
+  return !(std::abs(w.yaw_rate_radps * w.vx_mps) > kStraight_mps2);
+}
+
+void doubt_radius(const vehicle::Car<double>& car, const DriveWindows& drive,
+                  std::vector<std::string>& out) {
+  vehicle::CarFiles files = *car.files;
+  files.fx_arm = vehicle::FxArm::kRollingRadius;
+  vehicle::Car<double> rolling = car;
+  rolling.files = &files;
+  std::vector<double> shares;
+  for (const DriveWindow& w : drive.windows) {
+    const bool braked = std::any_of(w.brake_pa.begin(), w.brake_pa.end(),
+                                    [](double pa) { return pa > kUnbraked_pa; });
+    const double turns = 0.5 * (w.wheel_radps[0] + w.wheel_radps[1]);
+    if (braked || !straight(w) || !(turns > 0.0)) continue;
+    const double radius = force_arm(rolling, w, 0, car.parameters[P::chassis_mass_kg]);
+    shares.push_back(w.vx_mps / (turns * radius) - 1.0);
+  }
+  if (shares.size() < kLeastWindows) return;
+  const double off = base::median(shares);
+  if (std::abs(off) > kRadiusOff)
+    out.push_back(
+        fmt::format("speed and front wheel speeds say a rolling radius {:+.1f} % off the vehicle "
+                    "file's: vx_mps "
+                    "or wheel speeds in another unit, or another car's tyres",
+                    100.0 * off));
+}
+
+void doubt_ax(const DriveWindows& drive, std::vector<std::string>& out) {
+  Pairs pairs;
+  for (const DriveWindow& w : drive.windows)
+    if (straight(w)) pairs.add(w.speeding_mps2, w.along_mps2);
+  if (!pairs.enough() || pairs.variance() < 0.25) return;
+  if (std::abs(pairs.slope() - 1.0) > kAxOff)
+    out.push_back(fmt::format(
+        "ax_mps2 is {:.3g} times the change of vx_mps: a sign, a filter, or another unit of one of "
+        "them",
+        pairs.slope()));
+}
+
+void doubt_travels(const DriveWindows& drive, std::vector<std::string>& out) {
+  for (std::size_t i = 0; i < vehicle::kWheels; ++i) {
+    Pairs pairs;
+    for (const DriveWindow& w : drive.windows) pairs.add(w.travel_m[i], w.load_n[i]);
+    if (pairs.enough() && pairs.correlation() < -0.3)
+      out.push_back(
+          fmt::format("suspension_{0}_m falls as fz_{0}_n rises: compressed is positive; scale: -1 "
+                      "in a mapping turns it",
+                      kWheelNames[i]));
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> drive_doubts(const vehicle::Car<double>& car, const DriveWindows& drive,
+                                      bool by_ax) {
+  std::vector<std::string> out;
+  doubt_radius(car, drive, out);
+  if (by_ax) doubt_ax(drive, out);
+  doubt_travels(drive, out);
+  return out;
+}
+
+}  // namespace identify
