@@ -197,6 +197,7 @@ TEST(Log, BeaconsInThePreambleCountLaps) {
   };
   const Log log = with("0.05,0.12,171");
   EXPECT_EQ(of(log, "beacon lap").values, (std::vector<double>{1, 2, 2, 3}));
+  EXPECT_NEAR(of(log, "beacon lap").rate_hz, 20, 1e-9);
   EXPECT_THAT(log.notes, testing::ElementsAre(testing::AllOf(
                              testing::HasSubstr("laps end at 0.050, 0.120 s"),
                              testing::HasSubstr("1 behind the last sample left out"))));

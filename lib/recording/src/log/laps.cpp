@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/text_lines.h"
+#include "readers.h"
 #include "recording/look.h"
 
 namespace recording {
@@ -25,7 +26,10 @@ std::string_view attribute(std::string_view tag, const std::string& key) {
 
 /// The moments of the channel with most samples; of a log in rows, of its clock.
 std::vector<double> moments(const Log& log, Channel& lap) {
-  if (log.in_rows) return clock_of_rows(log);
+  if (log.in_rows) {
+    if (const Channel* clock = clock_of(log)) lap.rate_hz = clock->rate_hz;
+    return clock_of_rows(log);
+  }
   const auto longest = std::max_element(
       log.channels.begin(), log.channels.end(),
       [](const Channel& a, const Channel& b) { return a.values.size() < b.values.size(); });
