@@ -220,14 +220,14 @@ struct Axles {
     s.present[kWheelRear] = s.present[kWheelRearDifference] = false;
   }
 
-  /// What a car presses on the road on average is its weight and more: 2 kN at the least, below
-  /// 100 kN.
+  /// What a car presses on the road on average is its weight and more: 1 kN at the least (a kart
+  /// with its driver has 1.6), below 100 kN.
   void unit_of_loads() const {
     double n = 0, sum = 0;
     for (std::size_t i = 0; i < s.n; ++i)
       if (const double load_n = s.x[kLoadFront][i] + s.x[kLoadRear][i]; std::isfinite(load_n))
         n += 1, sum += load_n / 1e3;
-    if (n < 200 || (sum > 2.0 * n && sum < 100.0 * n)) return;
+    if (n < 200 || (sum > 1.0 * n && sum < 100.0 * n)) return;
     for (const Channel c : {kLoadFront, kLoadRear})
       leave_out(c, fmt::format("'{}' and the other axle's are {:.3g} in all, no weight of a car in "
                                "newton",
