@@ -119,12 +119,12 @@ TEST(IdentifyDocs, EveryCommandRuns) {
     EXPECT_THAT(said, ::testing::HasSubstr("wrong.txt: not written: ")) << part;
     return said;
   };
-  for (const char* part : {"mass", "aero", "brakes", "engine"}) {
+  for (const char* part : {"mass", "brakes"})
     EXPECT_THAT(not_written(part, "for (c in at) if (c ~ /^fz_/) $at[c] /= 9.80665"),
                 ::testing::HasSubstr("the loads weigh"));
+  for (const char* part : {"aero", "engine"})
     EXPECT_THAT(not_written(part, "$at[\"vx_mps\"] *= 1.08"),
                 ::testing::HasSubstr("a rolling radius +8.0 % off"));
-  }
 
   // Columns in another unit (a ninth of the rows): they fit, and the tyre is another.
   const auto refused = [&](const std::string& change) {

@@ -55,7 +55,7 @@ TEST_F(BadInput, OfTheCarIsNamedWithFileAndLine) {
   refuses_car("vehicle.yaml", "setup: setup.txt", "setup: &a [x, *a]",
               "more than 64 lists and tables within each other");  // one that holds itself
   refuses_car("vehicle.yaml", "chassis.mass_kg: 720", "chassis.mass_kg: -720",
-              "car/vehicle.yaml:22: chassis.mass_kg = -720 kg, wanted 10 to 100000");
+              "car/vehicle.yaml:23: chassis.mass_kg = -720 kg, wanted 10 to 100000");
   refuses_car("vehicle.yaml", "chassis.mass_kg: 720", "chassis.mass_kg: 720 kg",
               "'720 kg', wanted a finite number");
   refuses_car("vehicle.yaml", "chassis.mass_kg", "chassis.mass",
