@@ -3,6 +3,9 @@
 import csv
 import math
 import os
+import pathlib
+import sys
+import types
 import subprocess
 
 import kerbstone
@@ -96,6 +99,19 @@ def test_a_replay_is_that_of_the_program(car, circle, tmp_path):
     assert replay.telemetry["window"][-1] == replay.windows
 
 
+def test_a_recording_is_a_mapping_and_a_table(circle, car, tmp_path, monkeypatch):
+    log = tmp_path / "lap.csv"
+    log.write_text("time_s,vx_mps\n" + "".join(f"{k / 10},{20 + k}\n" for k in range(30)))
+    recording = kerbstone.Recording.read(log)
+    assert set(recording) == set(recording.keys()) == set(recording.channels) >= {"time_s", "vx_mps"}
+    assert "vx_mps" in recording and "ay_mps2" not in recording
+    assert len(recording) == len(recording.channels)
+    assert dict(recording)["vx_mps"].tolist() == dict(recording.items())["vx_mps"].tolist() == [20.0 + k for k in range(30)]
+    monkeypatch.setitem(sys.modules, "pandas", types.SimpleNamespace(DataFrame=lambda columns: ("frame", columns)))
+    kind, columns = recording.to_dataframe()
+    assert kind == "frame" and columns["vx_mps"][3] == 23.0
+
+
 def test_errors_of_recordings(car, circle, tmp_path):
     with pytest.raises(kerbstone.Error, match="no_log.csv"):
         kerbstone.Recording.read("no_log.csv")
@@ -120,6 +136,10 @@ def test_errors_say_what_was_wanted(car, straight):
         car.start(straight, u_m=30000.0)
     with pytest.raises(ValueError, match="no number"):
         car.start(straight, u_m=20.0).step(throttle=math.nan)
+    for odd in ({"throttle": 5.0}, {"throttle": -0.1}, {"clutch": 2.0}, {"gear": 9}, {"brake_pa": [-1.0, 0, 0, 0]}):
+        with pytest.raises(ValueError, match="wanted"):
+            car.start(straight, u_m=20.0).step(**odd)
+    assert kerbstone.Car.read(pathlib.Path(VEHICLE)).name == car.name
     with pytest.raises(KeyError):
         car.start(straight, u_m=20.0)["no_such_channel"]
     with pytest.raises(kerbstone.Error):

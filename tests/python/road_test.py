@@ -2,6 +2,7 @@
 
 import gc
 import math
+import pickle
 import threading
 
 import kerbstone
@@ -90,6 +91,17 @@ def test_a_strip_is_the_road_below_it(straight):
     assert strip.shape == (4, 6)
     along, across = np.meshgrid((np.arange(4) - 1.5) * 0.1, (np.arange(6) - 2.5) * 0.1, indexing="ij")
     assert strip == pytest.approx(height(50.0 + along, 1.0 + across), abs=1e-4)
+
+
+def test_a_road_goes_through_pickle_and_paths(straight, tmp_path):
+    straight.write(tmp_path / "straight.crg", "KDBI")
+    road = kerbstone.Road.read(tmp_path / "straight.crg", interpolation="smooth", friction=0.8)
+    again = pickle.loads(pickle.dumps(road))
+    x_m, y_m = np.linspace(1, 40, 57), np.linspace(-2, 2, 57)
+    assert again.sample(x_m, y_m).tobytes() == road.sample(x_m, y_m).tobytes()
+    assert again.sample(20.0, 0.5).friction == 0.8
+    with pytest.raises(ValueError):
+        kerbstone.Road.__new__(kerbstone.Road).__setstate__((b"no road",))
 
 
 def test_errors_say_what_was_wanted(tmp_path):

@@ -4,6 +4,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
 #include <array>
@@ -33,11 +34,12 @@ py::dict by_name(const recording::Table& table) {
 
 namespace {
 
-std::unique_ptr<Car> read_car(const std::string& path, const std::optional<std::string>& setup,
+std::unique_ptr<Car> read_car(const std::filesystem::path& path,
+                              const std::optional<std::filesystem::path>& setup,
                               const std::vector<std::string>& settings) {
   auto out = std::make_unique<Car>();
-  out->files = vehicle::read_vehicle(path);
-  if (setup) vehicle::read_setup(out->files, *setup);
+  out->files = vehicle::read_vehicle(path.string());
+  if (setup) vehicle::read_setup(out->files, setup->string());
   for (const std::string& setting : settings)
     vehicle::apply_setting(out->files, setting, "Car.read");
   const vehicle::Vehicle& v = out->files;
@@ -76,12 +78,17 @@ class Drive {
          {steer_rad, throttle, brake_pa[0], brake_pa[1], brake_pa[2], brake_pa[3], clutch})
       if (!std::isfinite(x)) throw py::value_error("a control that is no number");
     if (steps < 1) throw py::value_error("steps: 1 or more wanted");
+    if (!(throttle >= 0 && throttle <= 1) || !(clutch >= 0 && clutch <= 1))
+      throw py::value_error("throttle, clutch: 0 to 1 wanted");
+    if (gear < -1 || gear > 6) throw py::value_error("gear: -1 to 6 wanted");
+    if (*std::min_element(brake_pa.begin(), brake_pa.end()) < 0)
+      throw py::value_error("brake_pa: 0 or more wanted");
     vehicle::Controls<double> controls;
     controls.steer_command_rad = steer_rad;
-    controls.throttle_command = std::clamp(throttle, 0.0, 1.0);
+    controls.throttle_command = throttle;
     controls.brake_command_pa = brake_pa;
     controls.gear_command = gear;
-    controls.clutch_command = std::clamp(clutch, 0.0, 1.0);
+    controls.clutch_command = clutch;
     vehicle::StepResult result;
     vehicle::State<double> before = sim_.state;
     double time_s = sim_.time_s;

@@ -4,6 +4,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <cmath>
 #include <optional>
@@ -19,11 +20,11 @@ namespace py = pybind11;
 namespace kerbstone {
 namespace {
 
-recording::Recording read_recording(const std::string& path,
-                                    const std::optional<std::string>& mapping) {
+recording::Recording read_recording(const std::filesystem::path& path,
+                                    const std::optional<std::filesystem::path>& mapping) {
   py::gil_scoped_release free;
   return recording::read_recording(
-      path, mapping ? recording::read_mapping(*mapping) : recording::Mapping{});
+      path.string(), mapping ? recording::read_mapping(mapping->string()) : recording::Mapping{});
 }
 
 py::array_t<double> channel(const recording::Recording& recording, const std::string& name) {
@@ -71,6 +72,23 @@ void add_replay(py::module_& m) {
                   "path"_a, py::kw_only(), "mapping"_a = py::none())
       .def("__getitem__", &channel, "A channel by name, at time_s; NaN where not measured.",
            "channel"_a)
+      .def("__contains__", [](const recording::Recording& r,
+                              const std::string& name) { return r.table.find(name) != nullptr; })
+      .def(
+          "__len__", [](const recording::Recording& r) { return r.table.names.size(); },
+          "how many channels")
+      .def(
+          "__iter__",
+          [](const recording::Recording& r) { return py::iter(py::cast(r.table.names)); },
+          "their names")
+      .def("keys", [](const recording::Recording& r) { return r.table.names; })
+      .def("items", [](const recording::Recording& r) { return by_name(r.table).attr("items")(); })
+      .def(
+          "to_dataframe",
+          [](const recording::Recording& r) {
+            return py::module_::import("pandas").attr("DataFrame")(by_name(r.table));
+          },
+          "The channels as the columns of a pandas.DataFrame; wants pandas.")
       .def_property_readonly("channels",
                              [](const recording::Recording& r) { return r.table.names; })
       .def_readonly("step_s", &recording::Recording::step_s, "median distance of two rows");

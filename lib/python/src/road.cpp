@@ -5,6 +5,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +33,7 @@ namespace {
 using namespace pybind11::literals;
 
 std::unique_ptr<Road> road_of(crg::Crg file, const crg::SurfaceOptions& options = {}) {
-  return std::make_unique<Road>(Road{crg::Surface(std::move(file), options)});
+  return std::make_unique<Road>(Road{crg::Surface(std::move(file), options), options});
 }
 
 crg::SurfaceOptions options_with(const std::string& interpolation, double friction) {
@@ -48,17 +49,17 @@ crg::SurfaceOptions options_with(const std::string& interpolation, double fricti
   return out;
 }
 
-std::unique_ptr<Road> read_road(const std::string& path, bool apply_modifiers,
+std::unique_ptr<Road> read_road(const std::filesystem::path& path, bool apply_modifiers,
                                 const std::string& interpolation, double friction,
-                                const std::optional<std::string>& friction_map) {
+                                const std::optional<std::filesystem::path>& friction_map) {
   crg::SurfaceOptions options = options_with(interpolation, friction);
   py::gil_scoped_release free;
-  base::check_in_set(path);
-  if (friction_map) base::check_in_set(*friction_map);
-  crg::Crg file = crg::read(path);
+  base::check_in_set(path.string());
+  if (friction_map) base::check_in_set(friction_map->string());
+  crg::Crg file = crg::read(path.string());
   if (!apply_modifiers) file.modifiers.clear();
   if (!file.modifiers.empty()) file = crg::apply_modifiers(std::move(file));
-  if (friction_map) options.friction_map = crg::read(*friction_map);
+  if (friction_map) options.friction_map = crg::read(friction_map->string());
   return road_of(std::move(file), options);
 }
 
@@ -123,6 +124,30 @@ crg::Format format_of(const std::string& name) {
   throw py::value_error("format '" + name + "' seen; KRBI, KDBI, LRFI or LDFI wanted");
 }
 
+/// All that makes the road again, bit for bit.
+py::tuple state_of(const Road& road) {
+  const auto bytes_of = [](const crg::Crg& file) {
+    return py::bytes(crg::to_bytes(file, crg::Format::KDBI));
+  };
+  const crg::SurfaceOptions& options = road.options;
+  return py::make_tuple(
+      bytes_of(road.surface.file()), options.interpolation == crg::Interpolation::Smooth,
+      options.friction,
+      options.friction_map ? py::object(bytes_of(*options.friction_map)) : py::object(py::none()));
+}
+
+std::unique_ptr<Road> road_of_state(const py::tuple& state) {
+  if (state.size() != 4) throw py::value_error("not the state of a Road");
+  const auto file_of = [](const py::handle& bytes) {
+    return crg::read_bytes(bytes.cast<std::string>(), "pickled road");
+  };
+  crg::SurfaceOptions options;
+  if (state[1].cast<bool>()) options.interpolation = crg::Interpolation::Smooth;
+  options.friction = state[2].cast<double>();
+  if (!state[3].is_none()) options.friction_map = file_of(state[3]);
+  return road_of(file_of(state[0]), options);
+}
+
 void add_sample(py::module_& m) {
   PYBIND11_NUMPY_DTYPE(crg::Sample, valid, inside, u_m, v_m, x_m, y_m, z_m, dzdx, dzdy, heading_rad,
                        curvature_1pm, normal_x, normal_y, normal_z, friction);
@@ -184,17 +209,18 @@ void add_files(py::class_<Road>& type) {
           "u_begin_m"_a = 0.0, "closed"_a = false)
       .def(
           "write",
-          [](const Road& road, const std::string& path, const std::string& format) {
+          [](const Road& road, const std::filesystem::path& path, const std::string& format) {
             const crg::Format wanted = format_of(format);
             py::gil_scoped_release free;
-            base::write_file(path, crg::to_bytes(road.surface.file(), wanted));
+            base::write_file(path.string(), crg::to_bytes(road.surface.file(), wanted));
           },
           "Writes the road, whole or not at all. KRBI, KDBI: binary floats or doubles; LRFI, LDFI: "
           "text.",
           "path"_a, "format"_a = "KRBI")
       .def(
           "check", [](const Road& road) { return crg::check(road.surface.file()).findings; },
-          "What is wrong or odd about the file; empty where nothing is.");
+          "What is wrong or odd about the file; empty where nothing is.")
+      .def(py::pickle(&state_of, &road_of_state));
 }
 
 /// What a road answers. Numbers first: they need no array.

@@ -11,6 +11,7 @@ namespace kerbstone {
 /// that.
 struct Road {
   crg::Surface surface;
+  crg::SurfaceOptions options = {};  ///< that it was made with, for pickling
   crg::Cursor cursor = {};
 };
 
