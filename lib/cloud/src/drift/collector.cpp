@@ -350,7 +350,7 @@ void Collector::close(std::size_t index, OpenSection& open) {
         continue;
       }
       const double n = sum.points;
-      standing_.keep(index, road_cell, sum.beside);
+      standing_.keep(index, road_cell);
       section.cells.push_back({static_cast<float>(sum.x / n), static_cast<float>(sum.y / n),
                                static_cast<float>(sum.z / n), static_cast<float>(n),
                                static_cast<float>(sum.driven / n),
@@ -360,7 +360,7 @@ void Collector::close(std::size_t index, OpenSection& open) {
       cell.square_m2 = static_cast<float>(square_of(sum)),
       cell.freedom = static_cast<float>(freedom_of(sum));
       cell.cut_above_m = sum.cut_above_m, cell.cut_points = sum.cut_points;
-      cell.doubtful = sum.doubtful;
+      cell.doubtful = sum.doubtful, cell.beside = sum.beside;
     }
 }
 

@@ -115,7 +115,7 @@ void JointProblem::linearise(const std::vector<Correction>& at) {
             const SectionCell& cell = section.cells[k];
             View& view = views_[first_[s] + k];
             view.cell = View::kNone, view.section = static_cast<std::uint32_t>(s);
-            if (cell.beyond || cell.apart) continue;
+            if (cell.beyond || cell.beside || cell.apart) continue;
             const Eigen::Vector3d p = move(cell);
             const std::optional<GridPlace> place = frame_.project(p.x(), p.y(), section.row);
             if (!place) continue;

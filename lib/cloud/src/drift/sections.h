@@ -31,6 +31,7 @@ struct SectionCell {
   float cut_points = 0.0f;   ///< that many
   bool doubtful = false;     ///< near grass, and not all on a ground of their own
   bool beyond = false;       ///< beyond the verge: no word about the trajectory
+  bool beside = false;       ///< nor near what stands: its foot is in the ground that is left
   bool apart = false;        ///< nor where passes differ: the ground changed between them
 };
 

@@ -29,8 +29,8 @@ void Standing::saw(std::size_t road_cell, bool standing) {
   ++(standing ? seen[road_cell].standing : seen[road_cell].clear);
 }
 
-void Standing::keep(std::size_t section, std::size_t road_cell, bool beside) {
-  kept[section].push_back({static_cast<std::uint32_t>(road_cell), beside});
+void Standing::keep(std::size_t section, std::size_t road_cell) {
+  kept[section].push_back(static_cast<std::uint32_t>(road_cell));
 }
 
 void Standing::leave_out_feet(Sections& sections) const {
@@ -38,8 +38,8 @@ void Standing::leave_out_feet(Sections& sections) const {
     std::vector<SectionCell>& cells = sections.list[s].cells;
     std::size_t left = 0;
     for (std::size_t k = 0; k < cells.size(); ++k) {
-      const Seen& here = seen[kept[s][k].road_cell];
-      if (!kept[s][k].beside && here.standing >= std::max(1u, here.clear))
+      const Seen& here = seen[kept[s][k]];
+      if (!cells[k].beside && here.standing >= std::max(1u, here.clear))
         sections.on_obstacles += static_cast<std::size_t>(cells[k].points);
       else
         cells[left++] = cells[k];

@@ -19,8 +19,8 @@ struct Standing {
   std::size_t cell_at(double row, double ahead_m, std::size_t column) const;
   /// A section saw something stand in a cell, or within 1 m of it, or did not.
   void saw(std::size_t road_cell, bool standing);
-  /// It keeps the cell as the next one of its list: what it saw, or the ground `beside` that.
-  void keep(std::size_t section, std::size_t road_cell, bool beside);
+  /// It keeps the cell as the next one of its list.
+  void keep(std::size_t section, std::size_t road_cell);
   /// From far away beams meet only the feet of walls and poles: cells in which as many sections
   /// saw something stand as did not, but for those that saw both it and the ground beside it.
   void leave_out_feet(Sections& sections) const;
@@ -28,12 +28,8 @@ struct Standing {
   struct Seen {
     std::uint32_t standing = 0, clear = 0;
   };
-  std::vector<Seen> seen;  ///< by cell of the road
-  struct Kept {
-    std::uint32_t road_cell = 0;
-    bool beside = false;
-  };
-  std::vector<std::vector<Kept>> kept;  ///< of each section's cells
+  std::vector<Seen> seen;                        ///< by cell of the road
+  std::vector<std::vector<std::uint32_t>> kept;  ///< of each section's cells, that of the road
 
  private:
   double u_step_m_, length_m_;

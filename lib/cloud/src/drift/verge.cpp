@@ -164,6 +164,7 @@ struct Columns {
 
 Where Columns::add(const SectionCell& cell, const Section& section, const RoadFrame& frame) {
   Where where;
+  if (cell.beside) return where;
   const Eigen::Vector3d p = section.position_m + Eigen::Vector3d(static_cast<double>(cell.x_m),
                                                                  static_cast<double>(cell.y_m),
                                                                  static_cast<double>(cell.z_m));

@@ -66,12 +66,8 @@ template <typename Archive, typename Value>
 requires std::is_same_v<std::remove_const_t<Value>, SectionCell>
 void fields(Archive& archive, Value& c) {
   archive(c.x_m, c.y_m, c.z_m, c.points, c.driven_m, c.driven2_m2, c.square_m2, c.freedom, c.sine2,
-          c.cut_above_m, c.cut_points, c.doubtful, c.beyond);
+          c.cut_above_m, c.cut_points, c.doubtful, c.beyond, c.beside);
 }
-
-template <typename Archive, typename Value>
-requires std::is_same_v<std::remove_const_t<Value>, Standing::Kept>
-void fields(Archive& archive, Value& k) { archive(k.road_cell, k.beside); }
 
 template <typename Archive, typename Value>
 requires std::is_same_v<std::remove_const_t<Value>, NodeSum>
@@ -79,7 +75,7 @@ void fields(Archive& archive, Value& s) { archive(s.points, s.height, s.height2,
 
 namespace {
 
-constexpr base::ArchiveKind kReading{"kerbstone map, what was read", 2},
+constexpr base::ArchiveKind kReading{"kerbstone map, what was read", 3},
     kState{"kerbstone map, its state", 2};
 
 /// After the last value. Throws Error.
@@ -121,8 +117,8 @@ void take(base::ArchiveReader& taker, Look& look) {
     if (s >= sections.list.size()) refuse_other_road();
     taker(sections.list[s].cells, look.standing.kept[s]);
     if (sections.list[s].cells.size() != look.standing.kept[s].size()) refuse_other_road();
-    for (const Standing::Kept& kept : look.standing.kept[s])
-      if (kept.road_cell >= look.standing.seen.size()) refuse_other_road();
+    for (const std::uint32_t road_cell : look.standing.kept[s])
+      if (road_cell >= look.standing.seen.size()) refuse_other_road();
   }
   std::vector<std::uint32_t> cells;
   taker(cells);
