@@ -122,10 +122,11 @@ struct Axles {
   /// better.
   void another_size(Channel c,
                     const std::pair<std::vector<double>, std::vector<double>>& both) const {
-    constexpr double kCounts = 0.05;
+    constexpr double kCounts = 0.05, kStraight_1pm = 0.005;  // a bend of 200 m: 0.8 %
     std::vector<double> ratio;
     for (std::size_t i = 0; i < s.n; ++i)
-      if (s.x[kVx][i] > kRolls_mps && both.first[i] > 0 && both.second[i] > 0)
+      if (s.x[kVx][i] > kRolls_mps && both.first[i] > 0 && both.second[i] > 0 &&
+          !(std::abs(s.x[kYawRate][i]) > kStraight_1pm * s.x[kVx][i]))
         ratio.push_back(both.first[i] / both.second[i]);
     if (ratio.size() < 200) return;
     const double usual = base::median(std::move(ratio));

@@ -105,6 +105,8 @@ std::array<double, 6> drive_sd(const vehicle::Car<double>& car, const Loads& l) 
           sd({{n + 1, 1.0}})};
 }
 
+constexpr double kFuelUnsure_kg = 30.0;  // as much is assumed where nobody states it
+
 /// Parameters of the vehicle file that the results lean on.
 constexpr std::array<P, 8> kMassLeansOn{P::aero_drag_area_m2,        P::aero_drag_height_m,
                                         P::front_wheel_inertia_kgm2, P::rear_wheel_inertia_kgm2,
@@ -290,7 +292,9 @@ void doubt_results(const Loads& l, const DriveWindows& drive, double length_m, d
           l.fit.rms[a], a == 0 ? "front" : "rear", load));
   }
   const double stated = out.at("mass_kg").stated;
-  if (out.at("mass_kg").unseen.empty() && std::abs(l.mass_kg - stated) > most_off * stated)
+  if (out.at("mass_kg").unseen.empty() &&
+      std::abs(l.mass_kg - stated) >
+          std::hypot(most_off * stated, 6.0 * out.at("mass_kg").sd, kFuelUnsure_kg))
     out.doubts.push_back(fmt::format(
         "the loads weigh {:.1f} kg where {:.1f} are stated with fuel, more than six standard "
         "deviations of the vehicle file's prior: loads in another unit, gains of the cells, or "

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/error.h"
 #include "base/text_lines.h"
@@ -46,7 +47,9 @@ std::vector<double> beacons_of_ldx(std::string_view text, const std::string& nam
   std::vector<double> out;
   for (std::size_t at = text.find("<Marker "); at != std::string_view::npos;
        at = text.find("<Marker ", at + 1)) {
-    const std::string_view tag = text.substr(at, text.find('>', at) - at);
+    const std::size_t end = text.find('>', at);
+    if (end == std::string_view::npos) break;
+    const std::string_view tag = text.substr(at, end - at);
     if (attribute(tag, "ClassName") != "BCN") continue;
     const auto microseconds = base::to_number<double>(attribute(tag, "Time"));
     if (!microseconds || !std::isfinite(*microseconds))
@@ -69,13 +72,18 @@ void add_laps(Log& log, const std::vector<double>& beacons_s, const std::string&
     return;
   std::vector<double> ends = beacons_s;
   std::sort(ends.begin(), ends.end());
-  const auto behind = std::upper_bound(ends.begin(), ends.end(), time_s.back());
+  const auto last =
+      std::find_if(time_s.rbegin(), time_s.rend(), [](double t) { return std::isfinite(t); });
+  if (last == time_s.rend()) return;
+  const auto behind = std::upper_bound(ends.begin(), ends.end(), *last);
   const auto left_out = ends.end() - behind;
   ends.erase(behind, ends.end());
   if (ends.empty()) return;
   for (const double t : time_s)
     lap.values.push_back(
-        static_cast<double>(1 + (std::upper_bound(ends.begin(), ends.end(), t) - ends.begin())));
+        std::isfinite(t) ? static_cast<double>(
+                               1 + (std::upper_bound(ends.begin(), ends.end(), t) - ends.begin()))
+                         : std::numeric_limits<double>::quiet_NaN());
   std::string said;
   for (const double end : ends) said += fmt::format("{}{:.3f}", said.empty() ? "" : ", ", end);
   log.notes.push_back(

@@ -107,7 +107,8 @@ Triangles look_at(const Mesh& mesh, const CleanOptions& options) {
     triangles.empty[i] = area.norm() < kZeroArea_m2;
     triangles.flat[i] = !triangles.empty[i] && std::abs(area.z()) >= min_cosine * area.norm();
   }
-  const std::vector<bool> hidden = hidden_triangles(mesh, triangles.flat, triangles.remarks);
+  const std::vector<bool> hidden =
+      hidden_triangles(mesh, triangles.flat, class_of_object, triangles.remarks);
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
     if (!hidden[i]) continue;
     triangles.by_names[i] = SurfaceClass::scenery;

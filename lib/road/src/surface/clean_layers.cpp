@@ -58,6 +58,7 @@ std::vector<bool> coarser_copies(const std::vector<MeshObject>& objects) {
 // many times fewer triangles, and nearly all of each within this height of the other.
 constexpr double kSameOutline = 0.02, kSameArea = 0.1, kFewer = 1.5, kOnTheOther = 0.9;
 constexpr double kCopyReach_m = 0.15;
+constexpr double kLargeShare = 0.2;     // of the largest: a road is no small part
 constexpr std::size_t kLookedAt = 200;  // triangles of each
 
 /// What an object has of flat faces.
@@ -111,14 +112,17 @@ bool lies_on(const Mesh& mesh, const RaySurface& surface, const FlatPart& part,
   return static_cast<double>(on) >= kOnTheOther * static_cast<double>(all);
 }
 
-/// Adds the objects that lie on a finer one all over, whatever they are called.
-void mark_superposed(const Mesh& mesh, const std::vector<bool>& flat, std::vector<bool>& coarser) {
+/// Adds the objects that lie on a finer one of their class all over, whatever they are called.
+void mark_superposed(const Mesh& mesh, const std::vector<bool>& flat,
+                     const std::vector<SurfaceClass>& class_of_object, std::vector<bool>& coarser) {
   const std::vector<FlatPart> parts = flat_parts(mesh, flat);
   std::optional<RaySurface> surface;
   for (std::size_t i = 0; i < parts.size(); ++i)
     for (std::size_t k = i + 1; k < parts.size(); ++k) {
       const FlatPart &a = parts[i], &b = parts[k];
-      if (b.area_m2 < (1.0 - kSameArea) * a.area_m2) break;
+      if (a.area_m2 < kLargeShare * parts[0].area_m2 || b.area_m2 < (1.0 - kSameArea) * a.area_m2)
+        break;
+      if (class_of_object[a.object] != class_of_object[b.object]) continue;
       if (coarser[a.object] || coarser[b.object] || !is_alike(a, b)) continue;
       if (!surface) surface.emplace(mesh);
       if (lies_on(mesh, *surface, a, b.object) && lies_on(mesh, *surface, b, a.object))
@@ -134,6 +138,7 @@ double rise_m2(const Mesh& mesh, std::size_t t) {
 std::vector<std::uint32_t> first_alike(const std::vector<MeshObject>& objects) {
   std::map<std::string, std::uint32_t> first;
   std::vector<std::uint32_t> alike;
+  alike.reserve(objects.size());
   for (std::uint32_t k = 0; k < objects.size(); ++k)
     alike.push_back(
         objects[k].material.empty() ? k : first.try_emplace(objects[k].material, k).first->second);
@@ -147,6 +152,7 @@ std::vector<bool> two_sided(const Mesh& mesh, const std::vector<bool>& flat,
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
     if (flat[t]) (rise_m2(mesh, t) > 0.0 ? up : down)[alike[mesh.object_of_triangle[t]]] = true;
   std::vector<bool> both;
+  both.reserve(alike.size());
   for (const std::uint32_t k : alike) both.push_back(up[k] && down[k]);
   return both;
 }
@@ -278,10 +284,11 @@ std::vector<std::uint32_t> of_small_objects(const Mesh& mesh,
 }  // namespace
 
 std::vector<bool> hidden_triangles(const Mesh& mesh, const std::vector<bool>& flat,
+                                   const std::vector<SurfaceClass>& class_of_object,
                                    std::vector<std::string>& remarks) {
   std::vector<bool> hidden(mesh.triangles.size(), false);
   std::vector<bool> coarser = coarser_copies(mesh.objects);
-  mark_superposed(mesh, flat, coarser);
+  mark_superposed(mesh, flat, class_of_object, coarser);
   if (const auto first = std::find(coarser.begin(), coarser.end(), true); first != coarser.end()) {
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
       hidden[t] = coarser[mesh.object_of_triangle[t]];

@@ -15,6 +15,7 @@ namespace road {
 /// face that looks up a slab's thickness above most of their piece. Says what was left out in
 /// `remarks`.
 std::vector<bool> hidden_triangles(const Mesh& mesh, const std::vector<bool>& flat,
+                                   const std::vector<SurfaceClass>& class_of_object,
                                    std::vector<std::string>& remarks);
 
 /// Marks drawn across gaps of the road, under its name, and wider than it (sectors, a start): what

@@ -200,10 +200,13 @@ RoadPoint Road::beside_level(double x_m, double y_m, double z_near_m,
     const double away = std::abs(point.z_m - z_near_m);
     return std::isfinite(away) ? away : std::numeric_limits<double>::infinity();
   };
-  if (!std::isfinite(z_near_m) || away_m(best) <= kOtherLevel_m) return best;
+  // On the road and in the air over it, no other leg is meant.
+  if (!std::isfinite(z_near_m) || away_m(best) <= kOtherLevel_m ||
+      (best.on_road && best.z_m < z_near_m))
+    return best;
   each_leg(*surface_, x_m, y_m, kBeside_m, [&](const crg::UV& place) {
     const RoadPoint point = nearest_valid(place);
-    if (away_m(point) < away_m(best)) best = point;
+    if (away_m(point) <= kOtherLevel_m && away_m(point) < away_m(best)) best = point;
   });
   return best;
 }
