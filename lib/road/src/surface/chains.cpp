@@ -17,6 +17,17 @@ constexpr std::size_t kFewestChainEdges = 8;
 // along this share of it. An edge with a verge falls on one side only.
 constexpr double kCrownSlope = 0.04, kCrownsDiffer = 0.01, kCrownShare = 0.8;
 
+/// Calls use(edge, triangle to its left, to its right) for the edges of a chain that have both.
+template <class Use>
+void each_edge(const FlatSurface& flat, const Fans& fans, const Chain& chain, Use&& use) {
+  for (std::size_t i = 0; i < chain.edges(); ++i) {
+    const std::uint32_t l = fans.left(chain.at(i), chain.at(i + 1));
+    const std::uint32_t r = fans.left(chain.at(i + 1), chain.at(i));
+    if (l == kNoIndex || r == kNoIndex) continue;
+    use(Eigen::Vector3d(flat.vertices_m[chain.at(i + 1)] - flat.vertices_m[chain.at(i)]), l, r);
+  }
+}
+
 /// Rise per metre of a triangle, to the left of `along`.
 double rise_to_left(const FlatSurface& flat, std::uint32_t t, const Eigen::Vector3d& along) {
   const Eigen::Vector3d n = normal_of(flat, t);
@@ -70,30 +81,23 @@ std::vector<Chain> long_chains(const FlatSurface& flat, const Fans& fans) {
 
 double fold_along(const FlatSurface& flat, const Fans& fans, const Chain& chain) {
   double sum = 0.0, length = 0.0;
-  for (std::size_t i = 0; i < chain.edges(); ++i) {
-    const std::uint32_t l = fans.left(chain.at(i), chain.at(i + 1));
-    const std::uint32_t r = fans.left(chain.at(i + 1), chain.at(i));
-    if (l == kNoIndex || r == kNoIndex) continue;
-    const double step = (flat.vertices_m[chain.at(i + 1)] - flat.vertices_m[chain.at(i)]).norm();
-    sum += step * std::acos(std::clamp(normal_of(flat, l).dot(normal_of(flat, r)), -1.0, 1.0));
-    length += step;
-  }
+  each_edge(flat, fans, chain, [&](const Eigen::Vector3d& along, std::uint32_t l, std::uint32_t r) {
+    sum +=
+        along.norm() * std::acos(std::clamp(normal_of(flat, l).dot(normal_of(flat, r)), -1.0, 1.0));
+    length += along.norm();
+  });
   return length > 0.0 ? sum / length : std::numbers::pi;
 }
 
 bool is_crest(const FlatSurface& flat, const Fans& fans, const Chain& chain) {
   double crest_m = 0.0, length_m = 0.0;
-  for (std::size_t i = 0; i < chain.edges(); ++i) {
-    const std::uint32_t l = fans.left(chain.at(i), chain.at(i + 1));
-    const std::uint32_t r = fans.left(chain.at(i + 1), chain.at(i));
-    if (l == kNoIndex || r == kNoIndex) continue;
-    const Eigen::Vector3d along = flat.vertices_m[chain.at(i + 1)] - flat.vertices_m[chain.at(i)];
+  each_edge(flat, fans, chain, [&](const Eigen::Vector3d& along, std::uint32_t l, std::uint32_t r) {
     const double left = -rise_to_left(flat, l, along), right = rise_to_left(flat, r, along);
     length_m += along.norm();
     if (std::min(left, right) > 0.0 && std::max(left, right) < kCrownSlope &&
         std::abs(left - right) < kCrownsDiffer)
       crest_m += along.norm();
-  }
+  });
   return length_m > 0.0 && crest_m >= kCrownShare * length_m;
 }
 

@@ -134,14 +134,18 @@ double rise_m2(const Mesh& mesh, std::size_t t) {
   return area_vector(mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2)).z();
 }
 
-/// Of each object the first one of its material: the two sides of a slab may be two objects.
-std::vector<std::uint32_t> first_alike(const std::vector<MeshObject>& objects) {
-  std::map<std::string, std::uint32_t> first;
+/// Of each object the first one of its material and class: the two sides of a slab may be two
+/// objects.
+std::vector<std::uint32_t> first_alike(const std::vector<MeshObject>& objects,
+                                       const std::vector<SurfaceClass>& class_of_object) {
+  std::map<std::pair<std::string, SurfaceClass>, std::uint32_t> first;
   std::vector<std::uint32_t> alike;
   alike.reserve(objects.size());
   for (std::uint32_t k = 0; k < objects.size(); ++k)
     alike.push_back(
-        objects[k].material.empty() ? k : first.try_emplace(objects[k].material, k).first->second);
+        objects[k].material.empty()
+            ? k
+            : first.try_emplace({objects[k].material, class_of_object[k]}, k).first->second);
   return alike;
 }
 
@@ -209,10 +213,28 @@ std::vector<bool> corners_of_bodies(const Mesh& mesh, const std::vector<std::uin
   return found;
 }
 
+/// Of each vertex of the objects looked at the first one in its place; of others itself.
+std::vector<std::uint32_t> places_of(const Mesh& mesh, const std::vector<bool>& looked_at) {
+  std::vector<bool> used(mesh.vertices_m.size(), false);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    if (looked_at[mesh.object_of_triangle[t]])
+      for (const std::uint32_t vertex : mesh.triangles[t]) used[vertex] = true;
+  std::vector<std::uint32_t> place(used.size()), vertices;
+  std::vector<Eigen::Vector3d> points_m;
+  for (std::uint32_t i = 0; i < used.size(); ++i) {
+    place[i] = i;
+    if (used[i]) vertices.push_back(i), points_m.push_back(mesh.vertices_m[i]);
+  }
+  const std::vector<std::uint32_t> first = weld(points_m, kSame_m, kSame_m);
+  for (std::size_t k = 0; k < vertices.size(); ++k) place[vertices[k]] = vertices[first[k]];
+  return place;
+}
+
 /// Marks the undersides, each with all that hangs together with it and looks down; their number.
 std::size_t mark_undersides(const Mesh& mesh, const std::vector<bool>& flat,
+                            const std::vector<SurfaceClass>& class_of_object,
                             std::vector<bool>& hidden) {
-  const std::vector<std::uint32_t> alike = first_alike(mesh.objects);
+  const std::vector<std::uint32_t> alike = first_alike(mesh.objects, class_of_object);
   const std::vector<bool> looked_at = two_sided(mesh, flat, alike);
   if (std::find(looked_at.begin(), looked_at.end(), true) == looked_at.end()) return 0;
   const RaySurface surface(mesh);
@@ -234,7 +256,7 @@ std::size_t mark_undersides(const Mesh& mesh, const std::vector<bool>& flat,
     if (is_below) below_m2[t] = -rise_m2(mesh, t);
   }
   // Pieces by corners in one place: an underside goes on where the slab is thicker.
-  const std::vector<std::uint32_t> place = weld(mesh.vertices_m, kSame_m, kSame_m);
+  const std::vector<std::uint32_t> place = places_of(mesh, looked_at);
   DisjointSets pieces(mesh.vertices_m.size());
   const auto piece_of = [&](std::uint32_t t) { return pieces.find(place[mesh.triangles[t][0]]); };
   for (const std::uint32_t t : down)
@@ -298,7 +320,7 @@ std::vector<bool> hidden_triangles(const Mesh& mesh, const std::vector<bool>& fl
                     std::count(coarser.begin(), coarser.end(), true) == 1 ? "" : "s",
                     mesh.objects[static_cast<std::size_t>(first - coarser.begin())].name));
   }
-  if (const std::size_t count = mark_undersides(mesh, flat, hidden); count > 0)
+  if (const std::size_t count = mark_undersides(mesh, flat, class_of_object, hidden); count > 0)
     remarks.push_back(fmt::format(
         "{} triangle{} that look down, undersides of closed bodies or most of each piece "
         "up to {} m below faces of their own object or material that look up, left out",

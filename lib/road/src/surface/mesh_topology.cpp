@@ -50,22 +50,24 @@ std::vector<std::uint32_t> weld(const std::vector<Eigen::Vector3d>& vertices_m, 
       low[static_cast<std::size_t>(axis)] = cell_of(v[axis] - reach[axis]);
       high[static_cast<std::size_t>(axis)] = cell_of(v[axis] + reach[axis]);
     }
-    for (std::int64_t x = low[0]; x <= high[0]; ++x) {
-      for (std::int64_t y = low[1]; y <= high[1]; ++y) {
-        for (std::int64_t z = low[2]; z <= high[2]; ++z) {
-          const auto cell = cells.find({x, y, z});
-          if (cell == cells.end()) continue;
-          for (const std::uint32_t other : cell->second) {
-            const Eigen::Vector3d d = vertices_m[other] - v;
-            if (other < found && d.head<2>().norm() <= horizontal_m &&
-                std::abs(d.z()) <= vertical_m)
-              found = other;
-          }
-        }
+    const auto look_into = [&](const std::vector<std::uint32_t>& cell) {
+      for (const std::uint32_t other : cell) {
+        const Eigen::Vector3d d = vertices_m[other] - v;
+        if (other < found && d.head<2>().norm() <= horizontal_m && std::abs(d.z()) <= vertical_m)
+          found = other;
       }
-    }
+    };
+    std::vector<std::uint32_t>& own = cells[{cell_of(v.x()), cell_of(v.y()), cell_of(v.z())}];
+    if (low == high)
+      look_into(own);
+    else
+      for (std::int64_t x = low[0]; x <= high[0]; ++x)
+        for (std::int64_t y = low[1]; y <= high[1]; ++y)
+          for (std::int64_t z = low[2]; z <= high[2]; ++z)
+            if (const auto cell = cells.find({x, y, z}); cell != cells.end())
+              look_into(cell->second);
     target[i] = found == kNoIndex ? i : found;
-    if (found == kNoIndex) cells[{cell_of(v.x()), cell_of(v.y()), cell_of(v.z())}].push_back(i);
+    if (found == kNoIndex) own.push_back(i);
   }
   return target;
 }
