@@ -214,7 +214,7 @@ TEST_F(BrokenColumns, AColumnThatStandsBesideItsPairIsNamed) {
   EXPECT_TRUE(signals(t).broken);
   EXPECT_FALSE(signals(t).present[kBrakeRear]) << "one pedal presses on both";
   t = changed("wheel_fr_radps", [](double v) { return 1.1 * v; });
-  EXPECT_THAT(said(t), HasSubstr("'wheel_fl_radps' is 0.9"));
+  EXPECT_THAT(said(t), HasSubstr("'wheel_fl_radps' is 0.91 times 'wheel_fr_radps'"));
   EXPECT_TRUE(signals(t).broken);
 }
 

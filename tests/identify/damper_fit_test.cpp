@@ -6,11 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <map>
 
-#include "base/json_text.h"
-#include "base/read_file.h"
 #include "crg/file.h"
 #include "recorded_drive.h"
 #include "support/places.h"
@@ -85,15 +82,13 @@ TEST(DamperFit, TheTruthLiesInItsIntervals) {
 // Their logs with loads and travels have 50 rows a second: too few, and said.
 TEST(DamperFit, SaysWhatAnotherSimulatorsLogsLack) {
   const std::string folder = places::data() + "/ocd_trials";
-  if (!std::filesystem::exists(folder + "/truth.json"))
-    GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
-  const auto truth =
-      base::parse_json<nlohmann::json>(base::read_file(folder + "/truth.json", 1u << 24));
+  const std::vector<nlohmann::json> trials = support::trials_of(folder);
+  if (trials.empty()) GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
   const std::map<std::string, std::string> why{{"t01", "a row every 20 ms, wanted 12 at most"},
                                                {"t19", "a row every 20 ms, wanted 12 at most"},
                                                {"t06", "no travels of all wheels"},
                                                {"t02", "no loads of all wheels"}};
-  for (const auto& trial : truth.at("trials")) {
+  for (const auto& trial : trials) {
     const std::string id = trial.at("id");
     if (!why.contains(id)) continue;
     const support::RecordedCar c = support::stated_car(folder, trial.at("parameter_factors"));

@@ -10,8 +10,6 @@
 #include <filesystem>
 
 #include "base/error.h"
-#include "base/json_text.h"
-#include "base/read_file.h"
 #include "base/statistics.h"
 #include "base/write_file.h"
 #include "identify/proving_road.h"
@@ -165,11 +163,9 @@ Other other(const std::string& folder, const nlohmann::json& trial) {
 // to 0.007 m2; fuel burnt 0.0154 kg/s where 0.016 is true.
 TEST(MassFit, LoadsOfAnotherSimulator) {
   const std::string folder = places::data() + "/ocd_trials";
-  if (!std::filesystem::exists(folder + "/truth.json"))
-    GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
-  const auto truth =
-      base::parse_json<nlohmann::json>(base::read_file(folder + "/truth.json", 1u << 24));
-  for (const auto& trial : truth.at("trials")) {
+  const std::vector<nlohmann::json> trials = support::trials_of(folder);
+  if (trials.empty()) GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
+  for (const auto& trial : trials) {
     const std::string id = trial.at("id");
     if (id != "t01" && id != "t06" && id != "t18" && id != "t19") continue;
     SCOPED_TRACE(id);
@@ -204,11 +200,9 @@ TEST(MassFit, LoadsOfAnotherSimulator) {
 // The same loads with a car that has all of it: its intervals hold what such loads lack.
 TEST(MassFit, LoadsOfASimplerSimulatorAreInTheIntervals) {
   const std::string folder = places::data() + "/ocd_trials";
-  if (!std::filesystem::exists(folder + "/truth.json"))
-    GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
-  const auto truth =
-      base::parse_json<nlohmann::json>(base::read_file(folder + "/truth.json", 1u << 24));
-  for (const auto& trial : truth.at("trials")) {
+  const std::vector<nlohmann::json> trials = support::trials_of(folder);
+  if (trials.empty()) GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
+  for (const auto& trial : trials) {
     const std::string id = trial.at("id");
     if (id != "t01" && id != "t06" && id != "t19") continue;
     SCOPED_TRACE(id);

@@ -6,11 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <filesystem>
 
 #include "base/error.h"
-#include "base/json_text.h"
-#include "base/read_file.h"
 #include "base/statistics.h"
 #include "identify/proving_road.h"
 #include "recorded_drive.h"
@@ -101,11 +98,9 @@ TEST(SuspensionFit, TheTruthLiesInItsIntervals) {
 // Measured: front springs 0.2 to 0.4 %, rear ones 0.9 to 1.2 % off; bars 200 to 800 N/m.
 TEST(SuspensionFit, AnotherSimulatorsCar) {
   const std::string folder = places::data() + "/ocd_trials";
-  if (!std::filesystem::exists(folder + "/truth.json"))
-    GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
-  const auto truth =
-      base::parse_json<nlohmann::json>(base::read_file(folder + "/truth.json", 1u << 24));
-  for (const auto& trial : truth.at("trials")) {
+  const std::vector<nlohmann::json> trials = support::trials_of(folder);
+  if (trials.empty()) GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
+  for (const auto& trial : trials) {
     const std::string id = trial.at("id");
     if (id != "t01" && id != "t19") continue;  // the two with travels
     SCOPED_TRACE(id);

@@ -15,12 +15,21 @@
 #include <string>
 #include <vector>
 
+#include "base/json_text.h"
+#include "base/read_file.h"
 #include "recording/recording.h"
 #include "vehicle/car.h"
 #include "vehicle/tyre_file.h"
 #include "vehicle/vehicle_file.h"
 
 namespace support {
+
+/// What was driven in each recording of a folder, by its truth.json; empty where it is not there.
+inline std::vector<nlohmann::json> trials_of(const std::string& folder) {
+  const std::string path = folder + "/truth.json";
+  if (!std::filesystem::exists(path)) return {};
+  return base::parse_json<nlohmann::json>(base::read_file(path, 1u << 24)).at("trials");
+}
 
 /// A log (.csv.xz) as canonical channels; travel is negative when compressed there.
 inline recording::Recording recorded_log(const std::string& packed) {

@@ -118,16 +118,21 @@ TEST(Lap, TheDriverLetsTheClutchSlipWhereTheEngineDragsTheWheels) {
   EXPECT_EQ(clutch(1.0, -0.3), 0.0);
 }
 
+/// So slow that the driver gives all the throttle that there is.
+Simulation<double> far_below_the_plan(const Car<double>& car, const crg::Surface& surface) {
+  StartOptions slow;
+  slow.speed_mps = 15;
+  slow.gear = 2;
+  return start(car, Road(surface), slow);
+}
+
 TEST(Lap, TheDriverLiftsWhenTheTailSlides) {
   const Vehicle v = racer();
   const Car<double> car = make_car(v.files, v.parameters, v.terms);
   const crg::Surface surface(stadium());
   RacingLine line = plan_line(surface);
   plan_speed(line, car, {});
-  StartOptions slow;
-  slow.speed_mps = 15;
-  slow.gear = 2;
-  const Simulation<double> sim = start(car, Road(surface), slow);
+  const Simulation<double> sim = far_below_the_plan(car, surface);
   const auto throttle = [&](double rear, double front) {
     Detail<double> detail{};
     for (std::size_t i = 0; i < 4; ++i) detail.wheel[i].tan_alpha = i < 2 ? front : rear;
@@ -149,10 +154,7 @@ TEST(Lap, TheDriversFootIsAsFastWhateverTheStep) {
   const crg::Surface surface(stadium());
   RacingLine line = plan_line(surface);
   plan_speed(line, car, {});
-  StartOptions slow;
-  slow.speed_mps = 15;  // far below the plan: all the throttle that there is
-  slow.gear = 2;
-  const Simulation<double> sim = start(car, Road(surface), slow);
+  const Simulation<double> sim = far_below_the_plan(car, surface);
   const Detail<double> detail{};
   for (const double step_s : {0.001, 0.0005, 0.004}) {
     Driver driver;
