@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <unordered_map>
+#include <utility>
 
 namespace road {
 
@@ -35,9 +36,10 @@ std::vector<std::uint32_t> weld(const std::vector<Eigen::Vector3d>& vertices_m, 
       return static_cast<std::size_t>(cell[0] * 73856093 ^ cell[1] * 19349663 ^ cell[2] * 83492791);
     }
   };
-  std::unordered_map<Cell, std::vector<std::uint32_t>, Hash> cells;
+  std::unordered_map<Cell, std::uint32_t, Hash> cells;  // the vertex kept last in each
   cells.reserve(vertices_m.size() / 2);
   std::vector<std::uint32_t> target(vertices_m.size());
+  std::vector<std::uint32_t> before(vertices_m.size());  // the one kept before it in its cell
   const auto cell_of = [cell_m](double value) {
     return static_cast<std::int64_t>(std::floor(value / cell_m));
   };
@@ -50,14 +52,15 @@ std::vector<std::uint32_t> weld(const std::vector<Eigen::Vector3d>& vertices_m, 
       low[static_cast<std::size_t>(axis)] = cell_of(v[axis] - reach[axis]);
       high[static_cast<std::size_t>(axis)] = cell_of(v[axis] + reach[axis]);
     }
-    const auto look_into = [&](const std::vector<std::uint32_t>& cell) {
-      for (const std::uint32_t other : cell) {
+    const auto look_into = [&](std::uint32_t last) {
+      for (std::uint32_t other = last; other != kNoIndex; other = before[other]) {
         const Eigen::Vector3d d = vertices_m[other] - v;
         if (other < found && d.head<2>().norm() <= horizontal_m && std::abs(d.z()) <= vertical_m)
           found = other;
       }
     };
-    std::vector<std::uint32_t>& own = cells[{cell_of(v.x()), cell_of(v.y()), cell_of(v.z())}];
+    std::uint32_t& own =
+        cells.try_emplace({cell_of(v.x()), cell_of(v.y()), cell_of(v.z())}, kNoIndex).first->second;
     if (low == high)
       look_into(own);
     else
@@ -67,7 +70,7 @@ std::vector<std::uint32_t> weld(const std::vector<Eigen::Vector3d>& vertices_m, 
             if (const auto cell = cells.find({x, y, z}); cell != cells.end())
               look_into(cell->second);
     target[i] = found == kNoIndex ? i : found;
-    if (found == kNoIndex) own.push_back(i);
+    if (found == kNoIndex) before[i] = std::exchange(own, i);
   }
   return target;
 }
