@@ -1,13 +1,18 @@
-// A point cloud; FUZZED is the ending of its name. Of every 16th, ground is told too.
+// A point cloud; `ending` is that of its name. Of every 16th, ground is told too.
 #include <cmath>
+#include <string>
 
 #include "base/error.h"
 #include "cloud/ground.h"
 #include "cloud/read_cloud.h"
 #include "fuzz/target.h"
 
+namespace fuzz {
+extern const char* const ending;  // of each target its own: CMakeLists.txt
+}
+
 void fuzz::run(std::string_view bytes) {
-  const std::string name = "input." FUZZED;
+  const std::string name = std::string("input") + ending;
   cloud::CloudReadOptions options;
   options.chunk_points = 64;
   std::size_t points = 0;
