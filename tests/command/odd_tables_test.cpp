@@ -503,7 +503,7 @@ std::vector<Reader> quick_readers(const Folder& folder) {
                       return Numbers{0.125 * i, 100.5 + 3.2 * std::sin(0.3 * i), 0.25 * i - 3.1};
                     }),
        .kind = Kind::log,
-
+       .none_is_some = true,  // a draft, with exit code 3: Open.OfADraftThatNothingCanUse*
        .clock = 0},
       {
           .name = "crgexplain map, units",
@@ -515,6 +515,7 @@ std::vector<Reader> quick_readers(const Folder& folder) {
                          return Numbers{0.125 * i, 100.5 + 3.2 * std::sin(0.3 * i), 0.25 * i - 3.1};
                        }),
           .kind = Kind::log,
+          .none_is_some = true,
       },
       {.name = "crgidentify actuator",
        .tool = places::crgidentify(),
