@@ -3,10 +3,16 @@
 
 #include "base/error.h"
 #include "fuzz/target.h"
+#include "laps.h"
 #include "recording/log.h"
 
 void fuzz::run(std::string_view bytes) {
   const std::string name = "log";
+  recording::Log beside;  // the bytes as the .ldx beside a log
+  beside.channels.emplace_back().values.assign(100, 1.0);
+  beside.channels.back().rate_hz = 10.0;
+  recording::add_laps_of_ldx(beside, bytes, name);
+  require(beside.channels.back().values.size() == 100, "laps of the log's length");
   try {
     recording::Log log = recording::parse_log(bytes, name);
     for (const recording::Channel& channel : log.channels) {

@@ -229,7 +229,17 @@ TEST(Log, BeaconsOfTheLdxBesideAnLdCountLaps) {
   EXPECT_EQ(lap.values.back(), 2.0);
   EXPECT_THAT(log.notes.back(), testing::HasSubstr("drive.ldx"));
   folder.file("drive.ldx", "<Marker ClassName=\"BCN\" Time=\"1:02.8\"/>");
-  EXPECT_THROW(read_log(path), base::Error);
+  const Log broken = read_log(path);
+  EXPECT_EQ(broken.channels.size(), without.channels.size());
+  EXPECT_THAT(broken.notes.back(), testing::HasSubstr("'1:02.8', where microseconds"));
+  std::filesystem::remove(folder.path("drive.ldx"));
+  std::string many;
+  for (int k = 1; k <= 40; ++k)
+    many += fmt::format("<Marker ClassName=\"BCN\" Time=\"{}\"/>", 0.01 * k * step_us);
+  folder.file("drive.LDX", many);
+  EXPECT_THAT(read_log(path).notes.back(), testing::HasSubstr(" and 10 more s, by "));
+  folder.file("drive.LDX", "<Marker ClassName=\"BCN\" Time=\"");  // without an end
+  EXPECT_EQ(read_log(path).channels.size(), without.channels.size());
 }
 
 TEST(Log, LongitudesAreCalledLngToo) {

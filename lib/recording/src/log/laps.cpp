@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/error.h"
 #include "base/text_lines.h"
 #include "readers.h"
 #include "recording/look.h"
@@ -15,6 +14,7 @@ namespace recording {
 namespace {
 
 constexpr const char* kLap = "beacon lap";
+constexpr std::size_t kMostSaid = 30;  // laps
 
 /// The value of an attribute in one tag; nothing where it has none.
 std::string_view attribute(std::string_view tag, const std::string& key) {
@@ -43,26 +43,6 @@ std::vector<double> moments(const Log& log, Channel& lap) {
 
 }  // namespace
 
-std::vector<double> beacons_of_ldx(std::string_view text, const std::string& name) {
-  std::vector<double> out;
-  for (std::size_t at = text.find("<Marker "); at != std::string_view::npos;
-       at = text.find("<Marker ", at + 1)) {
-    const std::size_t end = text.find('>', at);
-    if (end == std::string_view::npos) break;
-    const std::string_view tag = text.substr(at, end - at);
-    if (attribute(tag, "ClassName") != "BCN") continue;
-    const auto microseconds = base::to_number<double>(attribute(tag, "Time"));
-    if (!microseconds || !std::isfinite(*microseconds))
-      throw base::Error(
-          fmt::format("{}: the time of a beacon is '{}': wanted microseconds from the begin of the "
-                      "log; without "
-                      "this file the log is read without laps",
-                      name, std::string(attribute(tag, "Time").substr(0, 40))));
-    out.push_back(1e-6 * *microseconds);
-  }
-  return out;
-}
-
 void add_laps(Log& log, const std::vector<double>& beacons_s, const std::string& from) {
   Channel lap;
   lap.name = kLap;
@@ -85,12 +65,35 @@ void add_laps(Log& log, const std::vector<double>& beacons_s, const std::string&
                                1 + (std::upper_bound(ends.begin(), ends.end(), t) - ends.begin()))
                          : std::numeric_limits<double>::quiet_NaN());
   std::string said;
-  for (const double end : ends) said += fmt::format("{}{:.3f}", said.empty() ? "" : ", ", end);
+  for (std::size_t k = 0; k < std::min(ends.size(), kMostSaid); ++k)
+    said += fmt::format("{}{:.3f}", k == 0 ? "" : ", ", ends[k]);
+  if (ends.size() > kMostSaid) said += fmt::format(" and {} more", ends.size() - kMostSaid);
   log.notes.push_back(
       fmt::format("laps end at {} s, by {}{}", said, from,
                   left_out > 0 ? fmt::format("; {} behind the last sample left out", left_out)
                                : std::string()));
   log.channels.push_back(std::move(lap));
+}
+
+void add_laps_of_ldx(Log& log, std::string_view text, const std::string& name) {
+  std::vector<double> beacons_s;
+  for (std::size_t at = text.find("<Marker "); at != std::string_view::npos;
+       at = text.find("<Marker ", at + 1)) {
+    const std::size_t end = text.find('>', at);
+    if (end == std::string_view::npos) break;
+    const std::string_view tag = text.substr(at, end - at);
+    if (attribute(tag, "ClassName") != "BCN") continue;
+    const auto microseconds = base::to_number<double>(attribute(tag, "Time"));
+    if (!microseconds || !std::isfinite(*microseconds)) {
+      log.notes.push_back(
+          fmt::format("{}: the time of a beacon is '{}', where microseconds from the begin of the "
+                      "log are wanted: read without laps",
+                      name, std::string(attribute(tag, "Time").substr(0, 40))));
+      return;
+    }
+    beacons_s.push_back(1e-6 * *microseconds);
+  }
+  add_laps(log, beacons_s, name);
 }
 
 }  // namespace recording

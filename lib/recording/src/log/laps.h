@@ -9,9 +9,9 @@
 
 namespace recording {
 
-/// Moments of the beacons in a file .ldx, s from the log's begin. Throws base::Error on moments
-/// that are no numbers.
-std::vector<double> beacons_of_ldx(std::string_view text, const std::string& name);
+/// Adds the laps of the .ldx beside a log, by add_laps(). Moments that are no numbers end in a note
+/// of the log.
+void add_laps_of_ldx(Log& log, std::string_view text, const std::string& name);
 
 /// Adds the channel "beacon lap", which counts from 1 and goes on behind each beacon, and says in a
 /// note whose beacons these are. Beacons behind the last sample are left out; without any other, or

@@ -138,9 +138,16 @@ Log parse_log(std::string_view bytes, const std::string& name) {
 Log read_log(const std::string& path) {
   if (std::filesystem::is_directory(path)) return read_bag_folder(path);
   Log log = parse_log(base::read_file(path, kLargestFileBytes), path);
-  const std::string beside = std::filesystem::path(path).replace_extension(".ldx").string();
-  if (log.format == "MoTeC .ld" && std::filesystem::is_regular_file(beside))
-    add_laps(log, beacons_of_ldx(base::read_file(beside, kLargestLdxBytes), beside), beside);
+  if (log.format == "MoTeC .ld")
+    for (const char* ending : {".ldx", ".LDX"}) {
+      const auto beside = std::filesystem::path(path).replace_extension(ending);
+      if (!std::filesystem::is_regular_file(beside)) continue;
+      if (std::filesystem::file_size(beside) > kLargestLdxBytes)
+        log.notes.push_back(beside.string() + ": more than 16 MiB: read without laps");
+      else
+        add_laps_of_ldx(log, base::read_file(beside, kLargestLdxBytes), beside.string());
+      break;
+    }
   return log;
 }
 
