@@ -78,8 +78,11 @@ class Drive {
          {steer_rad, throttle, brake_pa[0], brake_pa[1], brake_pa[2], brake_pa[3], clutch})
       if (!std::isfinite(x)) throw py::value_error("a control that is no number");
     if (steps < 1) throw py::value_error("steps: 1 or more wanted");
-    if (!(throttle >= 0 && throttle <= 1) || !(clutch >= 0 && clutch <= 1))
-      throw py::value_error("throttle, clutch: 0 to 1 wanted");
+    for (double* x : {&throttle, &clutch}) {  // what rounding leaves beyond is meant as the end
+      if (!(*x >= -1e-6 && *x <= 1.0 + 1e-6))
+        throw py::value_error("throttle, clutch: 0 to 1 wanted");
+      *x = std::clamp(*x, 0.0, 1.0);
+    }
     if (gear < -1 || gear > 6) throw py::value_error("gear: -1 to 6 wanted");
     if (*std::min_element(brake_pa.begin(), brake_pa.end()) < 0)
       throw py::value_error("brake_pa: 0 or more wanted");
