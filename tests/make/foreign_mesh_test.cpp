@@ -228,6 +228,15 @@ TEST_F(ForeignMesh, RefusesWhatCrashesItsReader) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(30));
 }
 
+TEST_F(ForeignMesh, RefusesWhatAsksItsReaderForAllMemory) {
+  EXPECT_THAT(message_of(folder_.file(
+                  "a.dae",
+                  "<?xml version=\"1.0\"?><COLLADA version=\"1.4.1\"><library_geometries><geometry "
+                  "id=\"g\"><mesh><source id=\"s\"><float_array id=\"a\" count=\"4000000000\">0 0 0"
+                  "</float_array></source></mesh></geometry></library_geometries></COLLADA>")),
+              HasSubstr("a.dae: reading it needs far more memory than a mesh of"));
+}
+
 TEST_F(ForeignMesh, ReadsTheSameInAProcessOfItsOwn) {
   const Mesh road = support::small_road();
   bin("track/a.bin");

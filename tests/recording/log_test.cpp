@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -12,10 +13,12 @@
 #include <fstream>
 #include <iterator>
 #include <random>
+#include <set>
 
 #include "base/error.h"
 #include "base/read_file.h"
 #include "fuzz/mutated.h"
+#include "recording/log_table.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
@@ -318,6 +321,34 @@ TEST(Log, RefusesInOneLine) {
   std::string many = ibt;
   many[144 + 8] = 2;  // the first variable is an array that others lie in
   EXPECT_THAT(refusal(many), testing::HasSubstr("bytes, but a record has 25; the file is damaged"));
+}
+
+// A record of 100,000 bytes, each a variable of its own, all of one name.
+TEST(Log, VeryManyNamesTakeNoLongerThanTheirBytes) {
+  const std::string ibt = bytes_of(corpus("log.ibt"));
+  constexpr std::int32_t kMany = 100'000;
+  std::string bytes = ibt.substr(0, 144);
+  const auto put = [&](std::size_t at, std::int32_t value) {
+    std::memcpy(bytes.data() + at, &value, sizeof value);
+  };
+  put(24, kMany);  // variables, in a record of as many bytes, behind their headers
+  put(36, kMany);
+  put(52, 144 + 144 * kMany);
+  for (std::int32_t k = 0; k < kMany; ++k) {
+    const std::size_t at = bytes.size();
+    bytes.append(144, '\0');
+    put(at, 1);
+    put(at + 4, k);
+    put(at + 8, 1);
+    bytes[at + 16] = 'a';
+  }
+  bytes.append(12 * kMany, '\1');
+  const auto begin = std::chrono::steady_clock::now();
+  const Table table = parse_log_table(bytes, "x.ibt");
+  EXPECT_EQ(table.names.size(), static_cast<std::size_t>(kMany));
+  EXPECT_EQ(std::set<std::string>(table.names.begin(), table.names.end()).size(),
+            table.names.size());
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
 }
 
 std::string refusal_of(const std::string& text) {

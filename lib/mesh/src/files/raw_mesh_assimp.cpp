@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <filesystem>
+#include <new>
 
 #include "base/ending.h"
 #include "mesh/error.h"
@@ -332,6 +333,8 @@ RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
   const aiScene* scene = nullptr;
   try {
     scene = importer.ReadFile(own, 0);
+  } catch (const std::bad_alloc&) {
+    throw;  // said by who set the limit
   } catch (const std::exception& error) {
     throw Error(fmt::format("{}: no mesh can be read from it: {}; copy or export it again", path,
                             error.what()));
@@ -343,6 +346,7 @@ RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
       throw Error(
           fmt::format("{}: refers to a file that cannot be read: {}", path, problems.front()));
     std::string reason = importer.GetErrorString();
+    if (reason == std::bad_alloc().what()) throw std::bad_alloc();
     std::replace(reason.begin(), reason.end(), '\n', ' ');
     throw Error(fmt::format(
         "{}: no mesh can be read from it: {}; give a complete mesh file (.obj .glb .ply .stl .fbx "
