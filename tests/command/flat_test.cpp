@@ -24,12 +24,20 @@ namespace fs = std::filesystem;
 
 bool heavy() { return std::getenv("KERBSTONE_HEAVY") != nullptr; }
 
-/// What a process and its children hold.
 struct Held {
   long resident_kb = 0, descriptors = 0;
 };
 
-Held held_by(pid_t process) {
+std::vector<pid_t> children_of(pid_t process) {
+  std::vector<pid_t> out;
+  for (const auto& task : fs::directory_iterator("/proc/" + std::to_string(process) + "/task")) {
+    std::ifstream children(task.path() / "children");
+    for (pid_t child = 0; children >> child;) out.push_back(child);
+  }
+  return out;
+}
+
+Held held_alone(pid_t process) {
   const std::string proc = "/proc/" + std::to_string(process);
   Held out;
   std::ifstream status(proc + "/status");
@@ -39,12 +47,15 @@ Held held_by(pid_t process) {
     (void)entry;
     ++out.descriptors;
   }
-  for (const auto& task : fs::directory_iterator(proc + "/task")) {
-    std::ifstream children(task.path() / "children");
-    for (pid_t child = 0; children >> child;) {
-      const Held more = held_by(child);
-      out.resident_kb += more.resident_kb, out.descriptors += more.descriptors;
-    }
+  return out;
+}
+
+/// What a process and its children hold.
+Held held_by(pid_t process) {
+  Held out = held_alone(process);
+  for (const pid_t child : children_of(process)) {
+    const Held more = held_by(child);
+    out.resident_kb += more.resident_kb, out.descriptors += more.descriptors;
   }
   return out;
 }
@@ -70,10 +81,19 @@ class Running {
     ::waitpid(process_, nullptr, 0);
   }
   Held held() const { return held_by(process_); }
+  pid_t process() const { return process_; }
 
  private:
   pid_t process_;
 };
+
+void expect_same(const Held& early, const Held& late) {
+  std::printf("after a tenth %ld kB and %ld descriptors, at the end %ld kB and %ld\n",
+              early.resident_kb, early.descriptors, late.resident_kb, late.descriptors);
+  EXPECT_GT(early.resident_kb, 1000);
+  EXPECT_LE(std::abs(late.resident_kb - early.resident_kb), 5000);
+  EXPECT_EQ(late.descriptors, early.descriptors);
+}
 
 /// Does one thing `count` times; what is held after a tenth of them and at the end is the same.
 template <class Step>
@@ -83,12 +103,7 @@ void expect_flat(const Running& program, int count, const Step& step) {
     step(k);
     if (k == count / 10) early = program.held();
   }
-  const Held late = program.held();
-  std::printf("after a tenth %ld kB and %ld descriptors, at the end %ld kB and %ld\n",
-              early.resident_kb, early.descriptors, late.resident_kb, late.descriptors);
-  EXPECT_GT(early.resident_kb, 1000);
-  EXPECT_LE(std::abs(late.resident_kb - early.resident_kb), 5000);
-  EXPECT_EQ(late.descriptors, early.descriptors);
+  expect_same(early, program.held());
 }
 
 TEST(SlowFlat, ACarServedInLockstep) {
@@ -145,6 +160,48 @@ TEST(SlowFlat, APageAskedAgainAndAgain) {
     ASSERT_TRUE(answer) << path;
     EXPECT_EQ(answer->status, code) << path;
   });
+}
+
+// What Snakemake holds from a tenth of the laps on.
+TEST(SlowFlat, ACampaignOfManyJobs) {
+  if (!cli::exists("/usr/bin/snakemake")) GTEST_SKIP() << "scripts/setup campaign";
+  const cli::Folder folder;
+  const std::size_t laps = heavy() ? 1000 : 40;
+  nlohmann::json masses_kg, drags_m2;
+  for (std::size_t k = 0; k < laps / 10; ++k) masses_kg.push_back(700 + k);
+  for (int k = 0; k < 10; ++k) drags_m2.push_back(0.7 + 0.01 * k);
+  cli::write(
+      folder / "many.yaml",
+      nlohmann::json{
+          {"name", "many"},
+          {"tracks",
+           {{"ring", {{"circuit", places::source() + "/tracks/kerbstone-ring/circuit.yaml"}}}}},
+          {"cars", {{"av21", places::source() + "/vehicles/av21/vehicle.yaml"}}},
+          {"analyses",
+           {{"sweeps",
+             {{"parameters", {{"chassis.mass_kg", masses_kg}, {"aero.drag_area_m2", drags_m2}}}}}}}}
+          .dump());
+  const Running campaign(places::source() + "/scripts/campaign",
+                         {folder / "many.yaml", folder / "out", "--tools",
+                          fs::path(places::kerbstone()).parent_path().parent_path().string()},
+                         folder / "printed");
+  const auto done = [&] {
+    std::size_t count = 0;
+    if (cli::exists(folder / "out/state/lap"))
+      for (const auto& entry : fs::directory_iterator(folder / "out/state/lap"))
+        count += entry.path().string().ends_with(".cost.json") ? 1 : 0;
+    return count;
+  };
+  const auto held_after = [&](std::size_t count) {
+    Held out;
+    while (done() < count && ::waitpid(campaign.process(), nullptr, WNOHANG) == 0)
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    for (const pid_t child : children_of(campaign.process())) out = held_alone(child);
+    return out;
+  };
+  const Held early = held_after(laps / 10);
+  expect_same(early, held_after(laps - laps / 10));
+  held_after(laps + 1);  // all of it, before its folder is gone
 }
 
 }  // namespace flat_test
