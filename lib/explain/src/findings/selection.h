@@ -109,6 +109,10 @@ inline constexpr double kLetGo = 5.0, kHeldGo = 5.0, kFreed = 10.0;
 /// loads saved 16; on a lap and a half without any effect a lift area saved 6. Shown by: OffMass.
 inline constexpr double kDoubt = 10.0;
 
+/// Share of what letting a parameter go saves that it must still save beside a stretch of road that
+/// saves more. From: torque stated 18 % off, beside which a grade saved more. Shown by: Proofs.
+inline constexpr double kStillSaves = 0.5;
+
 /// Parameters that save this much alike are not told apart. From: a factor of 4.5 of likelihoods.
 inline constexpr double kAsGood = 3.0;
 

@@ -194,8 +194,11 @@ class Analysis {
   struct Stretch {
     std::size_t unknown = 0;
     double gain = 0.0;
+    Eigen::VectorXd column;
   };
   Stretch best_stretch(const Model& m) const;
+  /// By a stretch that saves more and, once it is in, leaves the parameter little to save.
+  bool is_kept_back(const Model& m, const Freed& f) const;
   /// Of a candidate, where forces count as few.
   Eigen::VectorXd careful_column(std::size_t unknown, Stage stage = Stage::kForces) const;
   std::vector<Family> families_by_cost() const;                   ///< mechanisms of car and air
