@@ -42,7 +42,7 @@ std::optional<double> faster_by_turning(const Signals& s, std::size_t begin, std
 
 void doubt_antenna_aside(Signals& s) {
   if (!s.present[kYawRate] && !s.present[kYaw]) return;
-  // Of four simulators' and two real cars' recordings none is 0.4 m aside.
+  // Of 53 sound recordings, of four simulators and two real cars, none reaches it.
   constexpr double kCounts_m = 1.0, kAlike = 0.6;
   const auto all = faster_by_turning(s, 0, s.n), first = faster_by_turning(s, 0, s.n / 2),
              second = faster_by_turning(s, s.n / 2, s.n);
