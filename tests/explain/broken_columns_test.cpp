@@ -7,9 +7,11 @@
 #include <cmath>
 #include <tuple>
 
+#include "brake_axles.h"
 #include "explain/columns.h"
 #include "explain/judge.h"
 #include "good_log.h"
+#include "vehicle/vehicle_file.h"
 
 namespace explain {
 namespace broken_columns_test {
@@ -81,6 +83,71 @@ TEST_F(BrokenColumns, WhatIsHeldWhileTheCarTurnsOrBrakesIsNotUsedThere) {
   t = changed("throttle", [](double) { return 0.5; });
   EXPECT_THAT(said(t), HasSubstr("'throttle' is constant: not used; take it out"));
   EXPECT_TRUE(signals(t).broken);
+}
+
+TEST_F(BrokenColumns, WhatIsHeldForAFifthOfTheDriveIsNotJudged) {
+  const std::size_t fifth = log_->rows() / 5;
+  const auto stands = [&](recording::Table t, const std::string& name, std::size_t from,
+                          double at) {
+    std::fill_n(column(t, name).begin() + static_cast<std::ptrdiff_t>(from), fifth - 100, at);
+    const Signals s = signals(t);
+    EXPECT_THAT(s.remarks, Contains(HasSubstr(fmt::format("'{}' stands still 1 time", name))));
+    EXPECT_TRUE(s.broken) << name << ' ' << at << ' ' << from;
+  };
+  for (const std::size_t from : {fifth, 3 * fifth}) {
+    stands(*log_, "yaw_rad", from, 1.0);
+    for (const double value : {0.0, 0.2, 0.6, 1.0}) stands(*log_, "throttle", from, value);
+  }
+  // Without a gyro beside it: its path turns.
+  stands(changed("yaw_rate_radps", [](double) { return NAN; }), "yaw_rad", fifth, 1.0);
+  // Devices that leave places and heading out together now and then are usual ones.
+  recording::Table t = *log_;
+  for (const std::size_t from : {1000, 2500, 4000, 5500})
+    for (const char* name : {"x_m", "y_m", "yaw_rad"})
+      std::fill_n(column(t, name).begin() + static_cast<std::ptrdiff_t>(from), 100,
+                  column(*log_, name)[from]);
+  EXPECT_FALSE(signals(t).broken) << said(t);
+}
+
+TEST_F(BrokenColumns, ExchangedBrakePressuresAreNamed) {
+  // Brakes that want twice the pressure in front make the same of it.
+  vehicle::Vehicle car = vehicle::read_vehicle(folder_->path("none/vehicle.yaml"));
+  car.parameters[vehicle::Parameter::front_brake_friction] /= 1.4;
+  car.parameters[vehicle::Parameter::rear_brake_friction] /= 0.7;
+  recording::Table t = *log_;
+  for (const char* side : {"l", "r"}) {
+    for (double& pa : column(t, fmt::format("brake_f{}_pa", side))) pa *= 1.4;
+    for (double& pa : column(t, fmt::format("brake_r{}_pa", side))) pa *= 0.7;
+  }
+  Signals right = signals(t);
+  leave_out_exchanged_brakes(right, car);
+  EXPECT_TRUE(right.remarks.empty());
+  EXPECT_FALSE(right.broken);
+  for (const char* side : {"l", "r"})
+    std::swap(column(t, fmt::format("brake_f{}_pa", side)),
+              column(t, fmt::format("brake_r{}_pa", side)));
+  Signals wrong = signals(t);
+  leave_out_exchanged_brakes(wrong, car);
+  EXPECT_THAT(wrong.remarks, Contains(HasSubstr("front and rear are exchanged")));
+  EXPECT_TRUE(wrong.broken);
+  EXPECT_FALSE(wrong.present[kBrakeFront]);
+}
+
+TEST_F(BrokenColumns, AnAntennaBesideTheMiddleOfTheCarIsNamedWithItsPlace) {
+  const auto aside = [](double left_m) {
+    recording::Table t = *log_;
+    const std::vector<double>& heading = column(*log_, "yaw_rad");
+    for (std::size_t i = 0; i < t.rows(); ++i) {
+      column(t, "x_m")[i] -= left_m * std::sin(heading[i]);
+      column(t, "y_m")[i] += left_m * std::cos(heading[i]);
+    }
+    return t;
+  };
+  EXPECT_THAT(said(aside(3.0)), HasSubstr("'x_m', 'y_m' are slower than 'vx_mps' in left turns"));
+  EXPECT_THAT(said(aside(3.0)), ::testing::ContainsRegex("a point (2.9|3.0|3.1) m to the left"));
+  EXPECT_TRUE(signals(aside(3.0)).broken);
+  EXPECT_THAT(said(aside(-1.5)), ::testing::ContainsRegex("a point 1.[456] m to the right"));
+  EXPECT_EQ(said(aside(0.5)), "");
 }
 
 TEST_F(BrokenColumns, WhatStaysWhereItIsBecauseTheCarDoesIsUsed) {

@@ -69,6 +69,9 @@ TEST(Judge, NothingIsGreenBesideAParameterThatIsOffAndNotNamed) {
   all.parameters[0].beyond_prior = false;
   all.parameters[0].at_limit = true;
   EXPECT_EQ(judge(all), Verdict::kUnknown);
+  all.parameters[0].at_limit = false;
+  all.parameters[0].unsure = true;
+  EXPECT_EQ(judge(all), Verdict::kUnknown);
   Finding drag;
   drag.mechanism = "parameter.drag";
   drag.parameters.push_back({"aero.drag_area_m2", "m2", 0.93, 0.9, 0.96});

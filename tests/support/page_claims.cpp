@@ -262,7 +262,8 @@ void expect_tables(const json& all, const std::string& page) {
                 EXPECT_EQ(row.at(4), unit_of(p));
                 EXPECT_EQ(row.at(5), p.at("at_limit")       ? "at its limit: not determined"
                                      : p.at("beyond_prior") ? "beyond its prior width"
-                                                            : "");
+                                     : p.at("unsure") ? "outside its prior width, not for sure"
+                                                      : "");
               });
   expect_rows(page, "Everything that was tried", all.at("tested"),
               [](const Row& row, const json& e) {

@@ -27,6 +27,7 @@ struct ParameterValue {
   double stated = 0.0, value = 0.0, low = 0.0, high = 0.0;
   bool beyond_prior = false;
   bool at_limit = false;  ///< of the refit: these recordings do not determine it
+  bool unsure = false;    ///< the recordings ask for it outside its prior width, not surely beyond
 };
 struct FoundParameter {
   std::string name, unit;

@@ -53,7 +53,8 @@ Json parameters(const Findings& f) {
                     {"unit", p.unit},
                     {"ci90", {number(p.low), number(p.high)}},
                     {"beyond_prior", p.beyond_prior},
-                    {"at_limit", p.at_limit}});
+                    {"at_limit", p.at_limit},
+                    {"unsure", p.unsure}});
   return list;
 }
 

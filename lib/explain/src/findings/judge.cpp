@@ -12,7 +12,7 @@ bool has_equal(const Finding& f) {
 /// Off by more than anybody would state, and named by no finding.
 bool is_off_unnamed(const Findings& f, const ParameterValue& p) {
   const auto names_it = [&](const FoundParameter& found) { return found.name == p.name; };
-  return (p.beyond_prior || p.at_limit) &&
+  return (p.beyond_prior || p.at_limit || p.unsure) &&
          std::none_of(f.findings.begin(), f.findings.end(), [&](const Finding& x) {
            return is_about(x, p.id) &&
                   std::any_of(x.parameters.begin(), x.parameters.end(), names_it);

@@ -245,6 +245,7 @@ std::string parameters_table(const std::vector<ParameterValue>& list) {
             number_cell(figure(p.low) + " to " + figure(p.high)) + cell(unit_of(p.unit)) +
             cell(p.at_limit       ? "at its limit: not determined"
                  : p.beyond_prior ? "beyond its prior width"
+                 : p.unsure       ? "outside its prior width, not for sure"
                                   : "");
   return table("Parameters, refitted", "",
                "<th>parameter<th class=n>stated<th class=n>value<th class=n>90 %<th>unit<th>",

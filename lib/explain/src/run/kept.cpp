@@ -16,7 +16,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Place, u_begin_m, u_end_m, laps)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Mismatch, channel, regime, unit, where, size, p_adjusted,
                                    share_of_residual)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ParameterValue, id, name, unit, stated, value, low, high,
-                                   beyond_prior, at_limit)
+                                   beyond_prior, at_limit, unsure)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FoundParameter, name, unit, value, low, high)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ProfilePoint, u_m, value, ci90)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Rival, mechanism, channel, separating_experiment, cv_gain,

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/sha256.h"
+#include "brake_axles.h"
 #include "crg/file.h"
 #include "explain/fuel.h"
 #include "recording/log_table.h"
@@ -154,10 +155,12 @@ Recordings read_recordings(const ExplainRequest& request, const crg::Surface& su
   out.read = out.recorded;
   for (std::size_t k = 0; k < paths.size(); ++k) {
     out.logs.push_back(make_signals(out.tables[k], out.recorded, surface, paths[k]));
-    if (request.fuel_kg == 0) continue;
-    out.read = out.recorded;
-    add_fuel(out.tables[k], out.read, out.logs[k], car, request.fuel_kg);
-    out.logs[k] = make_signals(out.tables[k], out.read, surface, paths[k]);
+    if (request.fuel_kg != 0) {
+      out.read = out.recorded;
+      add_fuel(out.tables[k], out.read, out.logs[k], car, request.fuel_kg);
+      out.logs[k] = make_signals(out.tables[k], out.read, surface, paths[k]);
+    }
+    leave_out_exchanged_brakes(out.logs[k], car);
   }
   return out;
 }

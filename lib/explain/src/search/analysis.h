@@ -79,6 +79,8 @@ class Analysis {
   void move_columns();
   /// Adds mechanisms, or frees parameters, as what each saves where forces count as few says.
   void name_by_cost(Findings& out);
+  /// Lets those parameters go that something else kept back which was not named in the end.
+  void free_what_was_kept_back();
   /// Lets those parameters go that came out beyond their prior width although they were held, the
   /// farthest first: what the page calls beyond its prior is named.
   void free_what_is_beyond();
@@ -119,9 +121,10 @@ class Analysis {
     std::vector<Tried> tried;  ///< that which gains most first
   };
   struct Freed {
-    std::size_t place = 0;            ///< in refit_
-    std::vector<std::size_t> rivals;  ///< places that would have done as well
-    double saved = 0.0;               ///< of loss; 0: none
+    std::size_t place = 0;               ///< in refit_
+    std::vector<std::size_t> rivals;     ///< places that would have done as well
+    std::optional<std::size_t> instead;  ///< unknown of what does as well and was not named
+    double saved = 0.0;                  ///< of loss; 0: none
   };
   struct Weighed {
     std::size_t unknown = 0;
@@ -187,7 +190,15 @@ class Analysis {
   /// Whether a stretch of road is more than what the stated curves get wrong elsewhere, and saves
   /// enough where forces count as few.
   bool stands_out(const Trial& trial, const Tried& stretch) const;
-  double best_stretch(const Model& m) const;  ///< gain of the best where forces count as few
+  /// The best, and its gain where forces count as few.
+  struct Stretch {
+    std::size_t unknown = 0;
+    double gain = 0.0;
+    Eigen::VectorXd column;
+  };
+  Stretch best_stretch(const Model& m) const;
+  /// By a stretch that saves more and, once it is in, leaves the parameter little to save.
+  bool is_kept_back(const Model& m, const Freed& f) const;
   /// Of a candidate, where forces count as few.
   Eigen::VectorXd careful_column(std::size_t unknown, Stage stage = Stage::kForces) const;
   std::vector<Family> families_by_cost() const;                   ///< mechanisms of car and air

@@ -119,19 +119,34 @@ VectorXd Analysis::careful_column(std::size_t unknown, Stage stage) const {
   return careful_weights(stage).cwiseProduct(candidate_moves_.col(k));
 }
 
-double Analysis::best_stretch(const Model& m) const {
+Analysis::Stretch Analysis::best_stretch(const Model& m) const {
   std::vector<Family> along;
   for (Family& f : candidates(Stage::kForces)) {
     if (f.cell.empty() || used(inventory_.unknowns[f.id])) continue;
     f.column = careful_column(f.id);
     along.push_back(std::move(f));
   }
-  double best = 0.0;
+  Stretch best;
   for (const Test& t : scan(m.fitted, along, rows_, 0, m.fitted.e).best)
     if (const Unknown& u = inventory_.unknowns[along[t.family].id];
-        std::abs(t.amount) > u.least && std::abs(t.amount) < u.most)
-      best = std::max(best, t.gain);
+        std::abs(t.amount) > u.least && std::abs(t.amount) < u.most && t.gain > best.gain)
+      best = {along[t.family].id, t.gain,
+              within(along[t.family].column, along[t.family].cell, t.begin, t.end)};
   return best;
+}
+
+bool Analysis::is_kept_back(const Model& m, const Freed& f) const {
+  const Stretch stretch = best_stretch(m);
+  if (!(stretch.gain > f.saved)) return false;
+  Model with = m;
+  Fitted& fitted = with.fitted;
+  const Index all = fitted.x.cols();
+  fitted.x.conservativeResize(Eigen::NoChange, all + 1);
+  fitted.x.col(all) = stretch.column;
+  with.precision.conservativeResize(all + 1);
+  with.precision[all] = 0.0;
+  const Freed then = best_parameter(with);
+  return then.place != f.place || then.saved < selection::kStillSaves * f.saved;
 }
 
 bool Analysis::stands_out(const Trial& trial, const Tried& stretch) const {
@@ -190,8 +205,8 @@ void Analysis::free_parameters() {
     const std::vector<Weighed> rivals = mechanisms_by_cost(m);
     if (f.saved == 0 || (!rivals.empty() && rivals.front().saved.gain > f.saved)) return;
     // A stretch of road that says as much is looked at first: tyres that let go everywhere would
-    // hide it.
-    if (best_stretch(m) > f.saved) return;
+    // hide it. What is off all the same beside it makes up such stretches.
+    if (is_kept_back(m, f)) return;
     let_go(f);
   }
 }
@@ -221,8 +236,7 @@ bool Analysis::add_by_cost(Findings& out) {
   const std::vector<Weighed> rivals = mechanisms_by_cost(m);
   const double best = rivals.empty() ? 0.0 : rivals.front().saved.gain;
   if (f.saved >= best && f.saved > 0) {
-    // As above; a place that could not be named is left over, and said to be.
-    if (best_stretch(m) > f.saved) return false;
+    if (is_kept_back(m, f)) return false;  // as above
     let_go(f);
     return true;
   }
@@ -260,6 +274,21 @@ bool Analysis::add_by_cost(Findings& out) {
   a.by_cost = true;
   accept(out, std::move(found), std::move(a));
   return true;
+}
+
+void Analysis::free_what_was_kept_back() {
+  for (int round = 0; round < 2; ++round) {
+    const Model m = careful_model();
+    Freed f = best_parameter(m);
+    if (f.saved == 0) return;
+    const std::vector<Weighed> rivals = mechanisms_by_cost(m);
+    const Stretch stretch = best_stretch(m);
+    if (stretch.gain > f.saved)
+      f.instead = stretch.unknown;
+    else if (!rivals.empty() && rivals.front().saved.gain > f.saved)
+      f.instead = rivals.front().unknown;
+    let_go(f);
+  }
 }
 
 void Analysis::name_by_cost(Findings& out) {

@@ -75,6 +75,11 @@ ParameterValue Analysis::parameter_value(std::size_t place, const Spread& s) con
   ParameterValue p{u.id, u.name, u.unit, u.stated, value, value - half, value + half, false, false};
   const bool ran = std::abs(amounts_[i]) > selection::kAtLimit * limit(u);
   p.at_limit = !u.assumed && ran;
+  const bool asked_for = std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) {
+    return f.place == place &&
+           f.saved + (u.held > 0 ? selection::kHeldGo : 0.0) > selection::kDoubt;
+  });
+  p.unsure = asked_for && std::abs(amounts_[i]) > u.width;
   p.beyond_prior = !p.at_limit && !u.assumed &&
                    std::abs(amounts_[i]) > std::max(half, u.width + selection::kBeyond * judged);
   return p;
@@ -113,6 +118,10 @@ Finding Analysis::freed_parameter(std::size_t place, const Freed& freed, const P
   for (const std::size_t rival : freed.rivals) {
     const Unknown& other = inventory_.unknowns[refit_[rival]];
     if (other.id != u.id) f.rivals.push_back({other.id, "", kVaryAll, 0.0, false});
+  }
+  if (freed.instead) {
+    const Unknown& other = inventory_.unknowns[*freed.instead];
+    f.rivals.push_back({other.id, other.channel, experiment_between(other, u), 0.0, false});
   }
   // Another parameter that does nearly the same: what is left of this column without it.
   for (std::size_t o = 0; o < refit_.size(); ++o) {

@@ -45,6 +45,7 @@ Findings explain_relations(const std::vector<Signals>& logs, const vehicle::Vehi
   a.name_by_score(out, Stage::kSensors);
   a.name_by_score(out, Stage::kForces);
   a.name_by_cost(out);
+  a.free_what_was_kept_back();
   a.move_columns();
   a.drop_faded(out);
   a.free_what_is_beyond();

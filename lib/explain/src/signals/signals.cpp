@@ -9,6 +9,7 @@
 #include <numbers>
 #include <optional>
 
+#include "antenna.h"
 #include "late_together.h"
 #include "not_known.h"
 #include "place_on_road.h"
@@ -369,6 +370,7 @@ Signals make_signals(const recording::Table& table, const Mapping& mapping,
   place_on_road(s, surface);
   leave_out_implausible(s);
   leave_out_exchanged(s, sides);
+  doubt_antenna_aside(s);
   turn_by_the_path(s);
   return s;
 }

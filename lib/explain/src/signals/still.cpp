@@ -140,6 +140,12 @@ void take_out(Signals& s, const std::vector<Channel>& channels, const std::vecto
       runs.size() > 1 ? "s" : "", static_cast<double>(steps) * Signals::kStep_s,
       static_cast<double>(runs.front().begin) * Signals::kStep_s);
   const bool often = steps * 5 > s.n;
+  // A device that leaves places out now and then is a usual one; what else stands so often while
+  // they go on is broken, and the rest of it may be.
+  std::size_t beside = 0;
+  for (const Run& run : runs)
+    for (std::size_t i = run.begin; i < run.end; ++i) beside += std::isfinite(s.x[kX][i]) ? 1 : 0;
+  const bool doubtful = often || (beside * 20 > s.n && channels.front() != kX);
   for (const Channel c : channels) {
     if (often && (c == kX || c == kY || c == kVx))
       throw vehicle::Error(what +
@@ -149,8 +155,43 @@ void take_out(Signals& s, const std::vector<Channel>& channels, const std::vecto
     for (const Run& run : often ? std::vector<Run>{{0, s.n}} : runs)
       for (std::size_t i = run.begin; i < run.end; ++i) s.x[c][i] = s.dx[c][i] = kNaN;
   }
-  s.broken = s.broken || often;
+  s.broken = s.broken || doubtful;
   s.remarks.push_back(what + (often ? ": not used" : ": not used there"));
+}
+
+constexpr double kClosed = 0.05, kOpen = 0.98;
+
+/// The most by which the speed changes within 5 s, and beyond what a slope of a tenth makes of it,
+/// m/s.
+struct SpeedChanges {
+  double gained = 0.0, lost = 0.0, gained_over_slope = 0.0, lost_over_slope = 0.0;
+};
+
+SpeedChanges speed_changes(const Signals& s, std::size_t begin, std::size_t end) {
+  constexpr double kSlope_mps2 = 1.0;
+  const std::vector<double>& v = s.x[kVx];
+  const std::size_t most = steps_of(5.0);
+  SpeedChanges out;
+  for (std::size_t i = begin; i < end; ++i)
+    for (std::size_t k = i + 1; k < std::min(end, i + most); ++k) {
+      const double change = v[k] - v[i];
+      if (!std::isfinite(change)) continue;
+      const double by_slope = kSlope_mps2 * Signals::kStep_s * static_cast<double>(k - i);
+      out.gained = std::max(out.gained, change), out.lost = std::max(out.lost, -change);
+      out.gained_over_slope = std::max(out.gained_over_slope, change - by_slope);
+      out.lost_over_slope = std::max(out.lost_over_slope, -change - by_slope);
+    }
+  return out;
+}
+
+/// How often the throttle stays for a second where it is neither closed nor open.
+std::size_t holds_of_throttle(const Signals& s) {
+  return still_runs(s, {kThrottle}, 1.0,
+                    [&](const Run& run) {
+                      const double at = s.x[kThrottle][run.begin];
+                      return at > kClosed && at < kOpen;
+                    })
+      .size();
 }
 
 }  // namespace
@@ -187,17 +228,17 @@ void leave_out_leaps(Signals& s) {
 }
 
 bool moves_against_throttle(const Signals& s, std::size_t begin, std::size_t end) {
-  constexpr double kBy_mps = 8.0;
-  const std::vector<double>& v = s.x[kVx];
-  const std::size_t most = steps_of(5.0);  // a slope of a tenth alone changes it by half of that
-  double gained = 0.0, lost = 0.0;
-  for (std::size_t i = begin; i < end; ++i)
-    for (std::size_t k = i + 1; k < std::min(end, i + most); ++k) {
-      if (std::isfinite(v[k] - v[i])) gained = std::max(gained, v[k] - v[i]);
-      if (std::isfinite(v[k] - v[i])) lost = std::max(lost, v[i] - v[k]);
-    }
+  constexpr double kBy_mps = 8.0, kAlone_mps = 1.0;
+  const SpeedChanges all = speed_changes(s, begin, end);
   const double at = s.x[kThrottle][begin];
-  return (gained > kBy_mps && (lost > kBy_mps || at < 0.05)) || (lost > kBy_mps && at > 0.3);
+  if ((all.gained > kBy_mps && all.lost > kBy_mps) || (all.lost > kBy_mps && at > 0.3)) return true;
+  // What a driver closed acts for half a second more.
+  if (at < kClosed)
+    return all.gained > kBy_mps ||
+           speed_changes(s, begin + steps_of(0.5), end).gained_over_slope > kAlone_mps;
+  // A pedal that is held somewhere for so long once, and never else, is none.
+  return at < kOpen && holds_of_throttle(s) == 1 &&
+         std::min(all.gained_over_slope, all.lost_over_slope) > kAlone_mps;
 }
 
 void leave_out_still(Signals& s) {
@@ -207,8 +248,10 @@ void leave_out_still(Signals& s) {
                     range(moved.way_m, run) >
                         kMoves_mps * Signals::kStep_s * static_cast<double>(run.end - run.begin);
            }));
-  const auto turns = [&](const Run& run) { return range(moved.turned_rad, run) > 0.1; };
   constexpr double kOtherwise_rad = 0.3;
+  const auto turns = [&](const Run& run) {
+    return range(moved.turned_rad, run) > 0.1 || turned_otherwise(moved, run, 0.0) > kOtherwise_rad;
+  };
   const auto speeds = [&](double most) {
     return [&, most](const Run& run) { return speed_range(s, moved, run) > most; };
   };
