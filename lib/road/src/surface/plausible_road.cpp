@@ -99,6 +99,13 @@ base::Answer<Cleaning> clean_by_shape(const Mesh& mesh, const Triangles& triangl
     return std::move(*whole);
   }
   if (!shaped) return shaped;
+  if (facts.by_place) {
+    const auto off_m = [&](const RoadShown& shown) {
+      return std::abs(shown.width_m - *options.guide_width_m);
+    };
+    return is_ring && options.guide_width_m && off_m(ground) < off_m(strip) ? std::move(*whole)
+                                                                            : std::move(shaped);
+  }
   if (is_ring && strip.width_m < kLaneShare * ground.width_m && ground.width_m < kWideRing_m)
     shaped->facts.doubts.push_back(fmt::format(
         "by its shape the road is {:.1f} m wide, on flat ground that is itself a closed road, "
