@@ -1,0 +1,14 @@
+// Is a road the right way up? Private to make.
+#pragma once
+
+#include "mesh/ray_surface.h"
+#include "road/centreline.h"
+
+namespace road {
+
+/// 1: a road is the right way up, -1: upside down, 0: nothing tells, or two things contradict each
+/// other. Told by what gravity and eyes want of roads: most of it is crowned, its bends are banked
+/// inwards, and no other ground lies over it. `road` holds the road alone, `everything` the mesh.
+int right_way_up(const Centreline& line, const RaySurface& road, const RaySurface& everything);
+
+}  // namespace road
