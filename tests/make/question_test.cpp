@@ -71,18 +71,32 @@ TEST_F(Question, ACrownTellsWhichWayIsUp) {
   EXPECT_TRUE(built.summary["validation"]["passed"].get<bool>());
 }
 
-TEST_F(Question, AMirroredPlanIsOneOfTwoAnswers) {
+TEST_F(Question, ACrownAgainstTheFacesTellsThatThePlanMayBeMirrored) {
   const road::Mesh mesh = reflected(ring(0.12), -1.0, 1.0);
   const Built built = build(mesh);
-  ASSERT_EQ(built.answers.size(), 2u) << built.asked;
+  ASSERT_EQ(built.answers.size(), 3u) << built.asked;
   EXPECT_EQ(built.answers[0].flags, "--up z");
   EXPECT_EQ(built.answers[1].flags, "--up z --mirror");
+  EXPECT_EQ(built.answers[2].flags, "--up -z");
   const Built taken = build(mesh, [](road::Recipe& recipe) {
     recipe.read.up = road::UpAxis::z;
     recipe.read.mirror = true;
   });
   EXPECT_TRUE(taken.summary["validation"]["passed"].get<bool>());
   EXPECT_NEAR(taken.summary["reference_line"]["length_m"].get<double>(), kLength_m, 0.5);
+}
+
+TEST_F(Question, ATroughMayHaveItsHeightsNegated) {
+  const road::Mesh mesh = reflected(ring(0.12), 1.0, -1.0);
+  const std::string failures = build(mesh).summary["validation"]["failures"].dump();
+  EXPECT_THAT(failures, HasSubstr("give --up -z --mirror"));
+  const Built taken = build(mesh, [](road::Recipe& recipe) {
+    recipe.read.up = road::UpAxis::minus_z;
+    recipe.read.mirror = true;
+  });
+  EXPECT_TRUE(taken.summary["validation"]["passed"].get<bool>());
+  const Built trough = build(mesh, [](road::Recipe& recipe) { recipe.read.up = road::UpAxis::z; });
+  EXPECT_TRUE(trough.summary["validation"]["passed"].get<bool>());
 }
 
 TEST_F(Question, ALevelRoadIsAskedForAllThreeWays) {
@@ -122,25 +136,37 @@ road::Mesh beside(std::initializer_list<double> widths_m, double uneven_m) {
 }
 
 TEST_F(Question, OfStripsSideBySideEachIsAnAnswer) {
-  const road::Mesh mesh = beside({5.0, 5.0, 6.0}, 0.05);
+  const road::Mesh mesh = beside({10.0}, 0.05);
   const Built built = build(mesh);
-  ASSERT_GE(built.answers.size(), 3u) << built.asked;
+  ASSERT_EQ(built.answers.size(), 3u) << built.asked;
   EXPECT_THAT(built.asked, HasSubstr("question.png"));
   EXPECT_NEAR(built.answers[0].width_m, 8.0, 0.1) << "the even strip comes first";
-  for (const road::Candidate& answer : {built.answers.front(), built.answers.back()}) {
-    double x_m = 0.0, y_m = 0.0, width_m = 0.0;
-    const int read = std::sscanf(answer.flags.c_str(), "--near-m %lf,%lf --guide-width-m %lf", &x_m,
-                                 &y_m, &width_m);
-    ASSERT_GE(read, 2) << answer.flags;
-    const Built taken = build(mesh, [&](road::Recipe& recipe) {
-      recipe.clean.near_m = Eigen::Vector2d(x_m, y_m);
-      if (read == 3) recipe.clean.guide_width_m = width_m;
-    });
-    ASSERT_THAT(taken.asked, IsEmpty()) << answer.flags;
-    EXPECT_TRUE(taken.summary["validation"]["passed"].get<bool>()) << answer.flags;
-    EXPECT_NEAR(taken.summary["reference_line"]["length_m"].get<double>(), answer.length_m, 0.5);
-    EXPECT_NEAR(taken.summary["centreline"]["width_median_m"].get<double>(), answer.width_m, 0.1);
-  }
+  EXPECT_THAT(built.answers.back().flags, HasSubstr(" --guide-width-m 18.0"));
+  const road::Candidate& answer = built.answers[0];
+  double x_m = 0.0, y_m = 0.0;
+  ASSERT_EQ(std::sscanf(answer.flags.c_str(), "--near-m %lf,%lf", &x_m, &y_m), 2);
+  const Built taken =
+      build(mesh, [&](road::Recipe& recipe) { recipe.clean.near_m = Eigen::Vector2d(x_m, y_m); });
+  ASSERT_THAT(taken.asked, IsEmpty());
+  EXPECT_TRUE(taken.summary["validation"]["passed"].get<bool>());
+  EXPECT_NEAR(taken.summary["reference_line"]["length_m"].get<double>(), kLength_m, 0.5);
+  EXPECT_NEAR(taken.summary["centreline"]["width_median_m"].get<double>(), 8.0, 0.1);
+}
+
+TEST_F(Question, TwoHalvesAreRatherOneRoad) {
+  road::Mesh mesh = ring(-0.12);
+  for (road::MeshObject& object : mesh.objects) object = {};
+  const Built built = build(mesh, [](road::Recipe& recipe) { recipe.read.up = road::UpAxis::z; });
+  ASSERT_EQ(built.answers.size(), 3u) << built.asked;
+  EXPECT_NEAR(built.answers[0].width_m, 12.0, 0.1);
+}
+
+TEST_F(Question, TheUnitComesBeforeTheStrips) {
+  road::Mesh mesh = beside({10.0}, 0.05);
+  for (Eigen::Vector3d& v : mesh.vertices_m) v /= 0.3048;
+  const Built built = build(mesh);
+  EXPECT_THAT(built.asked, IsEmpty()) << "an answer of these would be in the wrong unit";
+  EXPECT_THAT(built.summary["validation"]["failures"].dump(), HasSubstr("--unit"));
 }
 
 }  // namespace question_test

@@ -60,7 +60,7 @@ road::Mesh in_strips(double crack_m) {
 }
 
 TEST(Cracks, OfAFewCentimetresAreClosedAndCounted) {
-  for (const double crack_m : {0.01, 0.025}) {
+  for (const double crack_m : {0.01, 0.03}) {
     const support::TemporaryFolder folder;
     const Built built = build(in_strips(crack_m), folder);
     EXPECT_TRUE(built.summary["validation"]["passed"].get<bool>()) << crack_m;

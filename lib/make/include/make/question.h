@@ -37,7 +37,7 @@ std::vector<Candidate> candidates(const Mesh& mesh, const Recipe& recipe, std::s
 
 /// Answers to which axis points up.
 struct UpAnswers {
-  std::vector<Candidate> candidates;
+  std::vector<Candidate> candidates;  ///< what is told comes first
   std::optional<UpAxis> told;  ///< by the crown and banks of the road, and by ground over it
 };
 

@@ -18,6 +18,7 @@
 #include "make_steps.h"
 #include "mesh/error.h"
 #include "mesh/ray_surface.h"
+#include "right_way_up.h"
 #include "road/gaps.h"
 #include "road/road_edges.h"
 #include "road/stretch.h"
@@ -113,8 +114,8 @@ Mesh read_or_ask(Prepared& prepared, BuildSummary& summary) {
   } catch (const UnknownUp& unknown) {
     if (prepared.guide_lays_mesh || !prepared.tilt_and_scale.is_identity()) throw;
     answers = candidates_of_up(prepared.recipe, unknown.could_be());
-    const bool is_told = answers.told && answers.candidates.size() < 2 &&
-                         (is_minus(*answers.told) || prepared.recipe.read.mirror);
+    // Where the road contradicts the faces, the plan may be mirrored.
+    const bool is_told = answers.told && (is_minus(*answers.told) || prepared.recipe.read.mirror);
     if (!is_told && answers.candidates.empty()) throw;
     if (!is_told) throw Question(unknown.what(), std::move(answers.candidates));
   }
@@ -291,6 +292,10 @@ MadeRoad make_road(const Recipe& recipe, const std::vector<InputFile>& inputs,
     built.doubts = stage("doubt", [&] {
       auto doubts =
           doubts_about(built.centreline, surface, built.road.mesh, built.mesh, summary.clean);
+      const std::size_t of_strips = doubts.size();
+      if (prepared.recipe.read.up == UpAxis::automatic)
+        if (auto up = doubt_about_up(built.centreline, surface, up_called(summary.read.up)))
+          doubts.push_back(std::move(*up));
       if (auto ends = doubt_about_ends(built.centreline, built.mesh, prepared.recipe.clean))
         doubts.push_back(std::move(*ends));
       if (prepared.recipe.read.unit == Unit::automatic && prepared.recipe.read.scale == 1.0 &&
@@ -298,7 +303,9 @@ MadeRoad make_road(const Recipe& recipe, const std::vector<InputFile>& inputs,
         if (auto width = doubt_about_width(built.centreline, built.mesh,
                                            summary.read.metres_per_unit, prepared.recipe.clean))
           doubts.push_back(std::move(*width));
-      ask_for_strip(doubts, summary.clean, built.mesh, prepared.recipe, options.question_path);
+      // Another way up, a missing piece and another unit come first: they change the strips.
+      if (doubts.size() == of_strips)
+        ask_for_strip(doubts, summary.clean, built.mesh, prepared.recipe, options.question_path);
       return doubts;
     });
   stage("align", [&] { put_on_the_earth(recipe, built); });

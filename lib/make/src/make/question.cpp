@@ -24,6 +24,7 @@ constexpr double kShortestShare =
     0.1;  // of the longest way: shorter ones are no roads to ask about
 constexpr std::size_t kMostTrianglesToTry = 1'000'000;  // some 30 s for each axis
 constexpr std::size_t kMostStrips = 5;
+constexpr double kSameHalf = 0.06;
 constexpr double kWholeWidth_m = 99.0;  // wider than any strip: all of the ground
 constexpr double kSameShare = 0.97;     // of a way's branches shared with another: no other way
 
@@ -57,7 +58,10 @@ std::optional<Found> doubted_road_with(const Mesh& mesh, const Recipe& recipe, b
   if (!line || !try_fit_reference_line(*line, recipe.reference_line)) return std::nullopt;
   const RaySurface surface(road->mesh);
   found.doubts = doubts_about(*line, surface, road->mesh, mesh, found.report);
-  if (ask_for_up) found.right_way_up = right_way_up(*line, surface, RaySurface(mesh));
+  if (ask_for_up) {
+    const RaySurface everything(mesh);
+    found.right_way_up = right_way_up(*line, surface, &everything);
+  }
   found.line = *std::move(line);
   return found;
 }
@@ -116,8 +120,10 @@ UpAnswers candidates_of_up(const Recipe& recipe, const std::vector<UpAxis>& coul
       tried.push_back({up, *std::move(found)});
   }
   answers.told = told_up(tried, could_be);
+  std::stable_partition(tried.begin(), tried.end(),
+                        [&](const Tried& one) { return one.up == answers.told; });
   for (const auto& [up, found] : tried) {
-    if (!found.doubts.empty() || (answers.told && up != *answers.told)) continue;
+    if (!found.doubts.empty()) continue;
     answers.candidates.push_back(candidate_of(fmt::format("--up {}", name_of(up)), found.line));
     // Faces that look down may be those of a mirrored plan.
     if (is_minus(up) || recipe.read.mirror || !has(could_be, back_of(up))) continue;
@@ -152,7 +158,13 @@ std::vector<Candidate> candidates_of_strips(const Mesh& mesh, const Recipe& reci
   const std::vector<RoadStrip> strips = strips_that_may_be_road(mesh, recipe.clean);
   for (const RoadStrip& strip : strips)
     if (found.size() < kMostStrips) try_at(strip.place_m, std::nullopt);
+  const std::size_t count = found.size();
   if (!strips.empty()) try_at(strips.front().place_m, kWholeWidth_m);
+  // Two halves of a road, rather than a road and a verge.
+  if (count == 2 && found.size() == 3 &&
+      std::abs(found[0].width_m - found[1].width_m) < kSameHalf * found[0].width_m &&
+      found[0].width_m + found[1].width_m > (1.0 - kSameHalf) * found[2].width_m)
+    std::rotate(found.begin(), found.end() - 1, found.end());
   return found;
 }
 

@@ -1,5 +1,7 @@
 #include "right_way_up.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -64,7 +66,7 @@ double curvature(const LinePlace& before, const LinePlace& after) {
 
 }  // namespace
 
-int right_way_up(const Centreline& line, const RaySurface& road, const RaySurface& everything) {
+int right_way_up(const Centreline& line, const RaySurface& road, const RaySurface* everything) {
   const std::vector<LinePlace> places = places_along(line);
   Votes crown, bank, cover;
   for (std::size_t i = 0; i < places.size(); ++i) {
@@ -83,8 +85,9 @@ int right_way_up(const Centreline& line, const RaySurface& road, const RaySurfac
         i > 1 && i + 2 < places.size() ? curvature(places[i - 2], places[i + 2]) : 0.0;
     if (std::abs(banked) > kLeastBank && std::abs(bend) > 1.0 / kWidestBend_m)
       bank.add(banked * bend < 0.0);
+    if (everything == nullptr) continue;
     bool over = false, under = false;
-    for (const SurfaceHit& hit : everything.all_hits(place.at_m.x(), place.at_m.y())) {
+    for (const SurfaceHit& hit : everything->all_hits(place.at_m.x(), place.at_m.y())) {
       const double off_m = hit.z_m - middle->z_m;
       if (std::abs(off_m) >= kLowest_m && std::abs(off_m) <= kHighest_m)
         (off_m > 0.0 ? over : under) = true;
@@ -95,6 +98,15 @@ int right_way_up(const Centreline& line, const RaySurface& road, const RaySurfac
   const int told[] = {crown.told(some), bank.told(kFewestBends), cover.told(some)};
   const auto [least, most] = std::minmax_element(std::begin(told), std::end(told));
   return *least < 0 && *most > 0 ? 0 : *least < 0 ? -1 : *most;
+}
+
+std::optional<std::string> doubt_about_up(const Centreline& line, const RaySurface& road,
+                                          UpAxis up) {
+  if (right_way_up(line, road, nullptr) >= 0) return std::nullopt;
+  return fmt::format(
+      "the road is a trough, or its bends are banked outwards, as if it were upside down: if its "
+      "heights are negated, give --up {} --mirror; if it is right so, give --up {}",
+      name_of(up_along(line_of(up), !is_minus(up))), name_of(up));
 }
 
 }  // namespace road

@@ -13,7 +13,7 @@
 
 namespace road {
 
-/// Where a surface goes on within 3 cm on two opposite sides of a place that it misses, `across`
+/// Where a surface goes on within 3.5 cm on two opposite sides of a place that it misses, `across`
 /// (length 1) or along, at heights that differ by at most 2 cm and lie within 10 cm of the place's;
 /// nothing when that is no crack.
 std::optional<std::array<SurfaceHit, 2>> sides_of_crack(const RaySurface& surface,

@@ -14,8 +14,8 @@ namespace road {
 
 namespace {
 
-// From a place in a crack, to meet its sides: a crack of 3 cm is always found, none beyond 6 cm.
-constexpr std::array<double, 4> kAside_m{0.001, 0.003, 0.01, 0.03};
+// From a place in a crack, to meet its sides: a crack of 3 cm is always found, none beyond 7 cm.
+constexpr std::array<double, 4> kAside_m{0.001, 0.003, 0.01, 0.035};
 constexpr double kCrackStep_m = 0.02;  // between its sides
 constexpr double kCrackOff_m = 0.1;    // from the height of the row
 constexpr double kLowest_m =

@@ -84,7 +84,8 @@ base::Answer<Cleaning> clean_by_shape(const Mesh& mesh, const Triangles& triangl
   }
   auto shaped = clean_classes(mesh, triangles, std::move(by_shape), options, facts, true);
   std::optional<Cleaning> whole;
-  if (road_m2 == 0.0 || road_m2 > flat_m2 / kMuchGround)
+  if (road_m2 == 0.0 || road_m2 > flat_m2 / kMuchGround ||
+      (facts.by_place && options.guide_width_m))
     if (auto all = clean_classes(mesh, triangles, std::move(all_flat), options, facts, true))
       whole = *std::move(all);
   const RoadShown ground = whole ? road_shown(whole->soup) : RoadShown{};
