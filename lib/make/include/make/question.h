@@ -38,7 +38,7 @@ std::vector<Candidate> candidates(const Mesh& mesh, const Recipe& recipe, std::s
 /// Answers to which axis points up.
 struct UpAnswers {
   std::vector<Candidate> candidates;  ///< what is told comes first
-  std::optional<UpAxis> told;  ///< by the crown and banks of the road, and by ground over it
+  std::optional<UpAxis> told;         ///< by the crown and banks of the road, and by ground over it
 };
 
 /// The same for a mesh of which nothing tells which axis points up: in each of `could_be` the mesh

@@ -293,7 +293,8 @@ MadeRoad make_road(const Recipe& recipe, const std::vector<InputFile>& inputs,
       auto doubts =
           doubts_about(built.centreline, surface, built.road.mesh, built.mesh, summary.clean);
       const std::size_t of_strips = doubts.size();
-      if (prepared.recipe.read.up == UpAxis::automatic)
+      if (doubts.empty() &&
+          prepared.recipe.read.up == UpAxis::automatic)  // of a verge it says nothing
         if (auto up = doubt_about_up(built.centreline, surface, up_called(summary.read.up)))
           doubts.push_back(std::move(*up));
       if (auto ends = doubt_about_ends(built.centreline, built.mesh, prepared.recipe.clean))
@@ -303,7 +304,7 @@ MadeRoad make_road(const Recipe& recipe, const std::vector<InputFile>& inputs,
         if (auto width = doubt_about_width(built.centreline, built.mesh,
                                            summary.read.metres_per_unit, prepared.recipe.clean))
           doubts.push_back(std::move(*width));
-      // Another way up, a missing piece and another unit come first: they change the strips.
+      // A missing piece and another unit come first: they change the strips.
       if (doubts.size() == of_strips)
         ask_for_strip(doubts, summary.clean, built.mesh, prepared.recipe, options.question_path);
       return doubts;
