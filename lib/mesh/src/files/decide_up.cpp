@@ -281,12 +281,11 @@ Up as_the_format(const AlongLine& along, UpAxis up, const std::string& path,
 
 /// Asks unless what stands or lies on the ground says that faces which look against a line are
 /// right.
-void confirm_minus(const RawMesh& mesh, const AlongLine& along, UpAxis up,
-                   const std::string& path) {
-  const int line = line_of(up), things = side_of_things(mesh, line);
+void confirm_minus(const RawMesh& mesh, const AlongLine& along, int line, const std::string& path) {
+  const int things = side_of_things(mesh, line);
   const int sheets = things == 0 ? side_of_sheets(mesh, line) : 0;
   if (things < 0 || sheets < 0) return;
-  ask_for_side(along, up,
+  ask_for_side(along, up_along(line, true),
                things > 0 ? fmt::format("but what is steep stands towards {}", kLines[line])
                : sheets > 0
                    ? fmt::format("but small objects lie on large ones towards {}", kLines[line])
@@ -308,7 +307,7 @@ Up decide_up(const RawMesh& mesh, UpAxis told, const std::string& path,
   const AlongLine& along = all[static_cast<std::size_t>(line)];
   if (line == line_of(mesh.up)) return as_the_format(along, mesh.up, path, remarks);
   const UpAxis up = measured(all, line);
-  if (is_minus(up)) confirm_minus(mesh, along, up, path);
+  if (is_minus(up)) confirm_minus(mesh, along, line, path);
   const std::string inverted =
       is_minus(up) ? fmt::format("; if their winding alone is inverted, give --up {}", kLines[line])
                    : "";

@@ -368,6 +368,7 @@ std::vector<ShapeStrip> strips_by_shape(const FlatSurface& flat) {
            std::tuple(is_uneven(b), b.at_rim, -b.strip.width_m);
   });
   std::vector<ShapeStrip> found;
+  found.reserve(ranked.size());
   for (const Ranked& r : ranked) found.push_back(r.strip);
   return found;
 }

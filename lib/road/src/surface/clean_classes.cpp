@@ -99,6 +99,7 @@ std::vector<RoadStrip> strips_that_may_be_road(const Mesh& mesh, const CleanOpti
     found = strips_by_shape(surface);
   }
   std::vector<RoadStrip> strips;
+  strips.reserve(found.size());
   for (const ShapeStrip& strip : found)
     strips.push_back({mesh.origin_m.head<2>() + strip.place_m / scale, strip.width_m / scale});
   return strips;
