@@ -144,6 +144,56 @@ TEST_F(DecideUp, FollowsTheFacesToAnotherLineThanTheFormats) {
   EXPECT_LT(largest_distance_m(by_object(road_), seen), 1e-4);
 }
 
+/// A road of 200 m without anything that stands on it; with ground 0.2 m below, or without.
+Mesh lying(bool on_ground) {
+  Mesh mesh = small_road();
+  std::erase_if(mesh.object_of_triangle, [](std::uint32_t object) { return object == 1; });
+  std::vector<std::array<std::uint32_t, 3>> level;
+  for (const auto& t : mesh.triangles)
+    if (t[0] % 3 != 2 && t[1] % 3 != 2 && t[2] % 3 != 2) level.push_back(t);
+  mesh.triangles = level;
+  mesh.objects.resize(1);
+  if (!on_ground) return mesh;
+  const auto first = static_cast<std::uint32_t>(mesh.vertices_m.size());
+  for (const double x : {-20.0, 220.0})
+    for (const double y : {-30.0, 30.0}) mesh.vertices_m.emplace_back(x, y, 0.02 * x - 0.2);
+  mesh.triangles.push_back({first, first + 2, first + 1});
+  mesh.triangles.push_back({first + 1, first + 2, first + 3});
+  mesh.object_of_triangle.insert(mesh.object_of_triangle.end(), 2, 1);
+  mesh.objects.push_back({"ground", "grass", ""});
+  return mesh;
+}
+
+TEST_F(DecideUp, AsksWhereFacesLookDownAndNothingStandsOnThem) {
+  const Mesh bare = lying(false);
+  Mesh mirrored = bare;
+  for (auto& v : mirrored.vertices_m) v.y() = -v.y();
+  for (const Mesh& mesh : {turned(bare, UpAxis::minus_z), mirrored}) {
+    try {
+      read("a.obj", as_obj(mesh));
+      FAIL();
+    } catch (const road::UnknownUp& unknown) {
+      EXPECT_EQ(unknown.could_be(), (std::vector{UpAxis::minus_z, UpAxis::z}));
+      EXPECT_THAT(unknown.what(), AllOf(HasSubstr("give --up -z (it lies on its back)"),
+                                        HasSubstr("--up z --mirror (left and right exchanged)")));
+    }
+  }
+}
+
+TEST_F(DecideUp, ASmallObjectLiesOnALargeOne) {
+  read("a.obj", as_obj(turned(lying(true), UpAxis::minus_z)));
+  EXPECT_EQ(report_.up, "-z");
+  Mesh mirrored = lying(true);
+  for (auto& v : mirrored.vertices_m) v.y() = -v.y();
+  try {
+    read("a.obj", as_obj(mirrored));
+    FAIL();
+  } catch (const road::UnknownUp& unknown) {
+    EXPECT_EQ(unknown.could_be(), (std::vector{UpAxis::z, UpAxis::minus_z}));
+    EXPECT_THAT(unknown.what(), HasSubstr("small objects lie on large ones towards z"));
+  }
+}
+
 TEST_F(DecideUp, SaysThatTheFacesLookAgainstWhatWasTold) {
   MeshReadOptions told;
   told.up = UpAxis::z;

@@ -49,6 +49,32 @@ Built build(const road::Mesh& mesh, const support::TemporaryFolder& folder) {
           base::parse_json<nlohmann::json>(built.summary_json)};
 }
 
+/// A road in strips, one of other quads, with cracks of this width between them.
+road::Mesh in_strips(double crack_m) {
+  road::Mesh mesh;
+  add_ring_strip(mesh, "TKMN1", -6.0, -2.0 - crack_m, 0.0, 0.0);
+  add_ring_strip(mesh, "TKMN2", -2.0, 2.0, 0.0, 0.0, 0.0, 301.3);
+  add_ring_strip(mesh, "TKMN3", -2.0, 2.0, 0.0, 0.0, 301.3 + crack_m, support::kRingLength_m);
+  add_ring_strip(mesh, "TKMN4", 2.0 + crack_m, 6.0, 0.0, 0.0, 0.4, support::kRingLength_m + 0.4);
+  return mesh;
+}
+
+TEST(Cracks, OfAFewCentimetresAreClosedAndCounted) {
+  for (const double crack_m : {0.01, 0.03}) {
+    const support::TemporaryFolder folder;
+    const Built built = build(in_strips(crack_m), folder);
+    EXPECT_TRUE(built.summary["validation"]["passed"].get<bool>()) << crack_m;
+    EXPECT_EQ(built.summary["sample"]["holes"], 0) << crack_m;
+    EXPECT_NEAR(built.summary["reference_line"]["length_m"].get<double>(), support::kRingLength_m,
+                0.1);
+    for (double s = 0.5; s < 627.0; s += 0.7)
+      EXPECT_TRUE(built.has_height(s, 2.0 + 0.5 * crack_m)) << s << ", " << crack_m;
+    EXPECT_NE(built.summary["validation"]["remarks"].dump().find("lie over cracks of the mesh"),
+              std::string::npos)
+        << crack_m;
+  }
+}
+
 double length_of(const nlohmann::json& ranges) {
   double length_m = 0.0;
   for (const auto& range : ranges)

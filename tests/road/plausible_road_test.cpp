@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <tuple>
 
 #include "mesh/error.h"
 #include "road/clean.h"
@@ -76,6 +77,26 @@ TEST(PlausibleRoad, AnEdgeThatFallsOnOneSideIsNoCrown) {
   road::clean(crowned(0.06), {}, &report);
   EXPECT_EQ(report.kept["road"], 2u * 629u);
   EXPECT_THAT(report.doubts, Contains(HasSubstr("of two strips side by side")));
+}
+
+TEST(PlausibleRoad, APlaceTellsWhichStripIsMeantAndAWidthAllOfThem) {
+  const Mesh mesh = crowned(0.06);
+  for (const auto& [left_m, width_m, triangles] :
+       {std::tuple(3.0, 0.0, 2u * 629u), {-11.0, 0.0, 2u * 629u}, {3.0, 32.0, 8u * 629u}}) {
+    road::CleanOptions options;
+    options.near_m = support::on_ring(10.0, left_m, 0.0).head<2>();
+    if (width_m > 0.0) options.guide_width_m = width_m;
+    road::CleanReport report;
+    const road::RoadMesh cleaned = road::clean(mesh, options, &report);
+    EXPECT_EQ(report.kept["road"], triangles) << left_m << ", " << width_m;
+    EXPECT_THAT(report.doubts, ::testing::IsEmpty());
+    EXPECT_TRUE(report.by_place);
+    for (std::size_t t = 0; width_m == 0.0 && t < cleaned.mesh.triangles.size(); ++t) {
+      if (cleaned.class_of_triangle[t] != road::SurfaceClass::road) continue;
+      const Eigen::Vector3d at = cleaned.mesh.origin_m + cleaned.mesh.vertex(t, 0);
+      EXPECT_NEAR(support::kRing_m - at.head<2>().norm(), left_m, 5.1);
+    }
+  }
 }
 
 /// A ring of 628 m in two pieces, with gaps of this length between them.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/parallel.h"
+#include "road/gaps.h"
 
 namespace road {
 
@@ -121,6 +122,15 @@ std::optional<double> error_at(const crg::Surface& road, const RaySurface& mesh,
   const auto hit = mesh.nearest_hit(place.x_m, place.y_m, place.z_m, options.reach_m);
   if (!hit) return std::nullopt;
   return place.z_m - hit->z_m;
+}
+
+bool is_over_crack(const crg::Surface& road, const RaySurface& mesh, const ValidateOptions& options,
+                   double u_m, double v_m) {
+  const Place3 place = on_mesh(road, options, u_m, v_m),
+               aside = on_mesh(road, options, u_m, v_m + 1.0);
+  return sides_of_crack(mesh, {place.x_m, place.y_m, place.z_m},
+                        {aside.x_m - place.x_m, aside.y_m - place.y_m})
+      .has_value();
 }
 
 std::vector<RoughPlace> find_rough_places(const crg::Surface& road, const RaySurface& mesh,

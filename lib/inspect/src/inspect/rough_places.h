@@ -17,6 +17,11 @@ struct RoughPoint {
 std::optional<double> error_at(const crg::Surface& road, const RaySurface& mesh,
                                const ValidateOptions& options, double u_m, double v_m);
 
+/// Whether the file closes a crack of the mesh at (u, v), where it has a height and the mesh has
+/// none: see sides_of_crack().
+bool is_over_crack(const crg::Surface& road, const RaySurface& mesh, const ValidateOptions& options,
+                   double u_m, double v_m);
+
 /// Stretches of `known` points, of those found in cells where the nodes' heights bend, and of those
 /// in the middle of any cell of the rows half a metre apart.
 std::vector<RoughPlace> find_rough_places(const crg::Surface& road, const RaySurface& mesh,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,10 +35,21 @@ class Question : public NotUsable {
 /// that can be built; the longest first, closed ones before open ones. None: none can.
 std::vector<Candidate> candidates(const Mesh& mesh, const Recipe& recipe, std::size_t most = 6);
 
+/// Answers to which axis points up.
+struct UpAnswers {
+  std::vector<Candidate> candidates;  ///< what is told comes first
+  std::optional<UpAxis> told;         ///< by the crown and banks of the road, and by ground over it
+};
+
 /// The same for a mesh of which nothing tells which axis points up: in each of `could_be` the mesh
-/// is read anew, and the longest road that clean() finds in it is tried. Meshes of more than a
-/// million triangles are not tried.
-std::vector<Candidate> candidates_of_up(const Recipe& recipe, const std::vector<UpAxis>& could_be);
+/// is read anew, and the longest road that clean() finds in it is tried. Where a line is there in
+/// both directions, its positive one is there mirrored, too. Meshes of more than a million
+/// triangles are not tried.
+UpAnswers candidates_of_up(const Recipe& recipe, const std::vector<UpAxis>& could_be);
+
+/// The strips side by side that shape alone shows, each with a place on it as --near-m, and all of
+/// the ground where that is a closed road.
+std::vector<Candidate> candidates_of_strips(const Mesh& mesh, const Recipe& recipe);
 
 /// The mesh from above in grey, each candidate in a colour with its number, its length beside it;
 /// as the bytes of a PNG file.

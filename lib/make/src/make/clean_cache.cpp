@@ -31,7 +31,7 @@ void each(Archive& a, Value& cleaned) {
   a(r.snap_tolerance_m), a(r.faces_turned), a(r.bridging_triangles), a(r.bridged_m),
       a(r.holes_closed), a(r.holes_closed_m2), a(r.non_manifold_edges), a(r.boundary_loops),
       a(r.components);
-  a(r.by_names), a(r.by_colour), a(r.by_guide), a(r.doubts), a(r.road_agreement),
+  a(r.by_names), a(r.by_colour), a(r.by_guide), a(r.by_place), a(r.doubts), a(r.road_agreement),
       a(r.class_of_triangle), a(r.remarks);
 }
 

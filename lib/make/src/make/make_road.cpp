@@ -18,6 +18,7 @@
 #include "make_steps.h"
 #include "mesh/error.h"
 #include "mesh/ray_surface.h"
+#include "right_way_up.h"
 #include "road/gaps.h"
 #include "road/road_edges.h"
 #include "road/stretch.h"
@@ -104,16 +105,33 @@ Mesh read(Prepared& prepared, BuildSummary& summary) {
   return mesh;
 }
 
-/// Reads the mesh. Where nothing tells which axis points up, asks, with the roads that were found.
+/// Reads the mesh. Where nothing tells which axis points up, the road itself may; else asks, with
+/// the roads that were found.
 Mesh read_or_ask(Prepared& prepared, BuildSummary& summary) {
+  UpAnswers answers;
   try {
     return read(prepared, summary);
   } catch (const UnknownUp& unknown) {
     if (prepared.guide_lays_mesh || !prepared.tilt_and_scale.is_identity()) throw;
-    auto could_be = candidates_of_up(prepared.recipe, unknown.could_be());
-    if (could_be.empty()) throw;
-    throw Question(unknown.what(), std::move(could_be));
+    answers = candidates_of_up(prepared.recipe, unknown.could_be());
+    // Where the road contradicts the faces, the plan may be mirrored.
+    const bool is_told = answers.told && (is_minus(*answers.told) || prepared.recipe.read.mirror);
+    if (!is_told && answers.candidates.empty()) throw;
+    if (!is_told) throw Question(unknown.what(), std::move(answers.candidates));
   }
+  prepared.recipe.read.up = *answers.told;
+  Mesh mesh = read(prepared, summary);
+  summary.read.up_why = "as the road is crowned, banked or not under other ground only so";
+  return mesh;
+}
+
+[[noreturn]] void ask(const std::string& why, const Mesh& mesh, const Recipe& recipe,
+                      std::vector<Candidate> could_be, const std::string& picture_path) {
+  base::write_file(picture_path,
+                   question_picture(recipe.name + ": which road is meant?", mesh, could_be));
+  const std::string question = fmt::format("{}; which road is meant? {} shows {} that could be",
+                                           why, picture_path, could_be.size());
+  throw Question(question, std::move(could_be));
 }
 
 /// What a stage has found of the road. Where it refuses, and nobody has said yet which road is
@@ -131,11 +149,17 @@ Found found_or_asked(base::Answer<Found> found, const Mesh& mesh, double metres_
         fmt::format("{}; or give a rough line along the road that is meant: --guide FILE (CSV, "
                     "GPX, KML, GeoJSON)",
                     refused));
-  base::write_file(picture_path,
-                   question_picture(recipe.name + ": which road is meant?", mesh, could_be));
-  const std::string question = fmt::format("{}; which road is meant? {} shows {} that could be",
-                                           refused, picture_path, could_be.size());
-  throw Question(question, std::move(could_be));
+  ask(refused, mesh, recipe, std::move(could_be), picture_path);
+}
+
+/// Where shape alone told the road, and something speaks against it: asks which of the strips.
+void ask_for_strip(const std::vector<std::string>& doubts, const CleanReport& report,
+                   const Mesh& mesh, const Recipe& recipe, const std::string& picture_path) {
+  if (doubts.empty() || report.by_names || report.by_colour || report.by_guide ||
+      recipe.clean.near_m)
+    return;
+  std::vector<Candidate> could_be = candidates_of_strips(mesh, recipe);
+  if (could_be.size() > 1) ask(doubts.front(), mesh, recipe, std::move(could_be), picture_path);
 }
 
 /// Cleans the mesh, or takes what was kept of the last time.
@@ -268,6 +292,11 @@ MadeRoad make_road(const Recipe& recipe, const std::vector<InputFile>& inputs,
     built.doubts = stage("doubt", [&] {
       auto doubts =
           doubts_about(built.centreline, surface, built.road.mesh, built.mesh, summary.clean);
+      const std::size_t of_strips = doubts.size();
+      if (doubts.empty() &&
+          prepared.recipe.read.up == UpAxis::automatic)  // of a verge it says nothing
+        if (auto up = doubt_about_up(built.centreline, surface, up_called(summary.read.up)))
+          doubts.push_back(std::move(*up));
       if (auto ends = doubt_about_ends(built.centreline, built.mesh, prepared.recipe.clean))
         doubts.push_back(std::move(*ends));
       if (prepared.recipe.read.unit == Unit::automatic && prepared.recipe.read.scale == 1.0 &&
@@ -275,6 +304,9 @@ MadeRoad make_road(const Recipe& recipe, const std::vector<InputFile>& inputs,
         if (auto width = doubt_about_width(built.centreline, built.mesh,
                                            summary.read.metres_per_unit, prepared.recipe.clean))
           doubts.push_back(std::move(*width));
+      // A missing piece and another unit come first: they change the strips.
+      if (doubts.size() == of_strips)
+        ask_for_strip(doubts, summary.clean, built.mesh, prepared.recipe, options.question_path);
       return doubts;
     });
   stage("align", [&] { put_on_the_earth(recipe, built); });

@@ -352,7 +352,8 @@ std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& 
   if (!confirmed && !report.by_guide) nothing_confirms(line, mesh, report, doubts);
   const RaySurface ground(mesh);
   below_another(line, ground, doubts);
-  if (!report.by_names && !report.by_colour && !report.by_guide && doubts.empty())
+  if (!report.by_names && !report.by_colour && !report.by_guide && !report.by_place &&
+      doubts.empty())
     at_the_rim(line, ground, doubts);
   if (doubts.size() > first) doubts.back() += fmt::format("; {}", kWayOut);
   return doubts;

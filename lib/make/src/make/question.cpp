@@ -10,6 +10,7 @@
 #include "make/plausible.h"
 #include "mesh/ray_surface.h"
 #include "report/question_map.h"
+#include "right_way_up.h"
 #include "road/clean.h"
 #include "road/roads_of.h"
 #include "road/route.h"
@@ -22,7 +23,10 @@ using Eigen::Vector2d;
 constexpr double kShortestShare =
     0.1;  // of the longest way: shorter ones are no roads to ask about
 constexpr std::size_t kMostTrianglesToTry = 1'000'000;  // some 30 s for each axis
-constexpr double kSameShare = 0.97;  // of a way's branches shared with another: no other way
+constexpr std::size_t kMostStrips = 5;
+constexpr double kSameHalf = 0.06;
+constexpr double kWholeWidth_m = 99.0;  // wider than any strip: all of the ground
+constexpr double kSameShare = 0.97;     // of a way's branches shared with another: no other way
 
 double shared(const RoadWay& a, const RoadWay& b, const RoadGraph& graph) {
   double shared_m = 0.0;
@@ -41,37 +45,126 @@ std::string flags_of(const std::vector<Vector2d>& points, bool by_shape) {
 struct Found {
   CleanReport report;
   Centreline line;
+  std::vector<std::string> doubts;
+  int right_way_up = 0;  ///< see there; where it was asked
 };
 
-/// The road that a recipe leads to; nothing where it refuses, or something speaks against it.
-std::optional<Found> road_with(const Mesh& mesh, const Recipe& recipe) {
+/// The road that a recipe leads to, with what speaks against it; nothing where it refuses.
+std::optional<Found> doubted_road_with(const Mesh& mesh, const Recipe& recipe, bool ask_for_up) {
   Found found;
   const auto road = try_clean(mesh, recipe.clean, &found.report);
   if (!road) return std::nullopt;
   auto line = try_trace_centreline(*road, recipe.centreline);
   if (!line || !try_fit_reference_line(*line, recipe.reference_line)) return std::nullopt;
-  if (!doubts_about(*line, RaySurface(road->mesh), road->mesh, mesh, found.report).empty())
-    return std::nullopt;
+  const RaySurface surface(road->mesh);
+  found.doubts = doubts_about(*line, surface, road->mesh, mesh, found.report);
+  if (ask_for_up) {
+    const RaySurface everything(mesh);
+    found.right_way_up = right_way_up(*line, surface, &everything);
+  }
   found.line = *std::move(line);
   return found;
+}
+
+/// The same; nothing where something speaks against it, too.
+std::optional<Found> road_with(const Mesh& mesh, const Recipe& recipe) {
+  auto found = doubted_road_with(mesh, recipe, false);
+  if (found && !found->doubts.empty()) return std::nullopt;
+  return found;
+}
+
+/// As `mirror` of MeshReadOptions makes it.
+Centreline mirrored(Centreline line) {
+  for (Eigen::Vector3d& p : line.points_m) p.y() = -p.y();
+  return line;
 }
 
 Candidate candidate_of(const std::string& flags, const Centreline& line) {
   return {flags, line.points_m, line.length_m, 2.0 * base::median(line.half_width_m), line.closed};
 }
 
+struct Tried {
+  UpAxis up;
+  Found found;
+};
+
+UpAxis back_of(UpAxis up) { return up_along(line_of(up), !is_minus(up)); }
+
+bool has(const std::vector<UpAxis>& ups, UpAxis up) {
+  return std::find(ups.begin(), ups.end(), up) != ups.end();
+}
+
+/// The one way up that a road tells: by being right so, or wrong the other way.
+std::optional<UpAxis> told_up(const std::vector<Tried>& tried,
+                              const std::vector<UpAxis>& could_be) {
+  std::vector<UpAxis> told;
+  for (const auto& [up, found] : tried) {
+    if (found.right_way_up == 0) continue;
+    const UpAxis right = found.right_way_up > 0 ? up : back_of(up);
+    if (has(could_be, right) && !has(told, right)) told.push_back(right);
+  }
+  return told.size() == 1 ? std::optional(told.front()) : std::nullopt;
+}
+
 }  // namespace
 
-std::vector<Candidate> candidates_of_up(const Recipe& recipe, const std::vector<UpAxis>& could_be) {
-  std::vector<Candidate> found;
-  Recipe tried = recipe;
+UpAnswers candidates_of_up(const Recipe& recipe, const std::vector<UpAxis>& could_be) {
+  UpAnswers answers;
+  std::vector<Tried> tried;
   for (const UpAxis up : could_be) {
-    tried.read.up = up;
-    const Mesh mesh = read_mesh(tried.mesh_path, read_to_clean(tried.read, tried.clean));
+    Recipe with_up = recipe;
+    with_up.read.up = up;
+    const Mesh mesh = read_mesh(recipe.mesh_path, read_to_clean(with_up.read, recipe.clean));
     if (mesh.triangles.size() > kMostTrianglesToTry) return {};
-    if (const auto road = road_with(mesh, tried))
-      found.push_back(candidate_of(fmt::format("--up {}", name_of(up)), road->line));
+    if (auto found = doubted_road_with(mesh, with_up, true))
+      tried.push_back({up, *std::move(found)});
   }
+  answers.told = told_up(tried, could_be);
+  std::stable_partition(tried.begin(), tried.end(),
+                        [&](const Tried& one) { return one.up == answers.told; });
+  for (const auto& [up, found] : tried) {
+    if (!found.doubts.empty()) continue;
+    answers.candidates.push_back(candidate_of(fmt::format("--up {}", name_of(up)), found.line));
+    // Faces that look down may be those of a mirrored plan.
+    if (is_minus(up) || recipe.read.mirror || !has(could_be, back_of(up))) continue;
+    answers.candidates.push_back(
+        candidate_of(fmt::format("--up {} --mirror", name_of(up)), mirrored(found.line)));
+  }
+  return answers;
+}
+
+std::vector<Candidate> candidates_of_strips(const Mesh& mesh, const Recipe& recipe) {
+  std::vector<Candidate> found;
+  if (mesh.triangles.size() > kMostTrianglesToTry) return found;
+  const auto try_at = [&](const Eigen::Vector2d& place_m, std::optional<double> width_m) {
+    // As they are printed.
+    const auto rounded = [](double value) { return std::round(10.0 * value) / 10.0; };
+    Recipe tried = recipe;
+    tried.clean.near_m = {rounded(place_m.x()), rounded(place_m.y())};
+    const std::string flags =
+        fmt::format("--near-m {:.1f},{:.1f}", tried.clean.near_m->x(), tried.clean.near_m->y());
+    tried.clean.guide_width_m = width_m;
+    const auto road = road_with(mesh, tried);
+    if (!road || !road->report.by_place) return;
+    Candidate candidate = candidate_of(flags, road->line);
+    if (width_m) candidate.flags += fmt::format(" --guide-width-m {:.1f}", candidate.width_m);
+    if (std::any_of(found.begin(), found.end(), [&](const Candidate& other) {
+          return std::abs(other.length_m - candidate.length_m) < 0.5 &&
+                 std::abs(other.width_m - candidate.width_m) < 0.5;
+        }))
+      return;  // the same road
+    found.push_back(std::move(candidate));
+  };
+  const std::vector<RoadStrip> strips = strips_that_may_be_road(mesh, recipe.clean);
+  for (const RoadStrip& strip : strips)
+    if (found.size() < kMostStrips) try_at(strip.place_m, std::nullopt);
+  const std::size_t count = found.size();
+  if (!strips.empty()) try_at(strips.front().place_m, kWholeWidth_m);
+  // Two halves of a road, rather than a road and a verge.
+  if (count == 2 && found.size() == 3 &&
+      std::abs(found[0].width_m - found[1].width_m) < kSameHalf * found[0].width_m &&
+      found[0].width_m + found[1].width_m > (1.0 - kSameHalf) * found[2].width_m)
+    std::rotate(found.begin(), found.end() - 1, found.end());
   return found;
 }
 

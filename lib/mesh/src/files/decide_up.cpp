@@ -11,6 +11,7 @@
 
 #include "base/ending.h"
 #include "mesh/error.h"
+#include "stands_on.h"
 
 namespace road {
 namespace {
@@ -28,9 +29,6 @@ constexpr double kFlat = 0.866;
 // back at least 94 % look down. A body with an underside has half.
 constexpr double kOneSided = 0.9;
 
-// Steeper than 60 degrees is a wall or a tree. Net area of what stands to one side of the ground
-// near it, of all such area; and that area, of the ground's.
-constexpr double kSteep = 0.5, kStands = 0.5, kEnoughSteep = 0.002;
 constexpr int kGroundCells = 200;  // along the longer side of the mesh
 
 // Nothing lies over a road but a bridge and its own underside; a line across the walls of a ring
@@ -165,46 +163,6 @@ int side_of(const AlongLine& along) {
   return along.flat_area[1] >= kOneSided * both ? -1 : 0;
 }
 
-/// 1, -1: walls and trees stand on the ground along a line, or against it; 0: nothing tells.
-int side_of_things(const RawMesh& mesh, int line) {
-  const int a = (line + 1) % 3, b = (line + 2) % 3;
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& v : mesh.vertices) box.extend(v);
-  const double cell = std::max(box.sizes()[a], box.sizes()[b]) / kGroundCells;
-  if (!(cell > 0.0)) return 0;
-  struct Ground {
-    double area = 0.0, height = 0.0;  // the sum of area times height
-  };
-  std::unordered_map<std::int64_t, Ground> cells;
-  const auto each = [&](const auto& run) {
-    for (const auto& t : mesh.triangles) {
-      const Eigen::Vector3d &p = mesh.vertices[t[0]], &q = mesh.vertices[t[1]],
-                            &r = mesh.vertices[t[2]];
-      const Eigen::Vector3d normal = (q - p).cross(r - p) / 2.0, middle = (p + q + r) / 3.0;
-      const auto i = static_cast<std::int64_t>((middle[a] - box.min()[a]) / cell),
-                 j = static_cast<std::int64_t>((middle[b] - box.min()[b]) / cell);
-      if (normal.norm() > 0.0)
-        run(i * (kGroundCells + 1) + j, std::abs(normal[line]) / normal.norm(), normal.norm(),
-            middle[line]);
-    }
-  };
-  double flat_area = 0.0, steep_area = 0.0, above = 0.0;
-  each([&](std::int64_t at, double level, double area, double height) {
-    if (level < kFlat) return;
-    Ground& ground = cells[at];
-    ground.area += area, ground.height += area * height;
-    flat_area += area;
-  });
-  each([&](std::int64_t at, double level, double area, double height) {
-    const auto ground = cells.find(at);
-    if (level > kSteep || ground == cells.end()) return;
-    steep_area += area;
-    above += std::copysign(area, height - ground->second.height / ground->second.area);
-  });
-  if (steep_area < kEnoughSteep * flat_area || std::abs(above) < kStands * steep_area) return 0;
-  return above > 0.0 ? 1 : -1;
-}
-
 UpAxis measured(const Facing& all, int line) {
   return up_along(line, side_of(all[static_cast<std::size_t>(line)]) < 0);
 }
@@ -303,19 +261,39 @@ Up as_the_format(const AlongLine& along, UpAxis up, const std::string& path,
       could_be);
 }
 
-}  // namespace
-
-/// Faces look one way and things stand the other: wound the other way round, or a block of ground
-/// with its sides that lies on its back.
-[[noreturn]] void ask_for_side(const AlongLine& along, UpAxis seen, const std::string& path) {
+/// Faces look against an axis: the mesh lies on its back, or its faces are wound the other way
+/// round, as those of a mirrored plan are. `told` is what speaks for the latter; empty: nothing.
+[[noreturn]] void ask_for_side(const AlongLine& along, UpAxis seen, const std::string& told,
+                               const std::string& path) {
   const UpAxis other = up_called(other_way(seen));
+  const std::string on_its_back = fmt::format("--up {} (it lies on its back)", name_of(seen)),
+                    not_so = fmt::format(
+                        "--up {0} (faces wound the other way round) or --up {0} --mirror (left and "
+                        "right exchanged)",
+                        name_of(other));
+  const bool is_told = !told.empty();
   throw UnknownUp(
-      fmt::format("{}: cannot tell which way is up: {}, but what is steep stands "
-                  "towards {}; give --up {} (faces wound the other way round) or "
-                  "--up {}",
-                  path, look_to(along, seen), name_of(other), name_of(other), name_of(seen)),
-      {other, seen});
+      fmt::format("{}: cannot tell which way is up: {}, {}; give {} or {}", path,
+                  look_to(along, seen), is_told ? told : "and nothing stands or lies on them",
+                  is_told ? not_so : on_its_back, is_told ? on_its_back : not_so),
+      is_told ? std::vector{other, seen} : std::vector{seen, other});
 }
+
+/// Asks unless what stands or lies on the ground says that faces which look against a line are
+/// right.
+void confirm_minus(const RawMesh& mesh, const AlongLine& along, int line, const std::string& path) {
+  const int things = side_of_things(mesh, line);
+  const int sheets = things == 0 ? side_of_sheets(mesh, line) : 0;
+  if (things < 0 || sheets < 0) return;
+  ask_for_side(along, up_along(line, true),
+               things > 0 ? fmt::format("but what is steep stands towards {}", kLines[line])
+               : sheets > 0
+                   ? fmt::format("but small objects lie on large ones towards {}", kLines[line])
+                   : "",
+               path);
+}
+
+}  // namespace
 
 Up decide_up(const RawMesh& mesh, UpAxis told, const std::string& path,
              std::vector<std::string>& remarks) {
@@ -329,7 +307,7 @@ Up decide_up(const RawMesh& mesh, UpAxis told, const std::string& path,
   const AlongLine& along = all[static_cast<std::size_t>(line)];
   if (line == line_of(mesh.up)) return as_the_format(along, mesh.up, path, remarks);
   const UpAxis up = measured(all, line);
-  if (is_minus(up) && side_of_things(mesh, line) > 0) ask_for_side(along, up, path);
+  if (is_minus(up)) confirm_minus(mesh, along, line, path);
   const std::string inverted =
       is_minus(up) ? fmt::format("; if their winding alone is inverted, give --up {}", kLines[line])
                    : "";

@@ -49,7 +49,8 @@ struct CleanOptions {
   double snap_tolerance_m = 0.02;
   /// A gap across the whole road up to this long is bridged by new triangles (start/finish seams).
   double max_gap_m = 0.5;
-  /// Of several separate roads keep the one nearest to this map point.
+  /// Of several separate roads keep the one nearest to this map point; of strips side by side that
+  /// shape alone tells, the one on which it lies.
   std::optional<Eigen::Vector2d> near_m;
   /// What lies along it is the road, whatever it is called and however many pieces it has.
   std::optional<Guide> guide;
@@ -57,7 +58,8 @@ struct CleanOptions {
   /// along the shortest way through them over everything that looks like road; closed when the last
   /// is the first. Empty, or at least two.
   std::vector<Eigen::Vector2d> route_m;
-  /// Of the road along the guide, where nothing on the surface tells.
+  /// Of the road along the guide, where nothing on the surface tells. With near_m: tells the strip
+  /// there from all of the ground, where that is a closed road.
   std::optional<double> guide_width_m;
 };
 
@@ -82,6 +84,7 @@ struct CleanReport {
   bool by_names = false;       ///< false: geometry alone, or a guide
   bool by_colour = false;      ///< names tell nothing, and colours tell more than geometry
   bool by_guide = false;       ///< along a guide or a route
+  bool by_place = false;       ///< near_m told which strip of what shape tells
   std::vector<std::string>
       doubts;  ///< what along the guide speaks against the road: for doubts_about()
   /// With names: area that names and geometry both call road over the area that either does, before
@@ -106,7 +109,7 @@ MeshReadOptions read_to_clean(MeshReadOptions read, const CleanOptions& options)
 /// is grey between ground of other colours.
 /// A refusal when nothing drivable is left (says what was seen), or when two separate circuits of
 /// similar size are present (says where they lie and how to choose: `near_m`).
-/// A refusal when a guide and a route are given, or a width without either.
+/// A refusal when a guide and a route are given, or a width without either and without near_m.
 /// Along a guide or route: one for NotUsable where more than 30 % of it have no surface.
 base::Answer<RoadMesh> try_clean(const Mesh& mesh, const CleanOptions& options = {},
                                  CleanReport* report = nullptr);

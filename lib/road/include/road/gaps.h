@@ -1,6 +1,10 @@
 // What sampling leaves open: cracks too thin to be a hole, and gaps in which a wall stands.
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+
 #include "crg/reference_line.h"
 #include "mesh/mesh.h"
 #include "mesh/ray_surface.h"
@@ -9,11 +13,17 @@
 
 namespace road {
 
+/// Where a surface goes on within 3.5 cm on two opposite sides of a place that it misses, `across`
+/// (length 1) or along, at heights that differ by at most 2 cm and lie within 10 cm of the place's;
+/// nothing when that is no crack.
+std::optional<std::array<SurfaceHit, 2>> sides_of_crack(const RaySurface& surface,
+                                                        const Eigen::Vector3d& at_m,
+                                                        const Eigen::Vector2d& across);
+
 /// Nodes without a height between others of their row get one where they fell into a crack:
-/// `surface` (that of `road`) goes on within 1 cm on two opposite sides, at heights that differ by
-/// at most 2 cm and lie within 10 cm of the row's. They count as filled, of the class of the one
-/// side; unlike sampling's own filling this also closes cracks between road and kerb or run-off.
-/// Changes nodes_with_z, filled and holes of `report`.
+/// sides_of_crack() in `surface` (that of `road`), near the row's height. They count as filled, of
+/// the class of the one side; unlike sampling's own filling this also closes cracks between road
+/// and kerb or run-off. Changes nodes_with_z, filled and holes of `report`.
 void close_cracks(SampledGrid& sampled, const RaySurface& surface, const RoadMesh& road,
                   const crg::ReferenceLine& line, SampleReport& report);
 

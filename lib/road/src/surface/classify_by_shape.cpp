@@ -3,11 +3,15 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
+#include <tuple>
 #include <unordered_set>
 #include <utility>
 
 #include "band_strips.h"
 #include "bands.h"
+#include "base/statistics.h"
 #include "chains.h"
 #include "fans.h"
 #include "shape_runoff.h"
@@ -18,6 +22,11 @@ namespace {
 
 // A steady strip counts as the road unless a merely smooth one joins many more cross sections.
 constexpr double kAsManyRings = 0.7;
+
+// Uneven is what bends this many times as much as the evenest strip, and this much more.
+constexpr double kUneven = 4.0, kUneven_m = 0.005;
+// Of the border of a strip: a strip at the rim of the ground has at most half.
+constexpr double kBothSides = 0.75;
 
 // A strip that continues the road across a gap has its width.
 constexpr double kSameWidth = 0.1;
@@ -95,10 +104,11 @@ double most_rings(const std::vector<Strip>& of) {
   return static_cast<double>(most);
 }
 
-/// All that may be road: the steady strips, unless the merely smooth ones join many more cross
-/// sections.
-std::vector<Strip> strips_of(const FlatSurface& flat, const Fans& fans,
-                             const std::vector<Chain>& chains) {
+struct Strips {
+  std::vector<Strip> steady, smooth;
+};
+
+Strips strips_of(const FlatSurface& flat, const Fans& fans, const std::vector<Chain>& chains) {
   std::vector<Band> bands;  // two for every chain: left, right
   for (std::size_t i = 0; i < chains.size(); ++i) {
     bands.push_back(band_beside(flat, fans, chains, i, true));
@@ -107,32 +117,121 @@ std::vector<Strip> strips_of(const FlatSurface& flat, const Fans& fans,
   const auto long_enough = [&](std::size_t b) {
     return bands[b].length_m >= kShortestChain_m && bands[b].width_m <= kWidestRoad_m;
   };
-  std::vector<Strip> strips = strips_of_bands(flat, fans, chains, bands, [&](std::size_t b) {
-    return long_enough(b) && bands[b].steady >= kSteadyShare;
-  });
-  std::vector<Strip> smooth = strips_of_bands(flat, fans, chains, bands, [&](std::size_t b) {
-    return long_enough(b) && bands[b].smooth >= kSteadyShare;
-  });
-  if (most_rings(strips) < kAsManyRings * most_rings(smooth)) strips = std::move(smooth);
-  return strips;
+  return {strips_of_bands(
+              flat, fans, chains, bands,
+              [&](std::size_t b) { return long_enough(b) && bands[b].steady >= kSteadyShare; }),
+          strips_of_bands(flat, fans, chains, bands, [&](std::size_t b) {
+            return long_enough(b) && bands[b].smooth >= kSteadyShare;
+          })};
 }
 
-/// The road has the most cross sections, or nearly; of these strips the long ones, of these the
-/// widest.
-const Strip& main_strip(const std::vector<Strip>& strips) {
+/// All that may be road: the steady strips, unless the merely smooth ones join many more cross
+/// sections.
+std::vector<Strip> likely_strips(Strips strips) {
+  return most_rings(strips.steady) < kAsManyRings * most_rings(strips.smooth)
+             ? std::move(strips.smooth)
+             : std::move(strips.steady);
+}
+
+/// Both, of those that are alike the steady one.
+std::vector<Strip> all_strips(Strips strips) {
+  std::vector<Strip> all = std::move(strips.steady);
+  for (Strip& strip : strips.smooth) {
+    const bool known = std::any_of(all.begin(), all.end(), [&](const Strip& other) {
+      std::vector<std::uint32_t> common;
+      std::set_intersection(strip.triangles.begin(), strip.triangles.end(), other.triangles.begin(),
+                            other.triangles.end(), std::back_inserter(common));
+      return 2 * common.size() > strip.triangles.size();
+    });
+    if (!known) all.push_back(std::move(strip));
+  }
+  return all;
+}
+
+/// The road has the most cross sections, or nearly; of these strips the long ones.
+std::vector<const Strip*> long_strips(const std::vector<Strip>& strips) {
   const double fewest_rings = kAsManyRings * most_rings(strips);
   double longest_m = 0.0;
   for (const Strip& strip : strips) {
     if (static_cast<double>(strip.rings) >= fewest_rings)
       longest_m = std::max(longest_m, strip.length_m());
   }
-  const Strip* chosen = nullptr;
-  for (const Strip& strip : strips) {
-    if (static_cast<double>(strip.rings) < fewest_rings || strip.length_m() < kAsLong * longest_m)
-      continue;
-    if (chosen == nullptr || strip.width_m() > chosen->width_m()) chosen = &strip;
+  std::vector<const Strip*> found;
+  for (const Strip& strip : strips)
+    if (static_cast<double>(strip.rings) >= fewest_rings && strip.length_m() >= kAsLong * longest_m)
+      found.push_back(&strip);
+  return found;
+}
+
+/// Of the long strips the widest.
+const Strip& main_strip(const std::vector<Strip>& strips) {
+  const std::vector<const Strip*> from = long_strips(strips);
+  return **std::max_element(from.begin(), from.end(), [](const Strip* a, const Strip* b) {
+    return a->width_m() < b->width_m();
+  });
+}
+
+bool lies_on(const Eigen::Vector2d& p, const FlatSurface& flat, const Triangle& t) {
+  const auto side = [&](std::size_t c) {
+    const Eigen::Vector2d a = flat.vertices_m[t[c]].head<2>(),
+                          b = flat.vertices_m[t[(c + 1) % 3]].head<2>();
+    return (b - a).x() * (p - a).y() - (b - a).y() * (p - a).x();
+  };
+  return side(0) >= 0.0 && side(1) >= 0.0 && side(2) >= 0.0;
+}
+
+const Strip* strip_at(const FlatSurface& flat, const std::vector<Strip>& strips,
+                      const Eigen::Vector2d& place_m) {
+  for (const Strip& strip : strips)
+    for (const std::uint32_t t : strip.triangles)
+      if (lies_on(place_m, flat, flat.triangles[t])) return &strip;
+  return nullptr;
+}
+
+/// How much the heights along the most uneven chain of a strip bend from ring to ring, in the
+/// median.
+double unevenness_m(const FlatSurface& flat, const std::vector<Chain>& chains, const Strip& strip) {
+  double most_m = 0.0;
+  for (const std::size_t c : strip.chains) {
+    const Chain& chain = chains[c];
+    std::vector<double> bends_m;
+    for (std::size_t i = 0; i + 1 < chain.edges(); ++i)
+      bends_m.push_back(std::abs(flat.vertices_m[chain.at(i)].z() -
+                                 2.0 * flat.vertices_m[chain.at(i + 1)].z() +
+                                 flat.vertices_m[chain.at(i + 2)].z()));
+    if (!bends_m.empty()) most_m = std::max(most_m, base::median(std::move(bends_m)));
   }
-  return *chosen;
+  return most_m;
+}
+
+/// Whether ground lies along most of both sides.
+bool has_ground_beside(const FlatSurface& flat, const Fans& fans, const Strip& strip) {
+  double beside_m = 0.0;
+  for (const std::uint32_t t : strip.triangles)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::uint32_t p = flat.triangles[t][c], q = flat.triangles[t][(c + 1) % 3];
+      const std::uint32_t across = fans.left(q, p);
+      if (across != kNoIndex &&
+          !std::binary_search(strip.triangles.begin(), strip.triangles.end(), across))
+        beside_m += (flat.vertices_m[q] - flat.vertices_m[p]).norm();
+    }
+  return beside_m > kBothSides * strip.border_m;
+}
+
+/// In the middle of the largest triangle.
+Eigen::Vector2d place_on(const FlatSurface& flat, const Strip& strip) {
+  double largest_m2 = 0.0;
+  Eigen::Vector2d place_m = Eigen::Vector2d::Zero();
+  for (const std::uint32_t t : strip.triangles) {
+    const Triangle& v = flat.triangles[t];
+    const Eigen::Vector3d &a = flat.vertices_m[v[0]], &b = flat.vertices_m[v[1]],
+                          &c = flat.vertices_m[v[2]];
+    const double area_m2 = (b - a).cross(c - a).norm();
+    if (area_m2 <= largest_m2) continue;
+    largest_m2 = area_m2;
+    place_m = ((a + b + c) / 3.0).head<2>();
+  }
+  return place_m;
 }
 
 /// The road grown so far, and what else there is to go on with.
@@ -215,24 +314,63 @@ class GrowingRoad {
 
 }  // namespace
 
-ShapeClasses classify_by_shape(const FlatSurface& flat) {
+ShapeClasses classify_by_shape(const FlatSurface& flat,
+                               const std::optional<Eigen::Vector2d>& place_m) {
   ShapeClasses out;
   out.class_of_triangle.assign(flat.triangles.size(), SurfaceClass::scenery);
   const Fans fans(flat);
   const std::vector<Chain> chains = long_chains(flat, fans);
-  const std::vector<Strip> strips = strips_of(flat, fans, chains);
-  if (strips.empty()) return out;
-  const Strip& chosen = main_strip(strips);
-  out.road_length_m = chosen.length_m();
-  out.road_width_m = chosen.width_m();
-  out.rival_width_m = rival_width_m(flat, fans, strips, chosen);
-  std::vector<char> road = GrowingRoad(flat, fans, chains, strips, chosen).grow();
+  Strips found = strips_of(flat, fans, chains);
+  std::vector<Strip> strips;
+  const Strip* chosen = nullptr;
+  if (place_m) {
+    strips = all_strips(found);
+    chosen = strip_at(flat, strips, *place_m);
+    out.is_told = chosen != nullptr;
+  }
+  if (chosen == nullptr) {
+    strips = likely_strips(std::move(found));
+    if (strips.empty()) return out;
+    chosen = &main_strip(strips);
+    out.rival_width_m = rival_width_m(flat, fans, strips, *chosen);
+  }
+  out.road_length_m = chosen->length_m();
+  out.road_width_m = chosen->width_m();
+  std::vector<char> road = GrowingRoad(flat, fans, chains, strips, *chosen).grow();
   grow_runoff(flat, fans, road);
   for (std::uint32_t t = 0; t < flat.triangles.size(); ++t) {
     if (road[t] == 1) out.class_of_triangle[t] = SurfaceClass::road;
     if (road[t] == 2) out.class_of_triangle[t] = SurfaceClass::runoff;
   }
   return out;
+}
+
+std::vector<ShapeStrip> strips_by_shape(const FlatSurface& flat) {
+  const Fans fans(flat);
+  const std::vector<Chain> chains = long_chains(flat, fans);
+  const std::vector<Strip> strips = all_strips(strips_of(flat, fans, chains));
+  struct Ranked {
+    double uneven_m;
+    bool at_rim;
+    ShapeStrip strip;
+  };
+  std::vector<Ranked> ranked;
+  double even_m = std::numeric_limits<double>::infinity();
+  for (const Strip* strip : long_strips(strips)) {
+    ranked.push_back({unevenness_m(flat, chains, *strip),
+                      !has_ground_beside(flat, fans, *strip),
+                      {place_on(flat, *strip), strip->width_m()}});
+    even_m = std::min(even_m, ranked.back().uneven_m);
+  }
+  const auto is_uneven = [&](const Ranked& r) { return r.uneven_m > kUneven_m + kUneven * even_m; };
+  std::stable_sort(ranked.begin(), ranked.end(), [&](const Ranked& a, const Ranked& b) {
+    return std::tuple(is_uneven(a), a.at_rim, -a.strip.width_m) <
+           std::tuple(is_uneven(b), b.at_rim, -b.strip.width_m);
+  });
+  std::vector<ShapeStrip> found;
+  found.reserve(ranked.size());
+  for (const Ranked& r : ranked) found.push_back(r.strip);
+  return found;
 }
 
 }  // namespace road

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,7 +35,20 @@ struct ShapeClasses {
   /// strips on both its sides, or on none, or a narrow one: what has another on one side only may
   /// be the verge of that.
   double rival_width_m = 0.0;
+  bool is_told = false;  ///< by the place: then there is no rival
 };
-ShapeClasses classify_by_shape(const FlatSurface& flat);
+/// With a place: the strip on which it lies, where it lies on one.
+ShapeClasses classify_by_shape(const FlatSurface& flat,
+                               const std::optional<Eigen::Vector2d>& place_m = {});
+
+/// A strip that may be the road, and a place on it.
+struct ShapeStrip {
+  Eigen::Vector2d place_m;
+  double width_m;
+};
+
+/// All strips about as long as the longest, the likeliest road first: even ones before uneven ones,
+/// those with ground on both sides before those at a rim, wide ones before narrow ones.
+std::vector<ShapeStrip> strips_by_shape(const FlatSurface& flat);
 
 }  // namespace road

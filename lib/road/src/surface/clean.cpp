@@ -168,10 +168,10 @@ base::Answer<RoadMesh> try_clean(const Mesh& mesh, const CleanOptions& options,
     return base::Refusal(
         "a guide and a route seen; both tell which road is meant: give one of them (--guide, "
         "--route)");
-  if (options.guide_width_m && !options.guide && options.route_m.empty())
+  if (options.guide_width_m && !options.guide && options.route_m.empty() && !options.near_m)
     return base::Refusal(
-        "guide_width_m seen without a guide; it is the width of the road along one: give --guide "
-        "FILE too");
+        "guide_width_m seen without a guide; it is the width of the road along one, or at "
+        "--near-m: give --guide FILE too");
   CleanReport facts;
   facts.triangles_in = mesh.triangles.size();
   facts.weld_tolerance_m = options.weld_tolerance_m;
@@ -193,6 +193,7 @@ base::Answer<RoadMesh> try_clean(const Mesh& mesh, const CleanOptions& options,
         agreement(mesh, triangles.by_names, by_shape.of_triangle, triangles.flat);
   }
   const std::string doubt = by_shape.doubt;
+  facts.by_place = by_shape.is_told;
   auto cleaned =
       guide ? clean_along(mesh, *guide, triangles, options, std::move(facts))
             : clean_unguided(mesh, triangles, std::move(by_shape), options, std::move(facts));

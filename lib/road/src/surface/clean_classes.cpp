@@ -10,6 +10,7 @@
 #include "clean_layers.h"
 #include "clean_soup.h"
 #include "name_table.h"
+#include "road/roads_of.h"
 
 namespace road {
 namespace {
@@ -21,10 +22,14 @@ constexpr double kDropHeight_m = 0.5;
 // Where geometry finds no road it looks again at a model this many times as large.
 constexpr double kModelScale = 10.0;
 
-}  // namespace
+/// The flat triangles as shape sees them, and which of the mesh they are.
+struct FlatGround {
+  FlatSurface surface;
+  std::vector<std::uint32_t> source;
+};
 
-ClassesByShape classes_by_shape(const Mesh& mesh, const std::vector<bool>& empty,
-                                const std::vector<bool>& flat, CleanOptions options) {
+FlatGround flat_ground(const Mesh& mesh, const std::vector<bool>& empty,
+                       const std::vector<bool>& flat, CleanOptions options) {
   std::vector<std::uint32_t> all;
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
     if (!empty[i]) all.push_back(i);
@@ -33,7 +38,7 @@ ClassesByShape classes_by_shape(const Mesh& mesh, const std::vector<bool>& empty
   // as a kerb. The mesh itself stays as it is.
   options.weld_tolerance_m = std::max(options.weld_tolerance_m, 0.01);
   CleanReport ignored;
-  std::vector<SurfaceClass> classes(mesh.triangles.size(), SurfaceClass::scenery);
+  const std::vector<SurfaceClass> classes(mesh.triangles.size(), SurfaceClass::scenery);
   const Soup soup = make_soup(mesh, all, classes, options, ignored);
   Soup ground = soup;
   ground.filter([&](std::size_t i) { return flat[ground.source[i]]; });
@@ -54,22 +59,50 @@ ClassesByShape classes_by_shape(const Mesh& mesh, const std::vector<bool>& empty
     }
   }
   std::sort(surface.walls.begin(), surface.walls.end());
-  ShapeClasses found = classify_by_shape(surface);
+  return {std::move(surface), std::move(ground.source)};
+}
+
+}  // namespace
+
+ClassesByShape classes_by_shape(const Mesh& mesh, const std::vector<bool>& empty,
+                                const std::vector<bool>& flat, const CleanOptions& options) {
+  auto [surface, source] = flat_ground(mesh, empty, flat, options);
+  std::optional<Eigen::Vector2d> place_m;
+  if (options.near_m) place_m = *options.near_m - mesh.origin_m.head<2>();
+  ShapeClasses found = classify_by_shape(surface, place_m);
   const double scale = found.road_length_m == 0.0 ? kModelScale : 1.0;  // perhaps a model
   if (found.road_length_m == 0.0) {
     for (Eigen::Vector3d& v : surface.vertices_m) v *= kModelScale;
-    found = classify_by_shape(surface);
+    if (place_m) *place_m *= kModelScale;
+    found = classify_by_shape(surface, place_m);
   }
-  for (std::size_t i = 0; i < ground.source.size(); ++i)
-    classes[ground.source[i]] = found.class_of_triangle[i];
-  if (found.rival_width_m == 0.0) return {std::move(classes), ""};
-  return {
-      std::move(classes),
-      fmt::format("nothing is called road, and of two strips side by side the wider, of {:.1f} m, "
-                  "was taken; the other, of {:.1f} m, may be the road and this one its verge; say "
-                  "which by a rough line along it (--guide FILE), or, if "
-                  "the line is right all the same, with --line-is-right",
-                  found.road_width_m / scale, found.rival_width_m / scale)};
+  ClassesByShape classes{std::vector<SurfaceClass>(mesh.triangles.size(), SurfaceClass::scenery),
+                         "", found.is_told};
+  for (std::size_t i = 0; i < source.size(); ++i)
+    classes.of_triangle[source[i]] = found.class_of_triangle[i];
+  if (found.rival_width_m > 0.0)
+    classes.doubt = fmt::format(
+        "nothing is called road, and of two strips side by side the wider, of {:.1f} m, was taken; "
+        "the other, of {:.1f} m, may be the road and this one its verge; say which by a rough line "
+        "along it (--guide FILE), or, if the line is right all the same, with --line-is-right",
+        found.road_width_m / scale, found.rival_width_m / scale);
+  return classes;
+}
+
+std::vector<RoadStrip> strips_that_may_be_road(const Mesh& mesh, const CleanOptions& options) {
+  const Triangles triangles = look_at(mesh, options);
+  FlatSurface surface = flat_ground(mesh, triangles.empty, triangles.flat, options).surface;
+  std::vector<ShapeStrip> found = strips_by_shape(surface);
+  const double scale = found.empty() ? kModelScale : 1.0;
+  if (found.empty()) {
+    for (Eigen::Vector3d& v : surface.vertices_m) v *= kModelScale;
+    found = strips_by_shape(surface);
+  }
+  std::vector<RoadStrip> strips;
+  strips.reserve(found.size());
+  for (const ShapeStrip& strip : found)
+    strips.push_back({mesh.origin_m.head<2>() + strip.place_m / scale, strip.width_m / scale});
+  return strips;
 }
 
 double agreement(const Mesh& mesh, const std::vector<SurfaceClass>& a,

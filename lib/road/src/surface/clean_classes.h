@@ -28,9 +28,10 @@ bool is_all_road(const Mesh& mesh, const Triangles& triangles);
 struct ClassesByShape {
   std::vector<SurfaceClass> of_triangle;
   std::string doubt;
+  bool is_told = false;  ///< near_m of the options told which of the strips
 };
 ClassesByShape classes_by_shape(const Mesh& mesh, const std::vector<bool>& empty,
-                                const std::vector<bool>& flat, CleanOptions options);
+                                const std::vector<bool>& flat, const CleanOptions& options);
 
 /// Area that both call road over the area that either does; flat triangles only.
 double agreement(const Mesh& mesh, const std::vector<SurfaceClass>& a,

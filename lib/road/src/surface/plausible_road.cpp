@@ -84,7 +84,8 @@ base::Answer<Cleaning> clean_by_shape(const Mesh& mesh, const Triangles& triangl
   }
   auto shaped = clean_classes(mesh, triangles, std::move(by_shape), options, facts, true);
   std::optional<Cleaning> whole;
-  if (road_m2 == 0.0 || road_m2 > flat_m2 / kMuchGround)
+  if (road_m2 == 0.0 || road_m2 > flat_m2 / kMuchGround ||
+      (facts.by_place && options.guide_width_m))
     if (auto all = clean_classes(mesh, triangles, std::move(all_flat), options, facts, true))
       whole = *std::move(all);
   const RoadShown ground = whole ? road_shown(whole->soup) : RoadShown{};
@@ -99,6 +100,13 @@ base::Answer<Cleaning> clean_by_shape(const Mesh& mesh, const Triangles& triangl
     return std::move(*whole);
   }
   if (!shaped) return shaped;
+  if (facts.by_place) {
+    const auto off_m = [&](const RoadShown& shown) {
+      return std::abs(shown.width_m - *options.guide_width_m);
+    };
+    return is_ring && options.guide_width_m && off_m(ground) < off_m(strip) ? std::move(*whole)
+                                                                            : std::move(shaped);
+  }
   if (is_ring && strip.width_m < kLaneShare * ground.width_m && ground.width_m < kWideRing_m)
     shaped->facts.doubts.push_back(fmt::format(
         "by its shape the road is {:.1f} m wide, on flat ground that is itself a closed road, "

@@ -1,0 +1,172 @@
+// Where a mesh leaves two readings, each answer that is printed leads to its road.
+#include "make/question.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "base/json_text.h"
+#include "make/make_track.h"
+#include "mesh/export_mesh.h"
+#include "support/ring_strips.h"
+#include "support/temporary_folder.h"
+
+namespace question_test {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr double kLength_m = support::kRingLength_m;
+
+struct Built {
+  std::vector<road::Candidate> answers;
+  std::string asked;       ///< empty: a road
+  nlohmann::json summary;  ///< of the road
+};
+
+class Question : public ::testing::Test {
+ protected:
+  Built build(const road::Mesh& mesh, const std::function<void(road::Recipe&)>& told = {}) {
+    road::export_mesh(mesh, folder_.path("ring.obj"), {road::UpAxis::z, road::Unit::m});
+    road::Recipe recipe = road::recipe_for_mesh(folder_.path("ring.obj"));
+    recipe.reference_line.u_step_m = recipe.sample.v_step_m = 0.5;
+    if (told) told(recipe);
+    Built built;
+    try {
+      const auto result = road::make_track(recipe, folder_.path("out"));
+      built.summary = base::parse_json<nlohmann::json>(result.summary_json);
+    } catch (const road::Question& question) {
+      built.asked = question.what();
+      built.answers = question.candidates();
+    }
+    return built;
+  }
+  support::TemporaryFolder folder_;
+};
+
+/// 12 m wide, its sides lower than its middle by this; all one object.
+road::Mesh ring(double crown_m) {
+  road::Mesh mesh;
+  support::add_ring_strip(mesh, "road", -6.0, 0.0, 5.0 - crown_m, 5.0);
+  support::add_ring_strip(mesh, "road", 0.0, 6.0, 5.0, 5.0 - crown_m);
+  for (Eigen::Vector3d& v : mesh.vertices_m) v.z() += 2.0 * v.x() / support::kRing_m;
+  return mesh;
+}
+
+/// By the signs of y and z; the faces go with their corners.
+road::Mesh reflected(road::Mesh mesh, double y, double z) {
+  for (Eigen::Vector3d& v : mesh.vertices_m) v.y() *= y, v.z() *= z;
+  return mesh;
+}
+
+TEST_F(Question, ACrownTellsWhichWayIsUp) {
+  const Built built = build(reflected(ring(0.12), -1.0, -1.0));
+  EXPECT_THAT(built.asked, IsEmpty());
+  EXPECT_EQ(built.summary["read"]["up"], "-z");
+  EXPECT_THAT(built.summary["read"]["up_why"].get<std::string>(), HasSubstr("crowned"));
+  EXPECT_TRUE(built.summary["validation"]["passed"].get<bool>());
+}
+
+TEST_F(Question, ACrownAgainstTheFacesTellsThatThePlanMayBeMirrored) {
+  const road::Mesh mesh = reflected(ring(0.12), -1.0, 1.0);
+  const Built built = build(mesh);
+  ASSERT_EQ(built.answers.size(), 3u) << built.asked;
+  EXPECT_EQ(built.answers[0].flags, "--up z");
+  EXPECT_EQ(built.answers[1].flags, "--up z --mirror");
+  EXPECT_EQ(built.answers[2].flags, "--up -z");
+  const Built taken = build(mesh, [](road::Recipe& recipe) {
+    recipe.read.up = road::UpAxis::z;
+    recipe.read.mirror = true;
+  });
+  EXPECT_TRUE(taken.summary["validation"]["passed"].get<bool>());
+  EXPECT_NEAR(taken.summary["reference_line"]["length_m"].get<double>(), kLength_m, 0.5);
+}
+
+TEST_F(Question, ATroughMayHaveItsHeightsNegated) {
+  const road::Mesh mesh = reflected(ring(0.12), 1.0, -1.0);
+  const std::string failures = build(mesh).summary["validation"]["failures"].dump();
+  EXPECT_THAT(failures, HasSubstr("give --up -z --mirror"));
+  const Built taken = build(mesh, [](road::Recipe& recipe) {
+    recipe.read.up = road::UpAxis::minus_z;
+    recipe.read.mirror = true;
+  });
+  EXPECT_TRUE(taken.summary["validation"]["passed"].get<bool>());
+  const Built trough = build(mesh, [](road::Recipe& recipe) { recipe.read.up = road::UpAxis::z; });
+  EXPECT_TRUE(trough.summary["validation"]["passed"].get<bool>());
+}
+
+TEST_F(Question, ALevelRoadIsAskedForAllThreeWays) {
+  for (const double y : {-1.0, 1.0}) {
+    const Built built = build(reflected(ring(0.0), y, -y));
+    if (y > 0.0) {
+      EXPECT_THAT(built.asked, IsEmpty()) << "faces look up";
+      continue;
+    }
+    ASSERT_EQ(built.answers.size(), 3u) << built.asked;
+    EXPECT_EQ(built.answers[0].flags, "--up -z");
+    EXPECT_THAT(built.asked, HasSubstr("--up z --mirror"));
+  }
+}
+
+/// A road of 8 m, and beside it on the left ground in columns of these widths that falls by 5 % and
+/// is `uneven_m`; one object without a name.
+road::Mesh beside(std::initializer_list<double> widths_m, double uneven_m) {
+  road::Mesh mesh;
+  const auto add = [&](double right_m, double left_m, double z_right_m, double z_left_m) {
+    support::add_ring_strip(mesh, "", right_m, left_m, z_right_m, z_left_m);
+  };
+  add(-4.0, 0.0, -0.08, 0.0);
+  add(0.0, 4.0, 0.0, -0.08);
+  double at_m = 4.0, z_m = -0.08;
+  for (const double width_m : widths_m) {
+    add(at_m, at_m + width_m, z_m, z_m - 0.05 * width_m);
+    at_m += width_m, z_m -= 0.05 * width_m;
+  }
+  for (Eigen::Vector3d& v : mesh.vertices_m) {
+    const double left_m = support::kRing_m - v.head<2>().norm();
+    if (left_m > 4.5) v.z() += uneven_m * std::sin(7e3 * std::atan2(v.y(), v.x()) + left_m);
+  }
+  mesh.objects.resize(1);
+  std::fill(mesh.object_of_triangle.begin(), mesh.object_of_triangle.end(), 0);
+  return mesh;
+}
+
+TEST_F(Question, OfStripsSideBySideEachIsAnAnswer) {
+  const road::Mesh mesh = beside({10.0}, 0.05);
+  const Built built = build(mesh);
+  ASSERT_EQ(built.answers.size(), 3u) << built.asked;
+  EXPECT_THAT(built.asked, HasSubstr("question.png"));
+  EXPECT_NEAR(built.answers[0].width_m, 8.0, 0.1) << "the even strip comes first";
+  EXPECT_THAT(built.answers.back().flags, HasSubstr(" --guide-width-m 18.0"));
+  const road::Candidate& answer = built.answers[0];
+  double x_m = 0.0, y_m = 0.0;
+  ASSERT_EQ(std::sscanf(answer.flags.c_str(), "--near-m %lf,%lf", &x_m, &y_m), 2);
+  const Built taken =
+      build(mesh, [&](road::Recipe& recipe) { recipe.clean.near_m = Eigen::Vector2d(x_m, y_m); });
+  ASSERT_THAT(taken.asked, IsEmpty());
+  EXPECT_TRUE(taken.summary["validation"]["passed"].get<bool>());
+  EXPECT_NEAR(taken.summary["reference_line"]["length_m"].get<double>(), kLength_m, 0.5);
+  EXPECT_NEAR(taken.summary["centreline"]["width_median_m"].get<double>(), 8.0, 0.1);
+}
+
+TEST_F(Question, TwoHalvesAreRatherOneRoad) {
+  road::Mesh mesh = ring(-0.12);
+  for (road::MeshObject& object : mesh.objects) object = {};
+  const Built built = build(mesh, [](road::Recipe& recipe) { recipe.read.up = road::UpAxis::z; });
+  ASSERT_EQ(built.answers.size(), 3u) << built.asked;
+  EXPECT_NEAR(built.answers[0].width_m, 12.0, 0.1);
+}
+
+TEST_F(Question, TheUnitComesBeforeTheStrips) {
+  road::Mesh mesh = beside({10.0}, 0.05);
+  for (Eigen::Vector3d& v : mesh.vertices_m) v /= 0.3048;
+  const Built built = build(mesh);
+  EXPECT_THAT(built.asked, IsEmpty()) << "an answer of these would be in the wrong unit";
+  EXPECT_THAT(built.summary["validation"]["failures"].dump(), HasSubstr("--unit"));
+}
+
+}  // namespace question_test
