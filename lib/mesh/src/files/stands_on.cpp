@@ -26,6 +26,10 @@ constexpr double kFacesAcross = 2.0;    // of a cell, at least
 // farther off are decks. Of the sheets' area that lies so; of the ground's.
 constexpr double kLarger = 1.25, kClose = 1e-3, kOneSide = 0.8, kEnoughSheets = 0.02;
 
+// Entries of the table of faces by cells, for each face and for few large ones; faces in one cell.
+constexpr std::size_t kMostPerFace = 16, kMostCells = 1u << 20u, kMostInCell = 1u << 14u;
+constexpr std::size_t kLookedAtFaces = 20'000;
+
 struct Face {
   std::array<Vector3d, 3> corners;
   Vector3d normal;  // as long as the face is large
@@ -61,13 +65,13 @@ Vector3d middle(const Face& face) {
   return (face.corners[0] + face.corners[1] + face.corners[2]) / 3.0;
 }
 
-/// As large as the faces of the ground, or larger.
-double cell_size(const Plan& plan, double flat_area, std::size_t flat_faces) {
-  const double face = std::sqrt(flat_area / std::max<double>(1.0, static_cast<double>(flat_faces)));
-  return std::max(plan.extent / kCellsAcross, kFacesAcross * face);
+/// As long as faces of that area are on average, a few times.
+double face_size(double area, std::size_t faces) {
+  return kFacesAcross * std::sqrt(area / std::max<double>(1.0, static_cast<double>(faces)));
 }
 
-/// Flat faces by the cells of the plan that they touch.
+/// Flat faces by the cells of the plan that they touch; none where very many are long or lie on
+/// each other.
 class FlatFaces {
  public:
   explicit FlatFaces(const Plan& plan)
@@ -79,13 +83,20 @@ class FlatFaces {
       area_ += face.normal.norm();
       area_of_object_[plan.mesh.object_of_triangle[t]] += face.normal.norm();
     }
-    cell_ = cell_size(plan, area_, faces_.size());
+    cell_ = std::max(1e-6 * plan.extent, face_size(area_, faces_.size()));
+    std::size_t room = kMostPerFace * faces_.size() + kMostCells;
     for (const std::uint32_t t : faces_) {
       Eigen::AlignedBox2d box;
       for (const Vector3d& p : plan.face(t).corners) box.extend(Vector2d(plan.at(p) / cell_));
       for (double x = std::floor(box.min().x()); x <= box.max().x(); ++x)
-        for (double y = std::floor(box.min().y()); y <= box.max().y(); ++y)
-          in_cell_[Plan::cell(x, y)].push_back(t);
+        for (double y = std::floor(box.min().y()); y <= box.max().y(); ++y) {
+          std::vector<std::uint32_t>& here = in_cell_[Plan::cell(x, y)];
+          here.push_back(t);
+          if (--room == 0 || here.size() > kMostInCell) {
+            in_cell_.clear();
+            return;
+          }
+        }
     }
   }
 
@@ -143,7 +154,7 @@ int side_of_things(const RawMesh& mesh, int line) {
     if (face.level >= kLevel) flat.push_back(face), flat_area += face.normal.norm();
     if (face.level <= kSteep) steep.push_back(face);
   }
-  const double cell = cell_size(plan, flat_area, flat.size());
+  const double cell = std::max(plan.extent / kCellsAcross, face_size(flat_area, flat.size()));
   const auto cell_of = [&](const Face& face) {
     const Vector2d at = plan.at(middle(face)) / cell;
     return Plan::cell(std::floor(at.x()), std::floor(at.y()));
@@ -169,7 +180,9 @@ int side_of_sheets(const RawMesh& mesh, int line) {
   if (!(plan.extent > 0.0) || mesh.objects.size() < 2) return 0;
   const FlatFaces flat(plan);
   double over = 0.0, under = 0.0;
-  for (const std::uint32_t t : flat.faces()) {
+  const std::size_t step = 1 + flat.faces().size() / kLookedAtFaces;
+  for (std::size_t k = 0; k < flat.faces().size(); k += step) {
+    const std::uint32_t t = flat.faces()[k];
     const Face face = plan.face(t);
     const Vector3d place = middle(face);
     bool lies_over = false, lies_under = false;
@@ -180,7 +193,7 @@ int side_of_sheets(const RawMesh& mesh, int line) {
     if (lies_over == lies_under) continue;
     (lies_over ? over : under) += face.normal.norm();
   }
-  if (over + under < kEnoughSheets * flat.area() ||
+  if (static_cast<double>(step) * (over + under) < kEnoughSheets * flat.area() ||
       std::max(over, under) < kOneSide * (over + under))
     return 0;
   return over > under ? 1 : -1;
