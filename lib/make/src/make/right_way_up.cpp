@@ -8,6 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "base/statistics.h"
+
 namespace road {
 namespace {
 
@@ -69,6 +71,7 @@ double curvature(const LinePlace& before, const LinePlace& after) {
 int right_way_up(const Centreline& line, const RaySurface& road, const RaySurface* everything) {
   const std::vector<LinePlace> places = places_along(line);
   Votes crown, bank, cover;
+  std::vector<double> banks, bends_1pm;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const LinePlace& place = places[i];
     const double aside_m = kAside * place.half_m;
@@ -83,8 +86,8 @@ int right_way_up(const Centreline& line, const RaySurface& road, const RaySurfac
     const double banked = 0.5 * (left->z_m - right->z_m) / aside_m;
     const double bend =
         i > 1 && i + 2 < places.size() ? curvature(places[i - 2], places[i + 2]) : 0.0;
-    if (std::abs(banked) > kLeastBank && std::abs(bend) > 1.0 / kWidestBend_m)
-      bank.add(banked * bend < 0.0);
+    banks.push_back(banked);
+    bends_1pm.push_back(bend);
     if (everything == nullptr) continue;
     bool over = false, under = false;
     for (const SurfaceHit& hit : everything->all_hits(place.at_m.x(), place.at_m.y())) {
@@ -94,6 +97,12 @@ int right_way_up(const Centreline& line, const RaySurface& road, const RaySurfac
     }
     if (over != under) cover.add(under);
   }
+  // A road that falls to one side all along is not banked.
+  const double all_along = base::median_or(0.0, banks);
+  for (std::size_t i = 0; i < banks.size(); ++i)
+    if (const double banked = banks[i] - all_along;
+        std::abs(banked) > kLeastBank && std::abs(bends_1pm[i]) > 1.0 / kWidestBend_m)
+      bank.add(banked * bends_1pm[i] < 0.0);
   const double some = kTelling * static_cast<double>(places.size());
   const int told[] = {crown.told(some), bank.told(kFewestBends), cover.told(some)};
   const auto [least, most] = std::minmax_element(std::begin(told), std::end(told));
