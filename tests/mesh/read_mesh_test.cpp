@@ -162,10 +162,14 @@ TEST_F(ReadMesh, ListsTheFilesThatAMeshRefersTo) {
 TEST_F(ReadMesh, CutsPolygonsIntoTrianglesInsideThem) {
   // An L of 300 m2 + 100 m2 as one face, from either side; the fan from its first corner would
   // leave it.
+  MeshReadOptions options;
+  options.up = UpAxis::z;
   for (const char* face : {"f 3 4 5 6 1 2\n", "f 2 1 6 5 4 3\n"}) {
-    const Mesh mesh = road::read_mesh(folder_.file(
-        "l.obj",
-        std::string("v 0 0 0\nv 30 0 0\nv 30 10 0\nv 10 10 0\nv 10 20 0\nv 0 20 0\n") + face));
+    const Mesh mesh = road::read_mesh(
+        folder_.file(
+            "l.obj",
+            std::string("v 0 0 0\nv 30 0 0\nv 30 10 0\nv 10 10 0\nv 10 20 0\nv 0 20 0\n") + face),
+        options);
     double area = 0.0;
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
       area += 0.5 * (mesh.vertex(i, 1) - mesh.vertex(i, 0))
