@@ -163,7 +163,7 @@ TEST_F(ReadMesh, CutsPolygonsIntoTrianglesInsideThem) {
   // An L of 300 m2 + 100 m2 as one face, from either side; the fan from its first corner would
   // leave it.
   MeshReadOptions options;
-  options.up = UpAxis::z;
+  options.up = road::UpAxis::z;
   for (const char* face : {"f 3 4 5 6 1 2\n", "f 2 1 6 5 4 3\n"}) {
     const Mesh mesh = road::read_mesh(
         folder_.file(
