@@ -164,7 +164,8 @@ TEST(SlowFlat, APageAskedAgainAndAgain) {
 
 // What Snakemake holds from a tenth of the laps on.
 TEST(SlowFlat, ACampaignOfManyJobs) {
-  if (!cli::exists("/usr/bin/snakemake")) GTEST_SKIP() << "scripts/setup campaign";
+  if (support::run_tool("/bin/sh", {"-c", "command -v snakemake"}).code != 0)
+    GTEST_SKIP() << "snakemake is not installed (scripts/setup campaign)";
   const cli::Folder folder;
   const std::size_t laps = heavy() ? 1000 : 40;
   nlohmann::json masses_kg, drags_m2;
@@ -192,16 +193,20 @@ TEST(SlowFlat, ACampaignOfManyJobs) {
         count += entry.path().string().ends_with(".cost.json") ? 1 : 0;
     return count;
   };
-  const auto held_after = [&](std::size_t count) {
-    Held out;
+  const auto wait_for = [&](std::size_t count) {
     while (done() < count && ::waitpid(campaign.process(), nullptr, WNOHANG) == 0)
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  };
+  const auto held_by_snakemake = [&] {
+    Held out;
     for (const pid_t child : children_of(campaign.process())) out = held_alone(child);
     return out;
   };
-  const Held early = held_after(laps / 10);
-  expect_same(early, held_after(laps - laps / 10));
-  held_after(laps + 1);  // all of it, before its folder is gone
+  wait_for(laps / 10);
+  const Held early = held_by_snakemake();
+  wait_for(laps - laps / 10);
+  expect_same(early, held_by_snakemake());
+  wait_for(laps + 1);  // all of it, before its folder is gone
 }
 
 }  // namespace flat_test

@@ -51,9 +51,8 @@ void doubt_antenna_aside(Signals& s) {
   s.broken = true;
   s.remarks.push_back(fmt::format(
       "{}: '{}', '{}' are slower than '{}' in {} turns and faster in others, as a point {:.1f} m "
-      "to "
-      "the {} of where the speed is measured: give the places of the middle of the car, not of an "
-      "antenna beside it",
+      "to the {} of where the speed is measured: give the places of the middle of the car, not of "
+      "an antenna beside it",
       s.name, s.column[kX], s.column[kY], s.column[kVx], *all < 0 ? "left" : "right",
       std::abs(*all), *all < 0 ? "left" : "right"));
 }

@@ -94,10 +94,8 @@ void leave_out_exchanged_brakes(Signals& s, const vehicle::Vehicle& car) {
   s.broken = true;
   s.remarks.push_back(
       fmt::format("{}: '{}' press {:.2f} times as much as '{}', and under braking the wheels slip "
-                  "as if it were "
-                  "the other way round: front and rear are exchanged, or the vehicle file has "
-                  "other brakes: not "
-                  "used; correct it in the mapping",
+                  "as if it were the other way round: front and rear are exchanged, or the vehicle "
+                  "file has other brakes: not used; correct it in the mapping",
                   s.name, s.column[kBrakeFront], std::exp(apart), s.column[kBrakeRear]));
   for (const Channel c : {kBrakeFront, kBrakeRear, kBrakeFrontApart, kBrakeRearApart})
     s.present[c] = false;

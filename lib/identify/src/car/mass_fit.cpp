@@ -298,8 +298,7 @@ void doubt_results(const Loads& l, const DriveWindows& drive, double length_m, d
     out.doubts.push_back(
         fmt::format("the loads weigh {:.1f} kg where {:.1f} are stated with fuel, further than the "
                     "vehicle file's prior, the drive and {:.0f} kg of fuel leave open: loads in "
-                    "another unit, gains of the cells, or "
-                    "another car",
+                    "another unit, gains of the cells, or another car",
                     l.mass_kg, stated, kFuelUnsure_kg));
   if (!(l.mass_kg > 0.0) || !(l.cog_m > 0.0 && l.cog_m < length_m))
     out.doubts.emplace_back("the loads say a mass below 0 or a centre of mass outside the axles");

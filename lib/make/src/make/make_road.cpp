@@ -121,7 +121,8 @@ Mesh read_or_ask(Prepared& prepared, BuildSummary& summary) {
   }
   prepared.recipe.read.up = *answers.told;
   Mesh mesh = read(prepared, summary);
-  summary.read.up_why = "as the road is crowned, banked or not under other ground only so";
+  summary.read.up_why =
+      "because this way up the road is crowned, banked inwards or above other ground";
   return mesh;
 }
 
