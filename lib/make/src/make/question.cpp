@@ -155,11 +155,11 @@ std::vector<Candidate> candidates_of_strips(const Mesh& mesh, const Recipe& reci
       return;  // the same road
     found.push_back(std::move(candidate));
   };
-  const std::vector<RoadStrip> strips = strips_that_may_be_road(mesh, recipe.clean);
-  for (const RoadStrip& strip : strips)
-    if (found.size() < kMostStrips) try_at(strip.place_m, std::nullopt);
+  const std::vector<Vector2d> places_m = places_that_may_be_road(mesh, recipe.clean);
+  for (const Vector2d& place_m : places_m)
+    if (found.size() < kMostStrips) try_at(place_m, std::nullopt);
   const std::size_t count = found.size();
-  if (!strips.empty()) try_at(strips.front().place_m, kWholeWidth_m);
+  if (!places_m.empty()) try_at(places_m.front(), kWholeWidth_m);
   // Two halves of a road, rather than a road and a verge.
   if (count == 2 && found.size() == 3 &&
       std::abs(found[0].width_m - found[1].width_m) < kSameHalf * found[0].width_m &&

@@ -18,14 +18,8 @@ struct Roads {
 /// road by its shape, as far as the options let names count; those without any road left out.
 std::vector<Roads> roads_of(const Mesh& mesh, const CleanOptions& options);
 
-/// A strip of the ground, and a place on it.
-struct RoadStrip {
-  Eigen::Vector2d place_m;
-  double width_m;
-};
-
-/// The strips that shape alone shows, about as long as the longest, the likeliest road first. With
-/// its place as near_m of the options each of them is the road.
-std::vector<RoadStrip> strips_that_may_be_road(const Mesh& mesh, const CleanOptions& options);
+/// A place on each strip that shape alone shows and that is about as long as the longest, the
+/// likeliest road first. With it as near_m of the options the strip is the road.
+std::vector<Eigen::Vector2d> places_that_may_be_road(const Mesh& mesh, const CleanOptions& options);
 
 }  // namespace road

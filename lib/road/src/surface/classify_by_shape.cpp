@@ -345,31 +345,31 @@ ShapeClasses classify_by_shape(const FlatSurface& flat,
   return out;
 }
 
-std::vector<ShapeStrip> strips_by_shape(const FlatSurface& flat) {
+std::vector<Eigen::Vector2d> places_by_shape(const FlatSurface& flat) {
   const Fans fans(flat);
   const std::vector<Chain> chains = long_chains(flat, fans);
   const std::vector<Strip> strips = all_strips(strips_of(flat, fans, chains));
   struct Ranked {
     double uneven_m;
     bool at_rim;
-    ShapeStrip strip;
+    double width_m;
+    Eigen::Vector2d place_m;
   };
   std::vector<Ranked> ranked;
   double even_m = std::numeric_limits<double>::infinity();
   for (const Strip* strip : long_strips(strips)) {
-    ranked.push_back({unevenness_m(flat, chains, *strip),
-                      !has_ground_beside(flat, fans, *strip),
-                      {place_on(flat, *strip), strip->width_m()}});
+    ranked.push_back({unevenness_m(flat, chains, *strip), !has_ground_beside(flat, fans, *strip),
+                      strip->width_m(), place_on(flat, *strip)});
     even_m = std::min(even_m, ranked.back().uneven_m);
   }
   const auto is_uneven = [&](const Ranked& r) { return r.uneven_m > kUneven_m + kUneven * even_m; };
   std::stable_sort(ranked.begin(), ranked.end(), [&](const Ranked& a, const Ranked& b) {
-    return std::tuple(is_uneven(a), a.at_rim, -a.strip.width_m) <
-           std::tuple(is_uneven(b), b.at_rim, -b.strip.width_m);
+    return std::tuple(is_uneven(a), a.at_rim, -a.width_m) <
+           std::tuple(is_uneven(b), b.at_rim, -b.width_m);
   });
-  std::vector<ShapeStrip> found;
+  std::vector<Eigen::Vector2d> found;
   found.reserve(ranked.size());
-  for (const Ranked& r : ranked) found.push_back(r.strip);
+  for (const Ranked& r : ranked) found.push_back(r.place_m);
   return found;
 }
 

@@ -41,14 +41,9 @@ struct ShapeClasses {
 ShapeClasses classify_by_shape(const FlatSurface& flat,
                                const std::optional<Eigen::Vector2d>& place_m = {});
 
-/// A strip that may be the road, and a place on it.
-struct ShapeStrip {
-  Eigen::Vector2d place_m;
-  double width_m;
-};
-
-/// All strips about as long as the longest, the likeliest road first: even ones before uneven ones,
-/// those with ground on both sides before those at a rim, wide ones before narrow ones.
-std::vector<ShapeStrip> strips_by_shape(const FlatSurface& flat);
+/// A place on each strip about as long as the longest, the likeliest road first: even ones before
+/// uneven ones, those with ground on both sides before those at a rim, wide ones before narrow
+/// ones.
+std::vector<Eigen::Vector2d> places_by_shape(const FlatSurface& flat);
 
 }  // namespace road

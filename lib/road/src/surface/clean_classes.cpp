@@ -89,20 +89,18 @@ ClassesByShape classes_by_shape(const Mesh& mesh, const std::vector<bool>& empty
   return classes;
 }
 
-std::vector<RoadStrip> strips_that_may_be_road(const Mesh& mesh, const CleanOptions& options) {
+std::vector<Eigen::Vector2d> places_that_may_be_road(const Mesh& mesh,
+                                                     const CleanOptions& options) {
   const Triangles triangles = look_at(mesh, options);
   FlatSurface surface = flat_ground(mesh, triangles.empty, triangles.flat, options).surface;
-  std::vector<ShapeStrip> found = strips_by_shape(surface);
-  const double scale = found.empty() ? kModelScale : 1.0;
-  if (found.empty()) {
+  std::vector<Eigen::Vector2d> places_m = places_by_shape(surface);
+  const double scale = places_m.empty() ? kModelScale : 1.0;
+  if (places_m.empty()) {
     for (Eigen::Vector3d& v : surface.vertices_m) v *= kModelScale;
-    found = strips_by_shape(surface);
+    places_m = places_by_shape(surface);
   }
-  std::vector<RoadStrip> strips;
-  strips.reserve(found.size());
-  for (const ShapeStrip& strip : found)
-    strips.push_back({mesh.origin_m.head<2>() + strip.place_m / scale, strip.width_m / scale});
-  return strips;
+  for (Eigen::Vector2d& place_m : places_m) place_m = mesh.origin_m.head<2>() + place_m / scale;
+  return places_m;
 }
 
 double agreement(const Mesh& mesh, const std::vector<SurfaceClass>& a,
