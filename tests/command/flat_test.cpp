@@ -141,7 +141,7 @@ TEST(SlowFlat, APageAskedAgainAndAgain) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
     said = cli::exists(folder / "printed") ? cli::read(folder / "printed") : "";
   }
-  const std::size_t port = said.find("127.0.0.1:"), token = said.find("#");
+  const std::size_t port = said.find("127.0.0.1:"), token = said.find('#');
   ASSERT_TRUE(port != std::string::npos && token != std::string::npos) << said;
   httplib::Client client("127.0.0.1", std::stoi(said.substr(port + 10)));
   client.set_keep_alive(true);
