@@ -193,7 +193,8 @@ TEST_F(Built, AnyNumberOfThreadsWritesTheSameBytes) {
                   .code,
               0);
     for (const char* name :
-         {"/stadium.crg", "/stadium.png", "/stadium.stl", "/centreline.csv", "/summary.json"})
+         {"/stadium.crg", "/stadium.png", "/stadium.stl", "/centreline.csv", "/summary.json",
+          "/report.json", "/report.html", "/manifest.json"})
       EXPECT_TRUE(read(dir + name) == read(*folder / "out" + name)) << threads << name;
   }
 }

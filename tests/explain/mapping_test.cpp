@@ -278,6 +278,16 @@ TEST(Mapping, OfTwoAccelerationsTheLiveOneIsTaken) {
               ::testing::Contains(::testing::HasSubstr("'latacc' is not used: it holds 0 in")));
 }
 
+TEST(Mapping, AColumnOrAPathThatStandsStillIsComparedWithNothing) {
+  for (const std::vector<std::size_t>& still : {std::vector<std::size_t>{1, 2}, {4}, {1, 2, 4}}) {
+    recording::Table t = foreign();
+    for (const std::size_t k : still)
+      for (double& value : t.columns[k]) value = 0;
+    for (const std::string& note : propose_mapping(t, "log").notes)
+      EXPECT_THAT(note, ::testing::Not(::testing::ContainsRegex("(^|[ -])(inf|nan)([ ,:]|$)")));
+  }
+}
+
 TEST(Mapping, WhatIsMissingIsSaidOfADraft) {
   using ::testing::ElementsAre, ::testing::HasSubstr;
   EXPECT_THAT(propose_mapping(counted({{"a", 1}, {"speed", 1}}), "log").missing,
