@@ -244,13 +244,17 @@ TEST(Docs, EveryCommandOfTheLidarHowToRuns) {
 TEST(Scripts, AreSoundShell) {
   std::string scripts;
   for (const char* name :
-       {"scripts/setup", "scripts/demo", "scripts/test", "scripts/package", "scripts/fresh",
-        "scripts/campaign", "scripts/check", ".ci/run", ".ci/fresh_packages"}) {
+       {"scripts/setup", "scripts/demo", "scripts/test", "scripts/package", "scripts/wheel",
+        "scripts/fresh", "scripts/release", "scripts/empty_system", "scripts/campaign",
+        "scripts/check", "packaging/try_packages", "packaging/try_wheel", ".ci/run",
+        ".ci/fresh_packages"}) {
     EXPECT_EQ(shell(fmt::format("bash -n '{}/{}'", places::source(), name)), 0) << name;
     scripts += fmt::format(" '{}/{}'", places::source(), name);
   }
   if (shell("command -v shellcheck >/dev/null") != 0) GTEST_SKIP() << "shellcheck is not installed";
-  EXPECT_EQ(shell("shellcheck" + scripts), 0);
+  EXPECT_EQ(
+      shell(fmt::format("cd '{}' && shellcheck --external-sources{}", places::source(), scripts)),
+      0);
 }
 
 TEST(Scripts, WhatABuildTookFromElsewhereIsNamed) {
@@ -275,7 +279,7 @@ TEST(Scripts, SetupRefusesWhatItDoesNotKnow) {
   EXPECT_NE(shell(fmt::format("'{}/scripts/setup' nonsense 2>/dev/null", places::source())), 0);
 }
 
-TEST(Scripts, FreshRefusesInOneLine) {
+TEST(Scripts, FreshAndReleaseRefuseInOneLine) {
   const Folder folder;
   const auto fresh = [&](const std::string& before, const std::string& arguments) {
     return shell(fmt::format("{} '{}/scripts/fresh' {} > '{}' 2>&1", before, places::source(),
@@ -292,6 +296,9 @@ TEST(Scripts, FreshRefusesInOneLine) {
   EXPECT_NE(fresh(fmt::format("PATH='{}':\"$PATH\"", folder.path()), "demo"), 0);
   EXPECT_EQ(read(folder / "said"),
             "fresh: an empty system can be made by root only; run: sudo scripts/fresh demo\n");
+  EXPECT_EQ(shell(fmt::format("'{}/scripts/release' 2.0 2> '{}'", places::source(), folder / "said")),
+            2);
+  EXPECT_EQ(read(folder / "said"), "release: '2.0' seen; no word or --help wanted\n");
 }
 
 TEST(Scripts, PagePackagesRunOnTheNodeOfDebian12) {
