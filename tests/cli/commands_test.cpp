@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
@@ -186,16 +187,19 @@ TEST_F(Built, JsonPrintsTheSummaryAndQuietNothing) {
 }
 
 TEST_F(Built, AnyNumberOfThreadsWritesTheSameBytes) {
+  const std::string dir = *folder / "threads";
+  std::map<std::string, std::string> first;
   for (const char* threads : {"1", "3"}) {
-    const std::string dir = *folder / ("threads" + std::string(threads));
     ASSERT_EQ(crgbuild({"build", *folder / "stadium.obj", "-o", dir, "--start-near-m", "0,0",
-                        "--threads", threads})
+                        "--force", "--threads", threads})
                   .code,
               0);
-    for (const char* name :
-         {"/stadium.crg", "/stadium.png", "/stadium.stl", "/centreline.csv", "/summary.json",
-          "/report.json", "/report.html", "/manifest.json"})
-      EXPECT_TRUE(read(dir + name) == read(*folder / "out" + name)) << threads << name;
+    for (const char* name : {"/stadium.crg", "/stadium.png", "/stadium.stl", "/centreline.csv",
+                             "/summary.json", "/report.json", "/report.html", "/manifest.json"}) {
+      const auto [kept, is_first] = first.emplace(name, read(dir + name));
+      EXPECT_FALSE(kept->second.empty()) << name;
+      EXPECT_TRUE(is_first || read(dir + name) == kept->second) << threads << name;
+    }
   }
 }
 

@@ -296,8 +296,8 @@ TEST(Scripts, FreshAndReleaseRefuseInOneLine) {
   EXPECT_NE(fresh(fmt::format("PATH='{}':\"$PATH\"", folder.path()), "demo"), 0);
   EXPECT_EQ(read(folder / "said"),
             "fresh: an empty system can be made by root only; run: sudo scripts/fresh demo\n");
-  EXPECT_EQ(shell(fmt::format("'{}/scripts/release' 2.0 2> '{}'", places::source(), folder / "said")),
-            2);
+  EXPECT_NE(
+      shell(fmt::format("'{}/scripts/release' 2.0 2> '{}'", places::source(), folder / "said")), 0);
   EXPECT_EQ(read(folder / "said"), "release: '2.0' seen; no word or --help wanted\n");
 }
 
