@@ -67,6 +67,24 @@ TEST_F(Folders, TellCloudsFromMeshesAndTilesFromOtherFiles) {
   EXPECT_EQ(kinds.count("0/t/points.tiles"), 0u);
 }
 
+TEST_F(Folders, TellCarsAndTheirMapsFromRecipesAndDrives) {
+  fs::create_directories(folder_.path("shown/car"));
+  folder_.file("shown/car/vehicle.yaml",
+               "name: one\ntyres:\n  front: front.tir\nengine.map: engine.csv\n");
+  folder_.file("shown/car/engine.csv", "engine_radps:throttle,0,1\n");
+  folder_.file("shown/car/lap.csv", "time_s,x_m\n");
+  folder_.file("shown/engine.csv", "time_s,x_m\n");
+  folder_.file("shown/mapping.yaml", "version: 1\ncolumns:\n  time_s: t\n");
+  std::map<std::string, std::string> kinds;
+  for (const view::Entry& entry : view::Folders({folder_.path("shown")}).list().entries)
+    kinds[entry.id] = view::to_string(entry.kind);
+  EXPECT_EQ(kinds["0/car/vehicle.yaml"], "car");
+  EXPECT_EQ(kinds.count("0/car/engine.csv"), 0u);
+  EXPECT_EQ(kinds["0/car/lap.csv"], "table");
+  EXPECT_EQ(kinds["0/engine.csv"], "table");
+  EXPECT_EQ(kinds.count("0/mapping.yaml"), 0u);
+}
+
 TEST_F(Folders, NothingOutsideThemIsReached) {
   const view::Folders folders({folder_.path("shown")});
   EXPECT_EQ(folders.path_of("0/out.crg"), fs::canonical(folder_.path("shown/out.crg")));

@@ -20,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kDeepest = 8;
+constexpr std::size_t kMostYaml = 65536;
 
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -44,10 +45,15 @@ bool is_cloud(const fs::path& path) {
          head.find("element face") == std::string::npos;
 }
 
-/// Whether a .yaml has sensors that look at the road: a file of devices, as far as this reads.
-bool is_devices(const fs::path& path) {
-  const std::string head = '\n' + head_of(path, 65536);
-  return head.find("\nscans:") != head.npos || head.find("\nedges:") != head.npos;
+/// What a .yaml is by its keys, as far as this reads: sensors that look at the road, a car, a
+/// recipe. Mappings, sheets, circuits and others are nothing that the page opens.
+std::optional<Kind> kind_of_yaml(const std::string& text) {
+  const std::string head = '\n' + text;
+  const auto has = [&](const char* key) { return head.find(key) != std::string::npos; };
+  if (has("\nscans:") || has("\nedges:")) return Kind::devices;
+  if (has("\ntyres") || has("\nchassis")) return Kind::car;
+  if (has("\nmesh:")) return Kind::recipe;
+  return std::nullopt;
 }
 
 std::optional<Kind> kind_of(const fs::path& path) {
@@ -65,7 +71,7 @@ std::optional<Kind> kind_of(const fs::path& path) {
   if (name == "tiles.json") return Kind::tiles;
   const auto found = endings.find(lower(path.extension().string()));
   if (found == endings.end()) return std::nullopt;
-  if (found->second == Kind::recipe && is_devices(path)) return Kind::devices;
+  if (found->second == Kind::recipe) return kind_of_yaml(head_of(path, kMostYaml));
   if (found->first == ".ply" && is_cloud(path)) return Kind::scan;
   return found->second;
 }
@@ -83,9 +89,9 @@ bool is_below(const fs::path& root, const fs::path& path) {
 }  // namespace
 
 const char* to_string(Kind kind) {
-  static constexpr const char* kNames[] = {"recipe",   "mesh",  "road",    "log",
-                                           "findings", "scan",  "tiles",   "unit",
-                                           "report",   "table", "picture", "devices"};
+  static constexpr const char* kNames[] = {"recipe",  "mesh",    "road", "log",    "findings",
+                                           "scan",    "tiles",   "unit", "report", "table",
+                                           "picture", "devices", "car"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 
@@ -100,6 +106,23 @@ Folders::Folders(const std::vector<std::string>& paths) {
       roots_.push_back(whole.string());
   }
   if (roots_.empty()) throw base::Error("no folder to show");
+}
+
+void Folders::leave_out_maps(std::vector<Entry>& entries) const {
+  std::map<fs::path, std::string> cars;  // what is written in each folder's cars
+  for (const Entry& entry : entries)
+    if (entry.kind == Kind::car) {
+      const fs::path below = entry.id.substr(entry.id.find('/') + 1);
+      const std::size_t number = std::stoul(entry.id);
+      cars[fs::path(entry.id).parent_path()] +=
+          head_of(fs::path(roots_[number]) / below, kMostYaml);
+    }
+  std::erase_if(entries, [&](const Entry& entry) {
+    const fs::path id = entry.id;
+    const auto car = cars.find(id.parent_path());
+    return entry.kind == Kind::table && car != cars.end() &&
+           car->second.find(id.filename().string()) != std::string::npos;
+  });
 }
 
 Listing Folders::list() const {
@@ -133,6 +156,7 @@ Listing Folders::list() const {
   }
   std::sort(listing.entries.begin(), listing.entries.end(),
             [](const Entry& a, const Entry& b) { return a.id < b.id; });
+  leave_out_maps(listing.entries);
   return listing;
 }
 

@@ -19,7 +19,8 @@ enum class Kind : std::uint8_t {
   report,
   table,
   picture,
-  devices
+  devices,
+  car
 };
 const char* to_string(Kind kind);
 
@@ -41,8 +42,8 @@ class Folders {
   /// Throws Error where one is no folder.
   explicit Folders(const std::vector<std::string>& paths);
 
-  /// Files of a known kind, by their names; nothing in hidden folders, in node_modules, or more
-  /// than eight folders down.
+  /// Files of a known kind, by their names, and .yaml by their keys; nothing in hidden folders, in
+  /// node_modules, or more than eight folders down, and no tables that a car beside them names.
   Listing list() const;
 
   /// The file that `id` means, links followed. Throws Error where it lies outside the folders, is
@@ -58,6 +59,7 @@ class Folders {
   std::size_t size() const { return roots_.size(); }
 
  private:
+  void leave_out_maps(std::vector<Entry>& entries) const;
   void check_link(const std::string& path) const;
 
   std::vector<std::string> roots_;

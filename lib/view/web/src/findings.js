@@ -145,7 +145,7 @@ export function makeFindings({ entriesOf, changed, openLaps, keep }) {
     roadBox.replaceChildren(el('option', { value: '' }, 'none'), ...roads.map((entry) => el('option', { value: entry.id }, entry.id.replace(/^\d+\//, ''))));
     const isOwn = (entry) => entry.id.replace(/[^/]*$/, '') === id.replace(/[^/]*$/, '');
     roadBox.value = roads.some((entry) => entry.id === kept) ? kept : (roads.find((entry) => !isOwn(entry)) ?? roads[0])?.id ?? '';
-    const cars = entriesOf().filter((entry) => entry.kind === 'recipe' && /(^|\/)vehicle\.yaml$/.test(entry.id) && !isOwn(entry)), keptCar = carBox.value;
+    const cars = entriesOf().filter((entry) => entry.kind === 'car' && !isOwn(entry)), keptCar = carBox.value;
     carBox.replaceChildren(el('option', { value: '' }, 'none'), ...cars.map((entry) => el('option', { value: entry.id }, entry.id.replace(/^\d+\//, ''))));
     carBox.value = cars.some((entry) => entry.id === keptCar) ? keptCar : cars[0]?.id ?? '';
     let found;
