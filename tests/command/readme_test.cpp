@@ -38,7 +38,7 @@ std::string shortened(std::string command) {
   if (command.starts_with("kerbstone view ")) command += " --no-open --seconds 0.2";
   if (heavy) return command;
   if (command.starts_with("crgbuild ")) command += " --u-step-m 0.25 --v-step-m 0.25";
-  if (command.starts_with("crgexplain run ")) command += " --skip-simulation --nulls 50";
+  if (command.starts_with("crgexplain run ")) command += " --skip-simulation --nulls 100";
   if (command.starts_with("crgidentify forces "))
     command =
         std::regex_replace(command, std::regex(" log.csv "), " begin.csv ") + " --noise-rounds 0";
