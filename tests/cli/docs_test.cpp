@@ -3,8 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <filesystem>
+#include <iterator>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -18,6 +21,7 @@
 namespace cli {
 namespace docs_test {
 
+using ::testing::Contains;
 using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -25,6 +29,15 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 
 std::string source(const std::string& path) { return read(places::source() + "/" + path); }
+
+/// README.md, SECURITY.md and what lies in docs/.
+std::vector<std::filesystem::path> pages() {
+  const std::filesystem::path root(places::source());
+  std::vector<std::filesystem::path> found{root / "README.md", root / "SECURITY.md"};
+  for (const auto& entry : std::filesystem::directory_iterator(root / "docs"))
+    if (entry.path().extension() == ".md") found.push_back(entry.path());
+  return found;
+}
 
 int shell(const std::string& command) { return std::system(command.c_str()); }
 
@@ -52,17 +65,60 @@ TEST(Docs, ReadmeFlagsExist) {
   EXPECT_GT(count, 5);
 }
 
-TEST(Docs, LinksLeadSomewhere) {
-  const std::regex link("\\]\\(([^)#:]+)(#[^)]*)?\\)");
-  const std::filesystem::path root(places::source());
-  std::vector<std::filesystem::path> pages{root / "README.md"};
-  for (const auto& entry : std::filesystem::directory_iterator(root / "docs"))
-    if (entry.path().extension() == ".md") pages.push_back(entry.path());
-  for (const auto& page : pages) {
-    const std::string text = read(page);
-    for (std::sregex_iterator i(text.begin(), text.end(), link), end; i != end; ++i)
-      EXPECT_TRUE(exists(page.parent_path() / (*i)[1].str())) << page << " links to " << (*i)[1];
+/// What a link to a heading of this page may be, as on GitHub.
+std::set<std::string> anchors(const std::string& text) {
+  std::set<std::string> found;
+  std::istringstream lines(text);
+  bool in_code = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("```")) in_code = !in_code;
+    if (in_code || !line.starts_with("#")) continue;
+    std::string anchor = "#";
+    for (const char c : line.substr(line.find(' ') + 1))
+      if (c == ' ')
+        anchor += '-';
+      else if (std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_')
+        anchor += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    found.insert(anchor);
   }
+  return found;
+}
+
+TEST(Docs, LinksLeadSomewhere) {
+  const std::regex link("\\]\\(([^)#:]*)(#[^)]*)?\\)");
+  for (const auto& page : pages()) {
+    const std::string text = read(page);
+    for (std::sregex_iterator i(text.begin(), text.end(), link), end; i != end; ++i) {
+      const std::filesystem::path file =
+          (*i)[1].length() == 0 ? page : page.parent_path() / (*i)[1].str();
+      EXPECT_TRUE(exists(file)) << page << " links to " << (*i)[1];
+      if ((*i)[2].matched && exists(file)) {
+        EXPECT_THAT(anchors(read(file)), Contains((*i)[2].str())) << page;
+      }
+    }
+  }
+}
+
+/// Words as wc -w counts them.
+std::ptrdiff_t words_of(const std::string& text) {
+  std::istringstream words(text);
+  return std::distance(std::istream_iterator<std::string>(words), {});
+}
+
+// The page that `crgdrive parameters` makes (Parameters.AreDocumentedAsListed) is as long as it is.
+TEST(Docs, AreShort) {
+  std::ptrdiff_t in_all = 0;
+  for (const auto& page : pages()) {
+    const std::string name = page.filename().string();
+    if (name == "vehicle_parameters.md") continue;
+    const std::ptrdiff_t words = words_of(read(page));
+    EXPECT_LE(words, name == "README.md" ? 900 : name == "evidence.md" ? 5000 : 2500) << page;
+    if (page.parent_path().filename() == "docs") in_all += words;
+  }
+  EXPECT_LE(in_all, 45000);
+  EXPECT_GT(in_all, 20000);
+  const std::string changes = source("CHANGELOG.md");
+  EXPECT_LE(std::count(changes.begin(), changes.end(), '\n'), 80);
 }
 
 TEST(Docs, LinksLeadFromTheReadmeToEveryPage) {
@@ -135,11 +191,8 @@ TEST(Docs, SentencesAreShort) {
   EXPECT_THAT(long_sentences("One two three.\nFour `five six` (seven\neight) nine. Ten.", 4),
               ElementsAre("line 2: 5 words: Four x (seven eight) nine. "));
   EXPECT_THAT(long_sentences("| a b | c d |\n- e f\n```\ng h i j k\n```\n", 2), IsEmpty());
-  std::vector<std::filesystem::path> pages{places::source() + "/README.md"};
-  for (const auto& entry : std::filesystem::directory_iterator(places::source() + "/docs"))
-    if (entry.path().extension() == ".md") pages.push_back(entry.path());
-  EXPECT_GT(pages.size(), 20u);
-  for (const auto& page : pages) EXPECT_THAT(long_sentences(read(page), 35), IsEmpty()) << page;
+  EXPECT_GT(pages().size(), 20u);
+  for (const auto& page : pages()) EXPECT_THAT(long_sentences(read(page), 35), IsEmpty()) << page;
 }
 
 TEST(Docs, EveryCommandOfTheHowToRuns) {
@@ -173,9 +226,8 @@ TEST(Docs, EveryFileForOtherSimulatorsIsMade) {
   const std::string text = source("docs/simulators.md");
   const std::size_t begin = text.find("```sh\n") + 6, end = text.find("\n```", begin);
   const Folder folder;
-  for (const char* const from : {"/tracks/kerbstone-ring", "/vehicles/open_wheel"})
-    std::filesystem::copy(places::source() + from,
-                          folder / std::filesystem::path(from).filename().string());
+  support::put_demo_circuit(folder.path());
+  std::filesystem::create_symlink(places::source() + "/vehicles", folder / "vehicles");
   write(folder / "all.sh", "set -euo pipefail\n" + text.substr(begin, end - begin + 1));
   const auto folder_of = [](const std::string& program) {
     return std::filesystem::path(program).parent_path().string();

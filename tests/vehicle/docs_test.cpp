@@ -52,7 +52,8 @@ TEST_F(CarDocs, EveryCommandOfTheTourRuns) {
   EXPECT_THAT(page, HasSubstr("Aligning moment"));
   EXPECT_THAT(page, HasSubstr("5600 N"));
   EXPECT_THAT(cli::read(folder / "lap.html"), HasSubstr("Load rear right"));
-  EXPECT_THAT(cli::read(folder / "gr86.csv"), HasSubstr("# crgdrive lap: vehicle gr86"));
+  EXPECT_THAT(cli::read(folder / "mine.csv"), HasSubstr("# crgdrive lap: vehicle my_car"));
+  EXPECT_THAT(cli::read(folder / "laps.html"), HasSubstr("Load rear right"));
   EXPECT_THAT(cli::read(folder / "steering.txt"), HasSubstr("steering.dead_time_s = 0.02"));
 }
 
