@@ -163,7 +163,7 @@ class _Planner:
             drawn = circuit.get("name") if isinstance(circuit, dict) else None
             if not isinstance(drawn, str) or not NAME.fullmatch(drawn):
                 raise Refusal(f"{path}: name: {_seen(drawn)} seen, a plain name wanted")
-            facet = [f"--facet-m={track.get('facet_m', (int, float), 'metres')}"] if "facet_m" in track.value else []
+            facet = [f"--step-m={track.get('facet_m', (int, float), 'metres')}"] if "facet_m" in track.value else []
             after = [self.add("mesh", name, ["crgbuild", "synth", path, "-o", f"mesh/{name}", *facet], [path])]
             path, inputs = f"mesh/{name}/{drawn}.obj", []
         self.add("road", name, ["crgbuild", "build", path, "-o", f"road/{name}", f"--name={name}",

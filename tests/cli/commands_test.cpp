@@ -434,7 +434,7 @@ TEST(Synth, DemoCircuitGivesAMeshThatBuilds) {
   EXPECT_EQ(crgbuild({"info", j["truth"]}).code, 0);
 
   const Ran coarse = crgbuild({"synth", folder / "oval.yaml", "-o", folder / "coarse", "--unit",
-                               "cm", "--facet-m", "8", "--json"});
+                               "cm", "--step-m", "8", "--json"});
   ASSERT_EQ(coarse.code, 0) << coarse.err;
   const Json k = base::parse_json<Json>(coarse.out);
   EXPECT_LT(k["triangles"].get<int>(), j["triangles"].get<int>() / 3);

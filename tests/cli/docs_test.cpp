@@ -224,9 +224,9 @@ TEST(Docs, EveryCommandOfTheLidarHowToRuns) {
   support::put_demo_circuit(folder.path());
   std::string commands = text.substr(begin, text.find("\n```", begin) - begin);
   // 80 m in place of 240 show the same.
-  const std::string to = "--to-m 420";
+  const std::string to = "--u-end-m 420";
   if (std::getenv("KERBSTONE_HEAVY") == nullptr)
-    commands.replace(commands.find(to), to.size(), "--to-m 260");
+    commands.replace(commands.find(to), to.size(), "--u-end-m 260");
   write(folder / "all.sh", "set -euo pipefail\n" + commands + "\n");
   const std::string path =
       std::filesystem::path(places::crgbuild()).parent_path().parent_path().string() +

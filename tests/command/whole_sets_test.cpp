@@ -57,8 +57,8 @@ void make_meshes(const Folder& folder) {
 void make_scans(const Folder& folder) {
   make(placed(folder,
               {"lidar2mesh", "synth", places::source() + "/tracks/kerbstone-ring/circuit.yaml",
-               "-o", "@scans", "--from-m", "380", "--to-m", "390", "--laps", "1", "--azimuths",
-               "128", "--beams", "16", "--cars", "0"}));
+               "-o", "@scans", "--u-begin-m", "380", "--u-end-m", "390", "--laps", "1",
+               "--azimuths", "128", "--beams", "16", "--cars", "0"}));
   make(placed(folder, {"crgbuild", "crop", "@scans/truth.crg", "-o", "@base.crg", "--u-begin-m",
                        "360", "--u-end-m", "410"}));
   cli::write(folder / "points.csv", "u_m,v_m\n383,0\n");

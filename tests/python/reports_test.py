@@ -189,8 +189,8 @@ def wavy_road(path):
 def scanned(tmp_path_factory):
     folder = tmp_path_factory.mktemp("scanned")
     wavy_road(folder / "road.crg")
-    command("lidar2mesh", "synth", folder / "road.crg", "-o", folder / "scans", "--from-m", 60, "--to-m", 120, "--azimuths", 128, "--v-m", -1, 1)
-    command("lidar2mesh", "synth", folder / "road.crg", "-o", folder / "noise", "--from-m", 40, "--to-m", 80, "--azimuths", 16, "--beams", 8,
+    command("lidar2mesh", "synth", folder / "road.crg", "-o", folder / "scans", "--u-begin-m", 60, "--u-end-m", 120, "--azimuths", 128, "--v-m", -1, 1)
+    command("lidar2mesh", "synth", folder / "road.crg", "-o", folder / "noise", "--u-begin-m", 40, "--u-end-m", 80, "--azimuths", 16, "--beams", 8,
             "--noise-m", 0.2, "--cars", 0)  # fmt: skip
     return folder
 
@@ -238,9 +238,9 @@ def test_refine_without_a_base_and_from_several_files(here, scanned):
     clouds = sorted(path for path in (scanned / "scans").iterdir() if path.suffix in (".ply", ".pcd", ".las"))
     poses = scanned / "scans/trajectory.csv"
     here.enter("command")
-    command("lidar2mesh", "map", *clouds, "--trajectory", poses, "--v-max-m", 4, "--node-m", 0.25, "-o", "out", "--no-report")
+    command("lidar2mesh", "map", *clouds, "--trajectory", poses, "--v-max-m", 4, "--step-m", 0.25, "-o", "out", "--no-report")
     here.enter("python")
-    kerbstone.refine(clouds, "out", trajectory=poses, v_max_m=4, node_m=0.25, report=False)
+    kerbstone.refine(clouds, "out", trajectory=poses, v_max_m=4, step_m=0.25, report=False)
     same_folders(here.command / "out", here.python / "out")
 
 

@@ -46,7 +46,7 @@ class BadInput : public ::testing::Test {
     cli::write(path, whole);
   }
   static constexpr const char* kManoeuvre =
-      "manoeuvre coast-down --car car/vehicle.yaml --seconds 1.2";
+      "manoeuvre coast-down --car car/vehicle.yaml --stop-s 1.2";
   cli::Folder folder;
   std::string good_;
 };

@@ -464,8 +464,7 @@ void define_file_tools(CLI::App& app, Commands& c) {
   add_choice(*synth, "--unit", c.synth.unit, "of the mesh's coordinates [m]",
              {"m", "cm", "mm", "ft", "inch", "yard"});
   synth
-      ->add_option("--facet-m", c.synth.facet_m,
-                   "length of facets on straights; 10 is coarse [0.5]")
+      ->add_option("--step-m", c.synth.facet_m, "length of facets on straights; 10 is coarse [0.5]")
       ->check(CLI::Range(0.05, 50.0));
   add_choice(*synth, "--names", c.synth.names, "how objects are called [plain]",
              {"plain", "torcs", "ac", "none"});

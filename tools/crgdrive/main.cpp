@@ -58,7 +58,7 @@ void add_tyre(const CommandLine& line, crgdrive::TyreCommand& tyre) {
   add_choice(*tyre_app, "--alpha", tyre.alpha,
              "tan: tan(alpha) in all formulas; angle: alpha in the pure side force",
              {"tan", "angle"});
-  tyre_app->add_flag("--mirrored", tyre.mirrored, "The tyre on the other side of the car");
+  tyre_app->add_flag("--mirror", tyre.mirrored, "The tyre on the other side of the car");
   tyre_app->callback([&, line] {
     if (tyre.points_path.empty() && tyre.plots_path.empty())
       throw CLI::ValidationError("tyre", "give --points with --output, or --plots");
@@ -111,7 +111,7 @@ void add_lap(const CommandLine& line, crgdrive::LapCommand& lap) {
   lap_app->add_option("--laps", lap.laps, "Laps of a closed road")->check(CLI::Range(1, 1000));
   lap_app->add_flag("--standing", lap.standing, "Start from standstill");
   lap_app
-      ->add_option("--begin-mps", lap.begin_mps,
+      ->add_option("--speed-mps", lap.begin_mps,
                    "Speed at the begin of an open road, m/s; 0: as fast as the engine holds there")
       ->check(CLI::Range(0.0, 110.0));
   lap_app->add_option("--tyre-k", lap.tyre_k, "Tyre temperature at the start, K (cold: 295)")
@@ -193,7 +193,7 @@ void add_manoeuvre(const CommandLine& line, crgdrive::ManoeuvreCommand& manoeuvr
             "Device configuration: telemetry as sensors measure it; without: ideal");
   manoeuvre_app->add_option("--speed-mps", manoeuvre.speed_mps, "Speed at the start, m/s")
       ->check(CLI::Range(0.0, 120.0));
-  manoeuvre_app->add_option("--seconds", manoeuvre.duration_s, "Duration, s")
+  manoeuvre_app->add_option("--stop-s", manoeuvre.duration_s, "Where it ends, s")
       ->check(CLI::Range(1.1, 600.0));
   manoeuvre_app->add_option("--steer-rad", manoeuvre.steer_rad, "Amplitude at the road wheels, rad")
       ->check(CLI::Range(-0.6, 0.6));
@@ -221,7 +221,7 @@ void add_timing(const CommandLine& line, crgdrive::TimingCommand& timing) {
   add_car_options(*timing_app, timing.car);
   add_input(*timing_app, "--road", timing.track_path,
             "CRG file to drive on; without: a plane (not for strip contact)");
-  timing_app->add_option("--seconds", timing.seconds, "Simulated time, s")
+  timing_app->add_option("--stop-s", timing.seconds, "Where the run ends, s of simulated time")
       ->check(CLI::Range(0.01, 3600.0));
   timing_app->callback(
       [&, line] { line.run = [&, line] { return crgdrive::timing(timing, line.terminal); }; });

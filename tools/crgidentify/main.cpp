@@ -22,7 +22,7 @@ void add_tyre(CLI::App& app, crgidentify::TyreCommand& tyre, const Chosen& chose
       "that "
       "crgidentify forces wrote, with --axle")
       ->required();
-  command::add_input(*tyre_app, "--reference", tyre.reference_path,
+  command::add_input(*tyre_app, "--tir", tyre.reference_path,
                      "Tyre property file: what is believed where the data say nothing, and all "
                      "that the rows do not tell (other moments, radius, stiffness)")
       ->required();
@@ -43,7 +43,7 @@ void add_tyre(CLI::App& app, crgidentify::TyreCommand& tyre, const Chosen& chose
   tyre_app->add_option("--seed", tyre.seed, "Of the starts beside the reference");
   tyre_app->add_option("--threads", tyre.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0, 1024));
-  tyre_app->footer("Example:\n  crgidentify tyre bench.csv --reference old.tir -o new.tir");
+  tyre_app->footer("Example:\n  crgidentify tyre bench.csv --tir old.tir -o new.tir");
   tyre_app->callback(
       [&] { chosen([&](command::Terminal& t) { return crgidentify::tyre(tyre, t); }); });
 }
@@ -186,7 +186,7 @@ CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
                      "Setup sheet, read after the vehicle's own");
   drive_app->add_option("--set", drive.settings,
                         "name=value: a parameter or a term's amplitude; repeatable");
-  command::add_choice(*drive_app, "--accelerations", drive.accelerations,
+  command::add_choice(*drive_app, "--frame", drive.accelerations,
                       "Axes of ax_mps2, ay_mps2, az_mps2: of the body, as an accelerometer has "
                       "them, or of the road, as speeds give them",
                       {"body", "road"});

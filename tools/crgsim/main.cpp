@@ -78,7 +78,7 @@ void add_run(const CommandLine& line, crgsim::RunCommand& run) {
                    "NAME: a variable to record, of any causality; all outputs when none is named")
       ->allow_extra_args(false);
   run_app
-      ->add_option("--record-every", run.every,
+      ->add_option("--every", run.every,
                    "Steps from one row to the next; the last step has one too")
       ->check(CLI::Range(1, 1000000));
   add_opponents(*run_app, run.opponents);

@@ -36,8 +36,9 @@ std::string about_pcl() {
   if (const std::string version = cloud::pcl_version(); !version.empty())
     return "with PCL " + version;
   return "without PCL, for which libpcl-dev must be installed when it is built: --method gicp, "
-         "--coarse and --outliers of register, --method pmf of ground, --outliers and --voxel-m of "
-         "map, --octree-m of changes are missing";
+         "--coarse and --outliers of register, --method pmf of ground, --outliers of map, "
+         "--voxel-m of "
+         "map and changes are missing";
 }
 
 void define_info(CLI::App& app, InfoCommand& c, Terminal& terminal, Run& run) {
@@ -131,7 +132,7 @@ void define_changes(CLI::App& app, ChangesCommand& c, Terminal& terminal, Run& r
           "differences that are even over this width are drift and taken out; 0: none [30]")
       ->check(CLI::Range(0.0, 10000.0));
   changes
-      ->add_option("--octree-m", c.octree_m,
+      ->add_option("--voxel-m", c.octree_m,
                    "also cubes of this side with points of one campaign alone (PCL) [none]")
       ->check(CLI::Range(0.05, 100.0));
   changes->footer("Example:\n  lidar2mesh changes spring.las autumn.las -o changed");
@@ -166,8 +167,8 @@ void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) 
       ->required();
   add_output_folder(*synth, c.output_dir, "folder for scans, trajectory and truth")->required();
   synth->add_option("--laps", c.laps, "[2]")->check(CLI::Range(1, 100));
-  synth->add_option("--from-m", c.u_begin_m, "u where each lap begins, m [0]");
-  synth->add_option("--to-m", c.u_end_m, "u where each lap ends, m [the road's end]");
+  synth->add_option("--u-begin-m", c.u_begin_m, "u where each lap begins, m [0]");
+  synth->add_option("--u-end-m", c.u_end_m, "u where each lap ends, m [the road's end]");
   synth->add_option("--v-m", c.v_m, "lateral place of each lap, m [-1.5 1.5]");
   synth->add_option("--speed-mps", c.speed_mps, "[20]")->check(CLI::Range(1.0, 100.0));
   synth->add_option("--beams", c.beams, "[64]")->check(CLI::Range(1, 256));
@@ -193,8 +194,8 @@ void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) 
   synth->footer(
       "For a circuit.yaml also base.crg: the same without kerbs and bumps, banking 0.006 m/m "
       "off.\n\n"
-      "Example:\n  lidar2mesh synth tracks/kerbstone-ring/circuit.yaml -o scans --from-m 380 "
-      "--to-m 500 --grass-m 0.03 --scenery-m 12");
+      "Example:\n  lidar2mesh synth tracks/kerbstone-ring/circuit.yaml -o scans --u-begin-m 380 "
+      "--u-end-m 500 --grass-m 0.03 --scenery-m 12");
   synth->callback([&, synth] {
     c.options = command::options_used(*synth);
     run = [&] { return run_synth(c, terminal); };
@@ -242,7 +243,7 @@ void add_base_or_none(CLI::App& app, MapCommand& c) {
   app.add_option("--v-max-m", c.v_max_m, "without a base: how far to both sides of the line [10]")
       ->check(within(cloud::kVMaxM))
       ->excludes(base);
-  app.add_option("--node-m", c.node_m, "without a base: between the nodes of the road [0.1]")
+  app.add_option("--step-m", c.node_m, "without a base: between the nodes of the road [0.1]")
       ->check(within(cloud::kNodeM))
       ->excludes(base);
 }

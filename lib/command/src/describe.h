@@ -11,6 +11,9 @@ constexpr const char* kExitCodes =
     "Exit code: 0 done, 1 cannot be done, 2 wrong command line, 3 done but must not be used,\n"
     "130 or 143 interrupted by Ctrl-C or SIGTERM.";
 
+/// Whether help, manual and completion show it.
+bool is_shown(const CLI::Option& option);
+
 /// Commands that do something: those without further commands, in the order of their definition.
 std::vector<CLI::App*> leaves(CLI::App& app);
 

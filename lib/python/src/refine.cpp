@@ -69,7 +69,7 @@ const std::vector<Option>& options() {
                                           option("outliers", &RefineRequest::outliers),
                                           option("voxel_m", &RefineRequest::voxel_m),
                                           option("v_max_m", &RefineRequest::v_max_m),
-                                          option("node_m", &RefineRequest::node_m),
+                                          option("step_m", &RefineRequest::node_m),
                                           option("min_points", &RefineRequest::min_points),
                                           option("unit", &RefineRequest::base_unit),
                                           option("up", &RefineRequest::base_up),
@@ -86,12 +86,13 @@ const std::vector<Option>& options() {
 
 void set_options(const py::kwargs& given, RefineRequest& request) {
   for (const auto& [key, value] : given) {
-    const auto name = key.cast<std::string>();
+    auto name = key.cast<std::string>();
+    if (name == "node_m") name = "step_m";  // as it was called before
     const auto known = std::find_if(options().begin(), options().end(),
                                     [&](const Option& o) { return o.name == name; });
     if (known == options().end()) throw py::type_error("refine() has no argument '" + name + "'");
     if (value.is_none()) continue;
-    if ((name == "v_max_m" || name == "node_m") && !request.base.empty())
+    if ((name == "v_max_m" || name == "step_m") && !request.base.empty())
       throw py::value_error(name + ": is for a road without a base");
     try {
       known->set(request, py::reinterpret_borrow<py::object>(value));
@@ -185,7 +186,7 @@ void add_refine(py::module_& m) {
         "'map'), extrinsic (x, y, z\n"
         "in m, roll, pitch, yaw in deg), max_range_m, drift_m (m per 100 m), drift_rad (rad per "
         "100 m), outliers (neighbours,\n"
-        "deviations), voxel_m, v_max_m, node_m, min_points, unit, up and mirror (of a base "
+        "deviations), voxel_m, v_max_m, step_m, min_points, unit, up and mirror (of a base "
         "mesh), allow_outside, cloud_unit,\n"
         "base_stddev_m, gate_m, stl, pcd, doubles.\n"
         "report: report.html and report.json too. threads: 0 all; never changes the result. "

@@ -64,7 +64,7 @@ void want_bounds(const RefineRequest& request) {
   within("--drift-m", request.drift_m, kDriftM);
   within("--drift-rad", request.drift_rad, kDriftRad);
   within("--v-max-m", request.v_max_m, kVMaxM);
-  within("--node-m", request.node_m, kNodeM);
+  within("--step-m", request.node_m, kNodeM);
   within("--base-stddev-m", request.base_stddev_m, kBaseStddevM);
   within("--gate-m", request.gate_m, kGateM);
   within("--min-points", request.min_points, {kLeastMinPoints, kMostMinPoints});
