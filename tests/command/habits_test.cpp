@@ -311,7 +311,7 @@ class Called : public ::testing::Test {
           {"reverse", crg, "-o", f / "reverse.crg"},
           {"append", crg, crg, "--move", "-o", f / "append.crg"},
           {"transform", crg, "--set", "SCALE_Z_GRID=2", "-o", f / "transform.crg"},
-          {"export", crg, "--tum", "-o", f / "export.csv"},
+          {"export", crg, "-o", f / "export.csv"},
           {"synth", small_ring, "-o", f / "synth", "--step-m", "10"}}},
         {"crgdrive",
          {{"tyre", "--tir", trial + "front.tir", "--points", f / "fz.csv", "-o", f / "forces.csv"},

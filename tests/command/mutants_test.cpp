@@ -183,7 +183,7 @@ const std::vector<Kind> kKinds{
       {"crgbuild", "query", "@mutant", "--points", "@/points.csv", "-o", "@out.csv"},
       {"crgbuild", "report", "@mutant", "-o", "@out", "--json"},
       {"crgbuild", "convert", "@mutant", "--format", "LDFI", "-o", "@out.crg"},
-      {"crgbuild", "export", "@mutant", "--tum", "-o", "@out.csv"}}},
+      {"crgbuild", "export", "@mutant", "-o", "@out.csv"}}},
     {"mesh",
      put_mesh,
      [](const Folder&) { return meshes(); },

@@ -370,55 +370,72 @@ void define_edits(CLI::App& app, Commands& c) {
       ->type_name("KEY=VALUE");
 }
 
+/// Formats, and the flags that they had before: --xodr is -o NAME.xodr now.
+void add_old_formats(CLI::App& exported, std::string& format) {
+  for (const auto& [word, now] : {std::pair{"xodr", "-o NAME.xodr"},
+                                  {"rdf", "-o NAME.rdf"},
+                                  {"mesh", "-o NAME.glb"},
+                                  {"geojson", "-o NAME.geojson"},
+                                  {"kml", "-o NAME.kml"},
+                                  {"svg", "-o NAME.svg"},
+                                  {"tum", "-o NAME.csv"},
+                                  {"heightmap", "-o NAME.png"},
+                                  {"mat", "-o NAME.mat"}})
+    command::hide_old(exported.add_flag_callback(std::string("--") + word,
+                                                 [&format, word = std::string(word)] {
+                                                   if (!format.empty() && format != word)
+                                                     throw CLI::ValidationError(
+                                                         "export", "one format is wanted: --" +
+                                                                       format + " or --" + word);
+                                                   format = word;
+                                                 }),
+                      now);
+}
+
 void define_export(CLI::App& app, Commands& c) {
   CLI::App* exported = app.add_subcommand("export", "a road in a format of other programs");
   add_input(*exported, "crg", c.export_road.crg, "the road")->required();
-  add_output_file(*exported, c.export_road.output, "the exported file")->required();
-  exported->add_flag(
-      "--xodr", c.export_road.xodr,
-      "ASAM OpenDRIVE 1.8: line, lanes, elevation, superelevation, the CRG attached");
-  exported->add_flag("--rdf", c.export_road.rdf,
-                     "road data file of tyre models (.rdf) that names the CRG");
-  exported->add_flag("--mesh", c.export_road.mesh,
-                     "triangles, by the ending of the output: .glb .obj .ply .stl; road and kerb");
-  exported->add_flag("--geojson", c.export_road.geojson,
-                     "reference line, borders, start and kerbs in latitude and longitude");
-  exported->add_flag("--kml", c.export_road.kml, "the same for KML");
-  exported->add_flag("--svg", c.export_road.svg, "the same as a drawing, 1 unit a metre");
-  exported->add_flag("--tum", c.export_road.tum,
-                     "CSV of racing line programs: x_m,y_m,w_tr_right_m,w_tr_left_m, no heights");
-  exported->add_flag("--heightmap", c.export_road.heightmap,
-                     "16 bits a sample, by the ending: .png or .raw; beside it a .json says where");
-  exported->add_flag("--mat", c.export_road.mat,
-                     "MATLAB level 5: line and heights as variables, 8 bytes a number");
+  add_output_file(*exported, c.export_road.output,
+                  "the exported file; its ending says the format, see below")
+      ->required();
+  add_choice(*exported, "--format", c.export_road.format,
+             "where the ending of the output does not say it",
+             {"xodr", "rdf", "mesh", "geojson", "kml", "svg", "tum", "heightmap", "mat"});
+  add_old_formats(*exported, c.export_road.format);
   add_input(*exported, "--grip", c.export_road.friction_crg,
-            "for --xodr and --rdf: a CRG whose heights are friction coefficients");
+            "for .xodr and .rdf: a CRG whose heights are friction coefficients");
   exported
       ->add_option(
           "--step-m", c.export_road.step_m,
-          "for --mesh: distance of the rows along the road; for --heightmap: of the samples")
+          "of triangles: distance of the rows along the road; of height maps: of the samples")
       ->check(CLI::Range(0.001, 100.0))
       ->capture_default_str();
-  const ExportCommand& wanted = c.export_road;
+  ExportCommand& wanted = c.export_road;
   exported->callback([&wanted] {
-    if (wanted.xodr + wanted.rdf + wanted.mesh + wanted.geojson + wanted.kml + wanted.svg +
-            wanted.tum + wanted.heightmap + wanted.mat !=
-        1)
+    if (wanted.format.empty()) wanted.format = export_format_of(wanted.output);
+    if (wanted.format.empty())
       throw CLI::ValidationError(
-          "export",
-          "one format is wanted: --xodr, --rdf, --mesh, --heightmap, --mat, --geojson, --kml, "
-          "--svg or --tum");
-    if (!wanted.friction_crg.empty() && !wanted.xodr && !wanted.rdf)
+          "--output", "the ending of " + wanted.output + " says no format; give --format");
+    if (!wanted.friction_crg.empty() && wanted.format != "xodr" && wanted.format != "rdf")
       throw CLI::ValidationError("--grip",
-                                 "goes with --xodr and --rdf: the other formats name no CRG");
+                                 "goes with .xodr and .rdf: the other formats name no CRG");
   });
   exported->footer(
+      "  .xodr                ASAM OpenDRIVE 1.8: line, lanes, elevation, superelevation, the CRG "
+      "attached\n"
+      "  .rdf                 road data file of tyre models that names the CRG\n"
+      "  .glb .obj .ply .stl  triangles of road and kerb\n"
+      "  .png .raw            height map, 16 bits a sample; beside it a .json says where\n"
+      "  .mat                 MATLAB level 5: line and heights as variables, 8 bytes a number\n"
+      "  .geojson .kml        reference line, borders, start and kerbs in latitude and longitude\n"
+      "  .svg                 the same as a drawing, 1 unit a metre\n"
+      "  .csv                 racing line: x_m,y_m,w_tr_right_m,w_tr_left_m, no heights\n\n"
       "What a format cannot hold is listed. Modifiers of the file are worked in. A width ends at "
       "the last column before the first NaN.\n\n"
-      "Examples:\n  crgbuild export out/track.crg --xodr -o out/track.xodr\n"
-      "  crgbuild export out/track.crg --mesh -o track.glb\n"
-      "  crgbuild export out/track.crg --heightmap --step-m 0.25 -o track.png\n"
-      "  crgbuild export out/track.crg --tum -o track.csv");
+      "Examples:\n  crgbuild export out/track.crg -o out/track.xodr\n"
+      "  crgbuild export out/track.crg -o track.glb\n"
+      "  crgbuild export out/track.crg --step-m 0.25 -o track.png\n"
+      "  crgbuild export out/track.crg -o track.csv");
 }
 
 void define_file_tools(CLI::App& app, Commands& c) {
