@@ -652,9 +652,9 @@ std::vector<Reader> readers_of_crgbuild(const Folder& f) {
        .call = {"centreline", mesh, "--guide", "T", "-o", "O/line.csv"},
        .plain = round({"x_m", "y_m"}, 40, [](int, const Numbers& p) { return p; }),
        .gaps = true},
-      {.name = "crgbuild --guide-mapping",
+      {.name = "crgbuild centreline --mapping",
        .tool = tool,
-       .call = {"centreline", mesh, "--guide", "T", "--guide-mapping", f / "mapping.yaml", "-o",
+       .call = {"centreline", mesh, "--guide", "T", "--mapping", f / "mapping.yaml", "-o",
                 "O/line.csv"},
        .plain = round({"time", "east", "north"}, 40,
                       [](int i, const Numbers& p) {

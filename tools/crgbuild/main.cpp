@@ -1,6 +1,8 @@
 // Options in, one command, exit code.
 #include <algorithm>
+#include <array>
 #include <initializer_list>
+#include <set>
 
 #include "command/program.h"
 #include "commands.h"
@@ -13,6 +15,89 @@ using command::add_choice, command::add_input, command::add_output_file, command
 
 enum class Keys { of_these, of_all_but_these };
 
+/// Keys that are often given on the command line; docs/formats.md has the others, which are flags
+/// too.
+bool is_often_given(const std::string& key) {
+  static const std::set<std::string> kOften = {"up",
+                                               "mirror",
+                                               "unit",
+                                               "scale",
+                                               "allow_outside",
+                                               "use_names",
+                                               "bridge_gap_m",
+                                               "near_m",
+                                               "guide",
+                                               "route",
+                                               "guide_width_m",
+                                               "reverse",
+                                               "u_step_m",
+                                               "v_step_m",
+                                               "v_max_m",
+                                               "smooth_window_m",
+                                               "roughness_class",
+                                               "friction",
+                                               "control_points",
+                                               "trajectory",
+                                               "utm_zone",
+                                               "yaw_deg",
+                                               "translation_m",
+                                               "format",
+                                               "threads",
+                                               "line_is_right"};
+  return kOften.contains(key);
+}
+
+/// Keys whose flag is not called like them, and what that flag takes.
+struct OtherFlag {
+  const char *key, *flag, *takes, *text;
+};
+constexpr std::array kOtherFlags = {
+    OtherFlag{"start_near_m", "--start-at", "X,Y or an object's name",
+              "u = 0 where the line passes nearest to this point, or at the middle of this object"},
+    OtherFlag{"start_object", "--start-at", nullptr, nullptr},
+    OtherFlag{"guide_mapping", "--mapping", "a path",
+              "mapping.yaml that says which columns of a log as guide are the place"}};
+
+/// "12.5,-3" or "[12.5, -3]", which is no object's name.
+bool is_point(const std::string& text) {
+  double x = 0.0, y = 0.0;
+  const std::size_t comma = text.find(',');
+  if (text.starts_with("[")) return true;
+  return comma != std::string::npos && CLI::detail::lexical_cast(text.substr(0, comma), x) &&
+         CLI::detail::lexical_cast(text.substr(comma + 1), y);
+}
+
+CLI::Option* add_recipe_flag(CLI::App& command, const road::RecipeKey& key, const std::string& flag,
+                             RecipeFlags& flags) {
+  const std::string shown = key.show(road::Recipe{});
+  std::string text = key.meaning;
+  const bool alone = road::is_switch(key);
+  if (!shown.empty() && !alone) text += " [" + shown + "]";
+  if (alone)
+    return command.add_flag_callback(
+        flag, [&flags, name = key.name] { flags.emplace_back(name, "true"); }, text);
+  if (key.wanted.ends_with(" ..."))  // words that may stand one by one
+    return command
+        .add_option_function<std::vector<std::string>>(
+            flag,
+            [&flags, name = key.name](const std::vector<std::string>& words) {
+              std::string value;
+              for (const std::string& word : words) value += (value.empty() ? "" : " ") + word;
+              flags.emplace_back(name, value);
+            },
+            text)
+        ->type_name(key.wanted);
+  return command
+      .add_option_function<std::string>(
+          flag,
+          [&flags, name = key.name](const std::string& value) {
+            const bool object = name == "start_near_m" && !is_point(value);
+            flags.emplace_back(object ? "start_object" : name, value);
+          },
+          text)
+      ->type_name(key.wanted);
+}
+
 /// One flag per recipe key of these stages, or of these names: u_step_m becomes --u-step-m.
 void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
                       std::initializer_list<const char*> stages, Keys keys = Keys::of_these) {
@@ -21,38 +106,23 @@ void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
   };
   for (const road::RecipeKey& key : road::recipe_keys()) {
     if ((listed(key.stage) || listed(key.name)) != (keys == Keys::of_these)) continue;
-    const std::string shown = key.show(road::Recipe{});
-    std::string text = key.meaning;
-    const bool alone = road::is_switch(key);
-    if (!shown.empty() && !alone) text += " [" + shown + "]";
     const std::string group = key.stage == "output" ? "Output" : "Stage: " + key.stage;
-    if (alone) {
-      command
-          .add_flag_callback(
-              road::flag_of(key.name),
-              [&flags, name = key.name] { flags.emplace_back(name, "true"); }, text)
-          ->group(group);
+    const auto* const other = std::find_if(kOtherFlags.begin(), kOtherFlags.end(),
+                                           [&](const OtherFlag& o) { return o.key == key.name; });
+    std::string as_key = "--" + key.name;
+    std::replace(as_key.begin(), as_key.end(), '_', '-');
+    CLI::Option* const option = add_recipe_flag(command, key, as_key, flags);
+    option->group(group);
+    if (other == kOtherFlags.end()) {
+      if (!is_often_given(key.name)) command::hide(option);
       continue;
     }
-    if (key.wanted.ends_with(" ...")) {  // words that may stand one by one
-      command
-          .add_option_function<std::vector<std::string>>(
-              road::flag_of(key.name),
-              [&flags, name = key.name](const std::vector<std::string>& words) {
-                std::string value;
-                for (const std::string& word : words) value += (value.empty() ? "" : " ") + word;
-                flags.emplace_back(name, value);
-              },
-              text)
-          ->type_name(key.wanted)
+    if (other->takes != nullptr)
+      add_recipe_flag(command, key, other->flag, flags)
+          ->type_name(other->takes)
+          ->description(other->text)
           ->group(group);
-      continue;
-    }
-    CLI::Option* option = command.add_option_function<std::string>(
-        road::flag_of(key.name),
-        [&flags, name = key.name](const std::string& value) { flags.emplace_back(name, value); },
-        text);
-    option->type_name(key.wanted)->group(group);
+    command::hide_old(option, other->flag);
   }
 }
 
@@ -107,7 +177,10 @@ void define_main_way(CLI::App& app, Commands& c) {
       "with\n"
       "the road, and where), report.json and summary.json (every number), <name>.stl (the surface "
       "that\n"
-      "was kept) and centreline.csv into the folder.\n\n"
+      "was kept) and centreline.csv into the folder. Every key of a track.yaml is a flag, also "
+      "those "
+      "that\n"
+      "are not listed here (docs/formats.md): kerb_min_height_m is --kerb-min-height-m.\n\n"
       "Examples:\n"
       "  crgbuild build track.obj -o out\n"
       "  crgbuild build track.fbx -o out --up y --unit cm --v-max-m 12\n"
@@ -255,7 +328,7 @@ void define_line_stages(CLI::App& app, Commands& c) {
   add_output_file(*centreline, c.centreline.output, "CSV: x_m,y_m,z_m,half_width_m")->required();
   add_recipe_flags(*centreline, c.centreline.flags, {"read", "clean", "centreline"});
   centreline->footer(
-      "Example:\n  crgbuild centreline surface.obj -o centreline.csv --start-near-m 120,-35.5");
+      "Example:\n  crgbuild centreline surface.obj -o centreline.csv --start-at 120,-35.5");
 }
 
 /// Stages 3 to 6: what becomes of the heights.
