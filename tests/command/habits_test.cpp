@@ -546,16 +546,22 @@ TEST_F(Called, OtherFilesThanTheFirstAreLookedAtBeforeTheWorkToo) {
   const Folder& f = *folder_;
   const std::string car = places::source() + "/vehicles/open_wheel/vehicle.yaml";
   const Words brakes{"brakes", f / "first_lap.csv", "--car", car};
-  for (const std::string flag : {"--pad-map", "--plots"}) {
-    const ToolRun nowhere =
-        run_tool(places::crgidentify(), brakes + Words{flag, "/proc/self/nowhere/x"});
+  for (const Words& more : {Words{"--pad-map", "/proc/self/nowhere/x"},
+                            Words{"-o", f / "b.txt", "-o", "/proc/self/nowhere/x.html"}}) {
+    const ToolRun nowhere = run_tool(places::crgidentify(), brakes + more);
     EXPECT_EQ(nowhere.code, 1);
     EXPECT_THAT(nowhere.err, HasSubstr("/proc/self/nowhere"));
     EXPECT_EQ(nowhere.out, "");
+  }
+  for (const char* flag : {"--pad-map", "--plots"}) {
     const ToolRun both = run_tool(places::crgidentify(), brakes + Words{"-o", "-", flag, "-"});
     EXPECT_EQ(both.code, 2);
     EXPECT_THAT(both.err, HasSubstr("standard output takes one of them; name a file"));
   }
+  const ToolRun two =
+      run_tool(places::crgidentify(), brakes + Words{"-o", "a.html", "-o", "b.html"});
+  EXPECT_EQ(two.code, 2);
+  EXPECT_THAT(two.err, HasSubstr("a.html and b.html are files of one kind; give one"));
 }
 
 TEST_F(Called, WhatIsPrintedGoesToAFileWhereThereIsNoOther) {

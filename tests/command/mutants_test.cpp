@@ -266,7 +266,7 @@ const std::vector<Kind> kKinds{
      put_car,
      [](const Folder&) { return from_corpus({"tir"}); },
      0,
-     {{"crgdrive", "tyre", "--tir", "@mutant", "--plots", "@out.html", "--json"},
+     {{"crgdrive", "tyre", "--tir", "@mutant", "-o", "@out.html", "--json"},
       {"crgdrive", "tyre", "--tir", "@mutant", "--points", "@/fz.csv", "-o", "@out.csv"}}},
     {"map",
      put_car_of_a_map,

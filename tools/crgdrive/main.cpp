@@ -6,7 +6,8 @@
 
 namespace {
 
-using command::add_choice, command::add_input, command::add_output_file, command::add_output_folder;
+using command::add_choice, command::add_input, command::add_output_file, command::add_output_files,
+    command::add_output_folder;
 
 void add_car_settings(CLI::App& app, crgdrive::CarOptions& car) {
   add_input(app, "--setup", car.setup_path, "Setup sheet, read after the vehicle's own");
@@ -45,23 +46,22 @@ void add_tyre(const CommandLine& line, crgdrive::TyreCommand& tyre) {
       line.app.add_subcommand("tyre", "Steady-state forces of a .tir file at given points");
   add_input(*tyre_app, "--tir", tyre.tyre_path, "Tyre property file (Magic Formula 5.2, 6.1, 6.2)")
       ->required();
-  CLI::Option* const points =
-      add_input(*tyre_app, "--points", tyre.points_path,
-                "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa][,turn_1pm]");
-  CLI::Option* const forces =
-      add_output_file(*tyre_app, tyre.out_path,
-                      "CSV to write: the points and fx_n,fy_n,mz_nm,mx_nm,my_nm")
-          ->needs(points);
-  points->needs(forces);
-  add_output_file(*tyre_app, tyre.plots_path,
-                  "Page to write, HTML: the curves at four loads, and combined slip", "--plots");
+  add_input(*tyre_app, "--points", tyre.points_path,
+            "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa][,turn_1pm]");
+  add_output_files(*tyre_app, {{"", &tyre.out_path}, {".html", &tyre.plots_path}},
+                   "CSV to write: the points and fx_n,fy_n,mz_nm,mx_nm,my_nm; NAME.html: a page of "
+                   "curves at four loads, and combined slip");
+  command::hide_old(add_output_file(*tyre_app, tyre.plots_path, "", "--plots"), "-o NAME.html");
   add_choice(*tyre_app, "--alpha", tyre.alpha,
              "tan: tan(alpha) in all formulas; angle: alpha in the pure side force",
              {"tan", "angle"});
   tyre_app->add_flag("--mirror", tyre.mirrored, "The tyre on the other side of the car");
   tyre_app->callback([&, line] {
+    if (tyre.points_path.empty() != tyre.out_path.empty())
+      throw CLI::ValidationError("tyre", "--points and -o NAME.csv go together");
     if (tyre.points_path.empty() && tyre.plots_path.empty())
-      throw CLI::ValidationError("tyre", "give --points with --output, or --plots");
+      throw CLI::ValidationError("tyre",
+                                 "give --points with -o NAME.csv, or -o NAME.html for a page");
     line.run = [&, line] { return crgdrive::tyre(tyre, line.terminal); };
   });
 }

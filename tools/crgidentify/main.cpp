@@ -12,6 +12,15 @@ namespace {
 using Work = std::function<int(command::Terminal&)>;
 using Chosen = std::function<void(Work)>;
 
+/// A result, and a page about it: NAME.html.
+CLI::Option* add_output_and_page(CLI::App& app, std::string& out, std::string& page,
+                                 const std::string& text, const std::string& about_page) {
+  CLI::Option* const option = command::add_output_files(
+      app, {{"", &out}, {".html", &page}}, text + "; NAME.html: a page, " + about_page);
+  command::hide_old(command::add_output_file(app, page, "", "--plots"), "-o NAME.html");
+  return option;
+}
+
 void add_tyre(CLI::App& app, crgidentify::TyreCommand& tyre, const Chosen& chosen) {
   CLI::App* const tyre_app =
       app.add_subcommand("tyre", "Fits the Magic Formula to measured forces and moments of a tyre");
@@ -26,13 +35,10 @@ void add_tyre(CLI::App& app, crgidentify::TyreCommand& tyre, const Chosen& chose
                      "Tyre property file: what is believed where the data say nothing, and all "
                      "that the rows do not tell (other moments, radius, stiffness)")
       ->required();
-  command::add_output_file(*tyre_app, tyre.out_path,
-                           "Tyre property file to write: the reference with fitted values")
+  add_output_and_page(*tyre_app, tyre.out_path, tyre.plots_path,
+                      "Tyre property file to write: the reference with fitted values",
+                      "fitted curves with their bands, the rows beside them, what is left")
       ->required();
-  command::add_output_file(
-      *tyre_app, tyre.plots_path,
-      "Page to write, HTML: fitted curves with their bands, the rows beside them, what is left",
-      "--plots");
   command::add_choice(*tyre_app, "--alpha", tyre.alpha,
                       "tan: tan(alpha) in all formulas; angle: alpha in the pure side force",
                       {"tan", "angle"});
@@ -44,8 +50,11 @@ void add_tyre(CLI::App& app, crgidentify::TyreCommand& tyre, const Chosen& chose
   tyre_app->add_option("--threads", tyre.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0, 1024));
   tyre_app->footer("Example:\n  crgidentify tyre bench.csv --tir old.tir -o new.tir");
-  tyre_app->callback(
-      [&] { chosen([&](command::Terminal& t) { return crgidentify::tyre(tyre, t); }); });
+  tyre_app->callback([&] {
+    if (tyre.out_path.empty())
+      throw CLI::ValidationError("--output", "the fitted file is wanted, too: -o NAME.tir");
+    chosen([&](command::Terminal& t) { return crgidentify::tyre(tyre, t); });
+  });
 }
 
 void add_actuator(CLI::App& app, crgidentify::ActuatorCommand& actuator, const Chosen& chosen) {
@@ -70,10 +79,8 @@ void add_actuator(CLI::App& app, crgidentify::ActuatorCommand& actuator, const C
   command::add_choice(*actuator_app, "--hold", actuator.hold,
                       "How the command runs between rows; auto: step where it looks so",
                       {"auto", "line", "step"});
-  command::add_output_file(*actuator_app, actuator.out_path, "Setup sheet to write");
-  command::add_output_file(
-      *actuator_app, actuator.plots_path,
-      "Page to write, HTML: record and model, step response, amplitude and phase", "--plots");
+  add_output_and_page(*actuator_app, actuator.out_path, actuator.plots_path, "Setup sheet to write",
+                      "record and model, step response, amplitude and phase");
   actuator_app->add_option("--threads", actuator.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0, 1024));
   actuator_app->footer("Example:\n  crgidentify actuator lap.csv --part brake -o brake.txt");
@@ -171,8 +178,8 @@ void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen&
 CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
                     crgidentify::DriveCommand& drive,
                     int (*work)(const crgidentify::DriveCommand&, command::Terminal&),
-                    const Chosen& chosen, const char* out = "Setup sheet to write",
-                    const char* example = "found.txt") {
+                    const Chosen& chosen, const char* about_page = nullptr,
+                    const char* out = "Setup sheet to write", const char* example = "found.txt") {
   CLI::App* const drive_app = app.add_subcommand(name, what);
   command::add_input(*drive_app, "recording", drive.recording_path, "The log")->required();
   command::add_input(*drive_app, "--car", drive.vehicle_path,
@@ -194,7 +201,10 @@ CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
       ->add_option("--fuel-kg", drive.fuel_kg,
                    "Fuel on board, where not recorded; without: 30, and said so")
       ->check(CLI::Range(0.0, 1000.0));
-  command::add_output_file(*drive_app, drive.out_path, out);
+  if (about_page == nullptr)
+    command::add_output_file(*drive_app, drive.out_path, out);
+  else
+    add_output_and_page(*drive_app, drive.out_path, drive.plots_path, out, about_page);
   drive_app->footer(std::string("Example:\n  crgidentify ") + name +
                     " lap.csv --car vehicle.yaml --road road.crg -o " + example);
   drive_app->callback(
@@ -237,21 +247,16 @@ int main(int argc, char** argv) {
       add_drive(app, "brakes",
                 "Finds the brakes' torques, the pads' friction and the discs' heat from pressures, "
                 "temperatures and how the car slows down",
-                brakes, crgidentify::brakes, chosen);
+                brakes, crgidentify::brakes, chosen, "friction over temperature with its interval");
   command::add_output_file(*brakes_app, brakes.pad_map_path,
                            "Map of the pads' friction to write, CSV for a vehicle file, where "
                            "pressures and temperatures show one; the sheet then leaves it out",
                            "--pad-map");
-  command::add_output_file(*brakes_app, brakes.plots_path,
-                           "Page to write, HTML: friction over temperature with its interval",
-                           "--plots");
   crgidentify::DriveCommand engine;
-  command::add_output_file(
-      *add_drive(app, "engine", "Finds the engine's torque map from how the car speeds up", engine,
-                 crgidentify::engine, chosen,
-                 "YAML to write: lines for a vehicle file; NAME_map.csv and NAME_places.csv go "
-                 "beside it",
-                 "engine.yaml"),
-      engine.plots_path, "Page to write, HTML: torque over speed with its interval", "--plots");
+  add_drive(
+      app, "engine", "Finds the engine's torque map from how the car speeds up", engine,
+      crgidentify::engine, chosen, "torque over speed with its interval",
+      "YAML to write: lines for a vehicle file; NAME_map.csv and NAME_places.csv go beside it",
+      "engine.yaml");
   return command::run(app, terminal, argc, argv, [&] { return work(terminal); });
 }

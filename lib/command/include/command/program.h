@@ -26,7 +26,7 @@ CLI::Option* add_input(CLI::App& app, const std::string& names, Paths& paths,
   return app.add_option(names, paths, text)->type_name(kind);
 }
 
-/// -o FILE, or --plots for a second file; "-" is standard output.
+/// -o FILE, or --pad-map for a second file; "-" is standard output.
 CLI::Option* add_output_file(CLI::App& app, std::string& path, const std::string& text,
                              const std::string& names = "-o,--output");
 
