@@ -11,7 +11,7 @@ namespace command {
 namespace {
 
 /// One thing has one name in all commands; the names that it had still work.
-constexpr std::array<std::array<const char*, 2>, 17> kOldNames = {{
+constexpr std::array<std::array<const char*, 2>, 18> kOldNames = {{
     {"--track", "--road"},
     {"--base", "--road"},
     {"--vehicle", "--car"},
@@ -29,6 +29,7 @@ constexpr std::array<std::array<const char*, 2>, 17> kOldNames = {{
     {"--octree-m", "--voxel-m"},
     {"--reference", "--tir"},
     {"--accelerations", "--frame"},
+    {"--steps-s", "--step-s"},
 }};
 
 }  // namespace
