@@ -16,7 +16,7 @@ OPTION = re.compile(r"--[a-z][a-z0-9-]*")
 OWN_OPTIONS = {"--output", "--out", "--json", "--quiet", "--threads", "--name", "--help", "--version", "--tiles",
                "--step"}
 # Of `lidar2mesh map`: what it writes, which is the business of `merge` where there are tiles.
-MAP_OUTPUTS = {"--stl", "--pcd", "--doubles", "--no-report"}
+MAP_OUTPUTS = {"--format", "--stl", "--pcd", "--doubles", "--no-report"}
 MAP_STEPS = 4
 # MB a job needs whatever its inputs, and MB per MB of input: guesses, but for roads, which were seen to take 910.
 # What a job of the same folder took before stands in its cost.json and comes first.

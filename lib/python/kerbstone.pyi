@@ -342,8 +342,7 @@ def refine(
     cloud_unit: str | None = ...,
     base_stddev_m: float = ...,
     gate_m: float = ...,
-    stl: bool = ...,
-    pcd: bool = ...,
+    format: str | Sequence[str] = ...,
     doubles: bool = ...,
 ) -> Refined: ...
 

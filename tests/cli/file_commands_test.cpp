@@ -193,11 +193,11 @@ TEST(FileCommands, QueryAppliesWhatItIsTold) {
     return read(folder / "z.csv");
   };
   EXPECT_THAT(z("scaled.crg", {}), HasSubstr("110,50,10,0,1,"));
-  EXPECT_THAT(z("scaled.crg", {"--no-modifiers"}), HasSubstr("110,50,10,0,0.10"));
-  EXPECT_THAT(z("scaled.crg", {"--no-modifiers", "--set", "SCALE_Z_GRID=5"}),
+  EXPECT_THAT(z("scaled.crg", {"--modifiers", "none"}), HasSubstr("110,50,10,0,0.10"));
+  EXPECT_THAT(z("scaled.crg", {"--modifiers", "none", "--set", "SCALE_Z_GRID=5"}),
               HasSubstr("110,50,10,0,0.5"));
-  EXPECT_THAT(z("plain.crg", {"--reference-defaults"}), HasSubstr("10,2,10,0,0.10"));
-  EXPECT_THAT(z("plain.crg", {"--reference-defaults", "--set", "REFLINE_OFFSET_X=7"}),
+  EXPECT_THAT(z("plain.crg", {"--modifiers", "reference"}), HasSubstr("10,2,10,0,0.10"));
+  EXPECT_THAT(z("plain.crg", {"--modifiers", "reference", "--set", "REFLINE_OFFSET_X=7"}),
               HasSubstr("10,2,10,0,0.10"));
   EXPECT_THAT(z("plain.crg", {"--set", "BORDER_MODE_U=0"}), HasSubstr("\n130,50,30,0,,0,0,,\n"));
   const Ran both = crgbuild({"query", folder / "plain.crg", "--points", folder / "points.csv", "-o",

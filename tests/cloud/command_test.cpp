@@ -52,7 +52,7 @@ TEST(SlowCommand, TheMeshItWritesIsABaseForTheNextRun) {
   EXPECT_EQ(report["comparisons"][0]["key"], "against");
 
   ran = lidar2mesh(folder, "map " + scans + " --road " + at("first/refined.ply") + " -o " +
-                               at("second") + " --stl --no-report");
+                               at("second") + " --format stl --no-report");
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_TRUE(std::filesystem::exists(folder.path("second/refined.stl")));
   EXPECT_FALSE(std::filesystem::exists(folder.path("second/refined.ply")));
@@ -73,7 +73,7 @@ TEST(SlowCommand, TheMeshItWritesIsABaseForTheNextRun) {
 
   // Into the folder of an earlier map: what this one does not make goes, and the set is whole.
   ran = lidar2mesh(folder, "map " + scans + " --road " + at("road.crg") + " -o " + at("first") +
-                               " --stl --no-report");
+                               " --format stl --no-report");
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_FALSE(std::filesystem::exists(folder.path("first/refined.ply")));
   EXPECT_FALSE(std::filesystem::exists(folder.path("first/report.html")));

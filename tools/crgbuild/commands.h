@@ -119,7 +119,7 @@ int run_info(const InfoCommand& command, Terminal& terminal);
 struct QueryCommand {
   std::string crg, points, output;
   unsigned threads = 0;
-  bool no_modifiers = false, reference_defaults = false;
+  std::string modifiers = "file";     ///< file, none or reference
   std::vector<std::string> settings;  ///< KEY=VALUE for options and modifiers
 };
 int run_query(const QueryCommand& command, Terminal& terminal);

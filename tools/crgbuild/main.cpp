@@ -529,12 +529,19 @@ void define_file_tools(CLI::App& app, Commands& c) {
       "there is no road")
       ->required();
   query->add_option("--threads", c.query.threads, "0: all cores")->check(CLI::Range(0, 1024));
+  add_choice(
+      *query, "--modifiers", c.query.modifiers,
+      "file: those of the file; none; reference: as file, but where the file has no such "
+      "section, what the reference C API does: fill NaN and move the right edge at the start "
+      "to the origin [file]",
+      {"file", "none", "reference"});
+  std::string& modifiers = c.query.modifiers;
   CLI::Option* none =
-      query->add_flag("--no-modifiers", c.query.no_modifiers, "apply no modifiers of the file");
-  query
-      ->add_flag("--reference-defaults", c.query.reference_defaults,
-                 "where the file has no modifier section, do what the reference C API does: fill "
-                 "NaN and move the right edge at the start to the origin")
+      query->add_flag_callback("--no-modifiers", [&modifiers] { modifiers = "none"; });
+  command::hide_old(none, "--modifiers none");
+  command::hide_old(
+      query->add_flag_callback("--reference-defaults", [&modifiers] { modifiers = "reference"; }),
+      "--modifiers reference")
       ->excludes(none);
   query->add_option("--set", c.query.settings, kSetHelp)->type_name("KEY=VALUE");
   query->footer(
@@ -542,7 +549,7 @@ void define_file_tools(CLI::App& app, Commands& c) {
       "top of either; REFPOINT_* wins over REFLINE_*.\n\n"
       "Examples:\n"
       "  crgbuild query out/track.crg --points points.csv -o heights.csv\n"
-      "  crgbuild query road.crg --points p.csv -o z.csv --no-modifiers --set BORDER_MODE_V=0");
+      "  crgbuild query road.crg --points p.csv -o z.csv --modifiers none --set BORDER_MODE_V=0");
 
   CLI::App* synth =
       app.add_subcommand("synth", "makes a mesh and its exact road from a drawn circuit");

@@ -88,7 +88,8 @@ void add_opponents(CLI::App& app, crgdrive::LapCommand& lap) {
   const char* const now = "--opponent VEHICLE.yaml@15m";
   CLI::Option* const second =
       command::hide_old(add_input(app, "--second", lap.second_path, ""), now);
-  command::hide_old(add_output_file(app, lap.second_out_path, "", "--second-output"), "-o FIRST -o SECOND")
+  command::hide_old(add_output_file(app, lap.second_out_path, "", "--second-output"),
+                    "-o FIRST -o SECOND")
       ->needs(second);
   command::hide_old(app.add_option("--second-ahead-m", lap.second_ahead_m), now)
       ->needs(second)

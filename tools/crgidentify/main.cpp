@@ -67,10 +67,10 @@ void add_actuator(CLI::App& app, crgidentify::ActuatorCommand& actuator, const C
   command::add_choice(*actuator_app, "--part", actuator.part,
                       "Which one: the channels looked for, and the keys of the setup sheet",
                       {"steering", "throttle", "brake"});
-  actuator_app->add_option("--input", actuator.input,
+  actuator_app->add_option("--command", actuator.input,
                            "Channel of the command; default steer_command_rad, throttle_command, "
                            "brake_fl_command_pa");
-  actuator_app->add_option("--movement", actuator.movement,
+  actuator_app->add_option("--measure", actuator.movement,
                            "Channel of the movement; default steer_rad, throttle, brake_fl_pa");
   command::add_choice(*actuator_app, "--order", actuator.order,
                       "Poles, with a zero and play; auto: by cross-validation",
@@ -104,10 +104,20 @@ void add_reduce(CLI::App& app, crgidentify::ReduceCommand& reduce, const Chosen&
       ->required();
   reduce_app->add_option("--fuel-kg", reduce.fuel_kg, "Fuel on board")
       ->check(CLI::Range(0.0, 1000.0));
-  reduce_app->add_option("--least-mps", reduce.least_mps, "Lowest speed")
-      ->check(CLI::Range(5.0, 100.0));
-  reduce_app->add_option("--most-mps", reduce.most_mps, "Highest speed; 0: the car's own")
+  reduce_app
+      ->add_option("--speed-mps", reduce.speed_mps, "Lowest and highest speed; 0: the car's own")
+      ->expected(2)
       ->check(CLI::Range(0.0, 110.0));
+  command::hide_old(reduce_app
+                        ->add_option_function<double>(
+                            "--least-mps", [&reduce](double mps) { reduce.speed_mps[0] = mps; })
+                        ->check(CLI::Range(5.0, 100.0)),
+                    "--speed-mps LOWEST HIGHEST");
+  command::hide_old(reduce_app
+                        ->add_option_function<double>(
+                            "--most-mps", [&reduce](double mps) { reduce.speed_mps[1] = mps; })
+                        ->check(CLI::Range(0.0, 110.0)),
+                    "--speed-mps LOWEST HIGHEST");
   reduce_app->add_option("--speeds", reduce.speeds, "How many between these")
       ->check(CLI::Range(2, 20));
   reduce_app->add_option("--slips", reduce.slips, "How many slip angles up to 0.2 rad")
@@ -131,8 +141,11 @@ void add_reduce(CLI::App& app, crgidentify::ReduceCommand& reduce, const Chosen&
       ->check(CLI::Range(0, 1024));
   reduce_app->footer(
       "Example:\n  crgidentify reduce --car vehicles/open_wheel/vehicle.yaml -o control.yaml");
-  reduce_app->callback(
-      [&] { chosen([&](command::Terminal& t) { return crgidentify::reduce(reduce, t); }); });
+  reduce_app->callback([&] {
+    if (reduce.speed_mps[0] < 5.0 || reduce.speed_mps[0] > 100.0)
+      throw CLI::ValidationError("--speed-mps", "a lowest speed of 5 to 100 wanted");
+    chosen([&](command::Terminal& t) { return crgidentify::reduce(reduce, t); });
+  });
 }
 
 void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen& chosen) {
@@ -160,8 +173,13 @@ void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen&
       ->check(CLI::Range(200.0, 600.0));
   forces_app->add_option("--disc-k", forces.disc_k, "Disc temperature there")
       ->check(CLI::Range(200.0, 1500.0));
-  forces_app->add_option("--step-ms", forces.step_ms, "Of the derivatives, at most")
-      ->check(CLI::Range(0.1, 4.0));
+  forces_app->add_option("--step-s", forces.step_s, "Of the derivatives, at most")
+      ->check(CLI::Range(1e-4, 4e-3));
+  command::hide_old(forces_app
+                        ->add_option_function<double>(
+                            "--step-ms", [&forces](double ms) { forces.step_s = 1e-3 * ms; })
+                        ->check(CLI::Range(0.1, 4.0)),
+                    "--step-s, in seconds,");
   forces_app
       ->add_option("--noise-rounds", forces.noise_rounds,
                    "Rounds of estimating noises from the log; 0: as a first look says")

@@ -89,8 +89,8 @@ int reduce(const ReduceCommand& command, Terminal& terminal) {
   }
   identify::ReduceOptions options;
   options.fuel_kg = command.fuel_kg;
-  options.least_mps = command.least_mps;
-  options.most_mps = command.most_mps;
+  options.least_mps = command.speed_mps[0];
+  options.most_mps = command.speed_mps[1];
   options.speeds = command.speeds;
   options.slips = command.slips;
   options.gravities = command.gravities;

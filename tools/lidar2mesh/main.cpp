@@ -1,5 +1,7 @@
 // Options in, one command, exit code.
+#include <algorithm>
 #include <functional>
+#include <string>
 
 #include "cloud/pcl.h"
 #include "command/program.h"
@@ -9,6 +11,8 @@ namespace lidar2mesh {
 namespace {
 
 using command::add_choice, command::add_input, command::add_output_file, command::add_output_folder;
+
+using std::string_literals::operator""s;
 
 using Run = std::function<int()>;
 
@@ -92,10 +96,11 @@ void define_register(CLI::App& app, RegisterCommand& c, Terminal& terminal, Run&
       ->check(CLI::Range(0.01, 10.0));
   reg->add_option("--reach-m", c.reach_m, "how far off the source may be [2]")
       ->check(CLI::Range(0.05, 100.0));
-  add_choice(*reg, "--method", c.method, "our own, or PCL's generalised ICP [own]",
-             {"own", "gicp"});
-  reg->add_flag("--robust", c.robust,
-                "own method: end with pairs within two cubes, and what moved loses its pull");
+  add_choice(*reg, "--method", c.method,
+             "our own; robust: it ends with pairs within two cubes, and what moved loses its pull; "
+             "or PCL's generalised ICP [own]",
+             {"own", "robust", "gicp"});
+  command::hide_old(reg->add_flag("--robust", c.robust), "--method robust");
   reg->add_flag(
       "--coarse", c.coarse,
       "begin without a guess: shapes of both clouds are paired (PCL); --reach-m holds after it");
@@ -268,8 +273,19 @@ void add_fusion(CLI::App& app, MapCommand& c) {
 
 CLI::Option* add_results(CLI::App& app, MapCommand& c, const char* folder) {
   CLI::Option* const output = add_output_folder(app, c.output_dir, folder);
-  app.add_flag("--stl", c.stl, "write refined.stl (float32) instead of refined.ply");
-  app.add_flag("--pcd", c.pcd, "also write refined.pcd: the nodes with normals and sigma");
+  app.add_option("--format", c.format,
+                 "of the refined surface, one or more, ply,pcd: .ply, .stl (float32), or .pcd: the "
+                 "nodes with normals and sigma [ply]")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->transform(CLI::IsMember({"ply", "stl", "pcd"}, CLI::ignore_case).description(""))
+      ->type_name("ply, stl or pcd");
+  command::hide_old(
+      app.add_flag_callback(
+          "--stl", [&c] { std::replace(c.format.begin(), c.format.end(), "ply"s, "stl"s); }),
+      "--format stl");
+  command::hide_old(app.add_flag_callback("--pcd", [&c] { c.format.emplace_back("pcd"); }),
+                    "--format ply,pcd");
   add_doubles(app, c.doubles);
   app.add_flag("!--no-report", c.report, "leave out report.html and report.json");
   return output;
