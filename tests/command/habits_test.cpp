@@ -344,8 +344,7 @@ class Called : public ::testing::Test {
           {"forces", f / "begin.csv", "--car", car, "--road", track, "--noise-rounds", "0", "-o",
            f / "forces"},
           {"reduce", "--car", car, "--speeds", "2", "--slips", "6", "--pressing", "1",
-           "--speed-mps", "15", "40", "--most-lap-share", "1", "--most-limit-share", "1", "-o",
-           f / "control.yaml"}}},
+           "--speed-mps", "15", "40", "--most-share", "1", "1", "-o", f / "control.yaml"}}},
         {"crgsim",
          {{"info", f / "unit.fmu"},
           {"run", f / "unit.fmu", "--stop-s", "0.1", "-o", f / "run.csv"},
@@ -547,7 +546,7 @@ TEST_F(Called, OtherFilesThanTheFirstAreLookedAtBeforeTheWorkToo) {
   const Folder& f = *folder_;
   const std::string car = places::source() + "/vehicles/open_wheel/vehicle.yaml";
   const Words brakes{"brakes", f / "first_lap.csv", "--car", car};
-  for (const Words& more : {Words{"--pad-map", "/proc/self/nowhere/x"},
+  for (const Words& more : {Words{"-o", f / "b.txt", "-o", "/proc/self/nowhere/x.csv"},
                             Words{"-o", f / "b.txt", "-o", "/proc/self/nowhere/x.html"}}) {
     const ToolRun nowhere = run_tool(places::crgidentify(), brakes + more);
     EXPECT_EQ(nowhere.code, 1);

@@ -295,10 +295,8 @@ void define_line_stages(CLI::App& app, Commands& c) {
       app.add_subcommand("preview", "a mesh to look at: each object in the colour of its class");
   add_input(*preview, "input", c.preview.input, kMeshHelp)->required();
   add_output_file(*preview, c.preview.output, "picture in three dimensions (.glb)")->required();
-  preview
-      ->add_option("--most-triangles", c.preview.most_triangles,
-                   "larger meshes are thinned to about as many")
-      ->check(CLI::Range(std::size_t{100}, std::size_t{50'000'000}));
+  command::hide(preview->add_option("--most-triangles", c.preview.most_triangles)
+                    ->check(CLI::Range(std::size_t{100}, std::size_t{50'000'000})));
   preview->add_flag("--raw", c.preview.raw,
                     "without what cleaning would say of it: all in grey, in a tenth of the time");
   add_recipe_flags(*preview, c.preview.flags, {"read", "clean"});

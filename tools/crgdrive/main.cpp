@@ -14,7 +14,7 @@ void add_car_settings(CLI::App& app, crgdrive::CarOptions& car) {
   app.add_option("--set", car.settings, "group.key=value or term=amplitude; may be repeated");
   add_choice(app, "--contact", car.contact, "In place of the vehicle's",
              {"single-point", "four-point", "strip"});
-  add_choice(app, "--integrator", car.integrator, "Euler's method", {"semi-implicit", "explicit"});
+  command::hide(add_choice(app, "--integrator", car.integrator, "", {"semi-implicit", "explicit"}));
 }
 
 void add_step(CLI::App& app, crgdrive::CarOptions& car) {

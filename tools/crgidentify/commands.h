@@ -40,7 +40,7 @@ struct ReduceCommand {
   std::vector<double> speed_mps{15.0, 0.0};  ///< lowest and highest; 0: the car's own
   std::size_t speeds = 5, slips = 20;
   std::vector<double> gravities{0.6, 1.0, 1.5};
-  double most_lap_share = 0.02, most_limit_share = 0.015;
+  std::vector<double> most_share{0.02, 0.015};  ///< of the lap and of the limit
   unsigned threads = 0;
 };
 int reduce(const ReduceCommand& command, Terminal& terminal);

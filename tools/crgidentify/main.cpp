@@ -12,11 +12,14 @@ namespace {
 using Work = std::function<int(command::Terminal&)>;
 using Chosen = std::function<void(Work)>;
 
-/// A result, and a page about it: NAME.html.
+/// A result, and a page about it: NAME.html. `table`, if any: NAME.csv beside both.
 CLI::Option* add_output_and_page(CLI::App& app, std::string& out, std::string& page,
-                                 const std::string& text, const std::string& about_page) {
-  CLI::Option* const option = command::add_output_files(
-      app, {{"", &out}, {".html", &page}}, text + "; NAME.html: a page, " + about_page);
+                                 const std::string& text, const std::string& about_page,
+                                 std::string* table = nullptr) {
+  std::vector<command::OutputKind> kinds{{"", &out}, {".html", &page}};
+  if (table != nullptr) kinds.push_back({".csv", table, false});
+  CLI::Option* const option =
+      command::add_output_files(app, kinds, text + "; NAME.html: a page, " + about_page);
   command::hide_old(command::add_output_file(app, page, "", "--plots"), "-o NAME.html");
   return option;
 }
@@ -44,8 +47,7 @@ void add_tyre(CLI::App& app, crgidentify::TyreCommand& tyre, const Chosen& chose
                       {"tan", "angle"});
   command::add_choice(*tyre_app, "--axle", tyre.axle,
                       "Whose tyres are fitted, from the forces of drives", {"front", "rear"});
-  tyre_app->add_option("--starts", tyre.starts, "Starts of every stage")
-      ->check(CLI::Range(1, 1000));
+  command::hide(tyre_app->add_option("--starts", tyre.starts)->check(CLI::Range(1, 1000)));
   tyre_app->add_option("--seed", tyre.seed, "Of the starts beside the reference");
   tyre_app->add_option("--threads", tyre.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0, 1024));
@@ -76,9 +78,8 @@ void add_actuator(CLI::App& app, crgidentify::ActuatorCommand& actuator, const C
                       "Poles, with a zero and play; auto: by cross-validation",
                       {"auto", "0", "1", "2", "3", "1-zero", "2-zero", "3-zero", "0-play", "1-play",
                        "2-play", "3-play", "1-zero-play", "2-zero-play", "3-zero-play"});
-  command::add_choice(*actuator_app, "--hold", actuator.hold,
-                      "How the command runs between rows; auto: step where it looks so",
-                      {"auto", "line", "step"});
+  command::hide(
+      command::add_choice(*actuator_app, "--hold", actuator.hold, "", {"auto", "line", "step"}));
   add_output_and_page(*actuator_app, actuator.out_path, actuator.plots_path, "Setup sheet to write",
                       "record and model, step response, amplitude and phase");
   actuator_app->add_option("--threads", actuator.threads, "0: all cores; the result is the same")
@@ -118,10 +119,8 @@ void add_reduce(CLI::App& app, crgidentify::ReduceCommand& reduce, const Chosen&
                             "--most-mps", [&reduce](double mps) { reduce.speed_mps[1] = mps; })
                         ->check(CLI::Range(0.0, 110.0)),
                     "--speed-mps LOWEST HIGHEST");
-  reduce_app->add_option("--speeds", reduce.speeds, "How many between these")
-      ->check(CLI::Range(2, 20));
-  reduce_app->add_option("--slips", reduce.slips, "How many slip angles up to 0.2 rad")
-      ->check(CLI::Range(5, 100));
+  command::hide(reduce_app->add_option("--speeds", reduce.speeds)->check(CLI::Range(2, 20)));
+  command::hide(reduce_app->add_option("--slips", reduce.slips)->check(CLI::Range(5, 100)));
   reduce_app
       ->add_option("--pressing", reduce.gravities,
                    "What presses the car on the road, over its gravity: dips and banks above "
@@ -129,14 +128,24 @@ void add_reduce(CLI::App& app, crgidentify::ReduceCommand& reduce, const Chosen&
       ->delimiter(',')
       ->check(CLI::Range(0.2, 4.0));
   reduce_app
-      ->add_option("--most-lap-share", reduce.most_lap_share,
-                   "A model whose lateral acceleration on the lap is further off (root mean "
-                   "square over the largest) is refused")
+      ->add_option("--most-share", reduce.most_share,
+                   "A model is refused whose lateral acceleration on the lap is further off (root "
+                   "mean square over the largest), or whose steady-state limit is")
+      ->expected(2)
       ->check(CLI::Range(0.0, 1.0));
-  reduce_app
-      ->add_option("--most-limit-share", reduce.most_limit_share,
-                   "The same for its steady-state limit")
-      ->check(CLI::Range(0.0, 1.0));
+  const char* const both = "--most-share LAP LIMIT";
+  command::hide_old(
+      reduce_app
+          ->add_option_function<double>("--most-lap-share",
+                                        [&reduce](double share) { reduce.most_share[0] = share; })
+          ->check(CLI::Range(0.0, 1.0)),
+      both);
+  command::hide_old(
+      reduce_app
+          ->add_option_function<double>("--most-limit-share",
+                                        [&reduce](double share) { reduce.most_share[1] = share; })
+          ->check(CLI::Range(0.0, 1.0)),
+      both);
   reduce_app->add_option("--threads", reduce.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0, 1024));
   reduce_app->footer(
@@ -180,10 +189,8 @@ void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen&
                             "--step-ms", [&forces](double ms) { forces.step_s = 1e-3 * ms; })
                         ->check(CLI::Range(0.1, 4.0)),
                     "--step-s, in seconds,");
-  forces_app
-      ->add_option("--noise-rounds", forces.noise_rounds,
-                   "Rounds of estimating noises from the log; 0: as a first look says")
-      ->check(CLI::Range(0, 50));
+  command::hide(
+      forces_app->add_option("--noise-rounds", forces.noise_rounds)->check(CLI::Range(0, 50)));
   forces_app->add_option("--threads", forces.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0, 1024));
   forces_app->footer(
@@ -197,7 +204,8 @@ CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
                     crgidentify::DriveCommand& drive,
                     int (*work)(const crgidentify::DriveCommand&, command::Terminal&),
                     const Chosen& chosen, const char* about_page = nullptr,
-                    const char* out = "Setup sheet to write", const char* example = "found.txt") {
+                    std::string* table = nullptr, const char* out = "Setup sheet to write",
+                    const char* example = "found.txt") {
   CLI::App* const drive_app = app.add_subcommand(name, what);
   command::add_input(*drive_app, "recording", drive.recording_path, "The log")->required();
   command::add_input(*drive_app, "--car", drive.vehicle_path,
@@ -222,7 +230,7 @@ CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
   if (about_page == nullptr)
     command::add_output_file(*drive_app, drive.out_path, out);
   else
-    add_output_and_page(*drive_app, drive.out_path, drive.plots_path, out, about_page);
+    add_output_and_page(*drive_app, drive.out_path, drive.plots_path, out, about_page, table);
   drive_app->footer(std::string("Example:\n  crgidentify ") + name +
                     " lap.csv --car vehicle.yaml --road road.crg -o " + example);
   drive_app->callback(
@@ -261,15 +269,16 @@ int main(int argc, char** argv) {
   add_drive(app, "suspension", "Finds springs and anti-roll bars from wheel loads and travels",
             suspension, crgidentify::suspension, chosen);
   crgidentify::DriveCommand brakes;
-  CLI::App* const brakes_app =
-      add_drive(app, "brakes",
-                "Finds the brakes' torques, the pads' friction and the discs' heat from pressures, "
-                "temperatures and how the car slows down",
-                brakes, crgidentify::brakes, chosen, "friction over temperature with its interval");
-  command::add_output_file(*brakes_app, brakes.pad_map_path,
-                           "Map of the pads' friction to write, CSV for a vehicle file, where "
-                           "pressures and temperatures show one; the sheet then leaves it out",
-                           "--pad-map");
+  CLI::App* const brakes_app = add_drive(
+      app, "brakes",
+      "Finds the brakes' torques, the pads' friction and the discs' heat from pressures, "
+      "temperatures and how the car slows down",
+      brakes, crgidentify::brakes, chosen, "friction over temperature with its interval",
+      &brakes.pad_map_path,
+      "Setup sheet to write; NAME.csv beside it: the pads' friction as a map for a vehicle file, "
+      "where pressures and temperatures show one; the sheet then leaves it out");
+  command::hide_old(command::add_output_file(*brakes_app, brakes.pad_map_path, "", "--pad-map"),
+                    "-o NAME.csv");
   crgidentify::DriveCommand engine;
   add_drive(
       app, "engine", "Finds the engine's torque map from how the car speeds up", engine,

@@ -99,7 +99,7 @@ int reduce(const ReduceCommand& command, Terminal& terminal) {
   const identify::Reduction r = identify::reduce_car(car, options);
   const identify::LapError lap =
       identify::compare_on_lap(car, r, vehicle::Road(*surface), terminal.progress());
-  const identify::ReduceBounds bounds{command.most_lap_share, command.most_limit_share};
+  const identify::ReduceBounds bounds{command.most_share[0], command.most_share[1]};
   std::string settings;
   for (const std::string& setting : command.settings) settings += " --set " + setting;
   const std::string source = base::one_line(

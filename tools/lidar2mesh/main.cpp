@@ -133,7 +133,7 @@ void define_changes(CLI::App& app, ChangesCommand& c, Terminal& terminal, Run& r
       ->check(CLI::Range(1e-4, 10.0));
   changes
       ->add_option(
-          "--level-m", c.level_m,
+          "--window-m", c.level_m,
           "differences that are even over this width are drift and taken out; 0: none [30]")
       ->check(CLI::Range(0.0, 10000.0));
   changes

@@ -11,14 +11,14 @@ namespace command {
 namespace {
 
 /// One thing has one name in all commands; the names that it had still work.
-constexpr std::array<std::array<const char*, 2>, 20> kOldNames = {{
+constexpr std::array<std::array<const char*, 2>, 21> kOldNames = {{
     {"--track", "--road"},       {"--base", "--road"},           {"--vehicle", "--car"},
     {"--recording", "--log"},    {"--recordings", "--log"},      {"--friction", "--grip"},
     {"--from-m", "--u-begin-m"}, {"--to-m", "--u-end-m"},        {"--begin-mps", "--speed-mps"},
     {"--seconds", "--stop-s"},   {"--record-every", "--every"},  {"--mirrored", "--mirror"},
     {"--facet-m", "--step-m"},   {"--node-m", "--step-m"},       {"--octree-m", "--voxel-m"},
     {"--reference", "--tir"},    {"--accelerations", "--frame"}, {"--steps-s", "--step-s"},
-    {"--input", "--command"},    {"--movement", "--measure"},
+    {"--level-m", "--window-m"}, {"--input", "--command"},       {"--movement", "--measure"},
 }};
 
 }  // namespace

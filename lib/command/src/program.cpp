@@ -255,8 +255,8 @@ CLI::Option* add_output_files(CLI::App& app, const std::vector<OutputKind>& kind
         return std::find_if(kinds.begin(), kinds.end(),
                             [&](const OutputKind& kind) { return kind.ending == ending; });
       };
-      const auto named = called(base::ending_of(path)),
-                 kind = named != kinds.end() ? named : called("");
+      auto kind = called(base::ending_of(path));
+      if (kind == kinds.end() || (paths.size() == 1 && !kind->alone)) kind = called("");
       if (std::find(taken.begin(), taken.end(), kind->path) != taken.end())
         throw CLI::ValidationError(
             "--output",

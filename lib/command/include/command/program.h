@@ -26,7 +26,7 @@ CLI::Option* add_input(CLI::App& app, const std::string& names, Paths& paths,
   return app.add_option(names, paths, text)->type_name(kind);
 }
 
-/// -o FILE, or --pad-map for a second file; "-" is standard output.
+/// -o FILE, or --sights for a second file; "-" is standard output.
 CLI::Option* add_output_file(CLI::App& app, std::string& path, const std::string& text,
                              const std::string& names = "-o,--output");
 
@@ -35,6 +35,7 @@ CLI::Option* add_output_file(CLI::App& app, std::string& path, const std::string
 struct OutputKind {
   std::string ending;
   std::string* path;
+  bool alone = true;  ///< false: where it is the only name, it is that of the kind for all others
 };
 
 /// -o FILE, more than once where more than one result is wanted; the ending says which it is.
