@@ -199,13 +199,19 @@ void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen&
       [&] { chosen([&](command::Terminal& t) { return crgidentify::forces(forces, t); }); });
 }
 
+/// What a command that fits parts of a car writes.
+struct DriveOutput {
+  const char* text = "Setup sheet to write";
+  const char* example = "found.txt";
+  const char* about_page = nullptr;  ///< none: it has no page
+  std::string* table = nullptr;      ///< none: it has no table
+};
+
 /// A command that fits parts of a car to one drive.
 CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
                     crgidentify::DriveCommand& drive,
                     int (*work)(const crgidentify::DriveCommand&, command::Terminal&),
-                    const Chosen& chosen, const char* about_page = nullptr,
-                    std::string* table = nullptr, const char* out = "Setup sheet to write",
-                    const char* example = "found.txt") {
+                    const Chosen& chosen, const DriveOutput& output = {}) {
   CLI::App* const drive_app = app.add_subcommand(name, what);
   command::add_input(*drive_app, "recording", drive.recording_path, "The log")->required();
   command::add_input(*drive_app, "--car", drive.vehicle_path,
@@ -227,12 +233,13 @@ CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
       ->add_option("--fuel-kg", drive.fuel_kg,
                    "Fuel on board, where not recorded; without: 30, and said so")
       ->check(CLI::Range(0.0, 1000.0));
-  if (about_page == nullptr)
-    command::add_output_file(*drive_app, drive.out_path, out);
+  if (output.about_page == nullptr)
+    command::add_output_file(*drive_app, drive.out_path, output.text);
   else
-    add_output_and_page(*drive_app, drive.out_path, drive.plots_path, out, about_page, table);
+    add_output_and_page(*drive_app, drive.out_path, drive.plots_path, output.text,
+                        output.about_page, output.table);
   drive_app->footer(std::string("Example:\n  crgidentify ") + name +
-                    " lap.csv --car vehicle.yaml --road road.crg -o " + example);
+                    " lap.csv --car vehicle.yaml --road road.crg -o " + output.example);
   drive_app->callback(
       [&drive, work, &chosen] { chosen([&](command::Terminal& t) { return work(drive, t); }); });
   return drive_app;
@@ -273,17 +280,17 @@ int main(int argc, char** argv) {
       app, "brakes",
       "Finds the brakes' torques, the pads' friction and the discs' heat from pressures, "
       "temperatures and how the car slows down",
-      brakes, crgidentify::brakes, chosen, "friction over temperature with its interval",
-      &brakes.pad_map_path,
-      "Setup sheet to write; NAME.csv beside it: the pads' friction as a map for a vehicle file, "
-      "where pressures and temperatures show one; the sheet then leaves it out");
+      brakes, crgidentify::brakes, chosen,
+      {"Setup sheet to write; NAME.csv beside it: the pads' friction as a map for a vehicle file, "
+       "where pressures and temperatures show one; the sheet then leaves it out",
+       "found.txt", "friction over temperature with its interval", &brakes.pad_map_path});
   command::hide_old(command::add_output_file(*brakes_app, brakes.pad_map_path, "", "--pad-map"),
                     "-o NAME.csv");
   crgidentify::DriveCommand engine;
-  add_drive(
-      app, "engine", "Finds the engine's torque map from how the car speeds up", engine,
-      crgidentify::engine, chosen, "torque over speed with its interval",
-      "YAML to write: lines for a vehicle file; NAME_map.csv and NAME_places.csv go beside it",
-      "engine.yaml");
+  add_drive(app, "engine", "Finds the engine's torque map from how the car speeds up", engine,
+            crgidentify::engine, chosen,
+            {"YAML to write: lines for a vehicle file; NAME_map.csv and NAME_places.csv go beside "
+             "it",
+             "engine.yaml", "torque over speed with its interval", nullptr});
   return command::run(app, terminal, argc, argv, [&] { return work(terminal); });
 }
