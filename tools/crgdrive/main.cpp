@@ -114,6 +114,7 @@ void add_lap(const CommandLine& line, crgdrive::LapCommand& lap) {
           "Telemetry to write, CSV; MCAP where the name ends in .mcap; a second time for a "
           "second car")
       ->allow_extra_args(false)
+      ->default_str("")
       ->type_name(command::kFileOrDash);
   add_input(*lap_app, "--devices", lap.devices_path,
             "Device configuration: telemetry as sensors measure it; without: ideal");

@@ -115,7 +115,13 @@ std::string completed_by(const std::string& type_name) {
 
 }  // namespace
 
-bool is_shown(const CLI::Option& option) { return !option.get_group().empty(); }
+bool is_shown(const CLI::Option& option) { return option.get_group() != kHidden; }
+
+void leave_hidden_out(CLI::App& app) {
+  for (CLI::App* leaf : leaves(app))
+    for (CLI::Option* option : leaf->get_options())
+      if (!is_shown(*option)) option->group("");
+}
 
 std::vector<CLI::App*> leaves(CLI::App& app) {
   std::vector<CLI::App*> out;

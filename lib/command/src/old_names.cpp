@@ -23,10 +23,10 @@ constexpr std::array<std::array<const char*, 2>, 21> kOldNames = {{
 
 }  // namespace
 
-CLI::Option* hide(CLI::Option* option) { return option->group("")->description(""); }
+CLI::Option* hide(CLI::Option* option) { return option->group(kHidden)->description(""); }
 
 CLI::Option* hide_old(CLI::Option* option, const std::string& now) {
-  return option->group("")->description(now);
+  return option->group(kHidden)->description(now);
 }
 
 bool is_old(const CLI::Option& option) {

@@ -223,6 +223,7 @@ int parse_and_work(CLI::App& app, Terminal& terminal, std::vector<std::string> w
     app.parse(std::move(words));
   } catch (const CLI::CallForHelp&) {
     terminal.quiet = false;
+    leave_hidden_out(app);
     const CLI::App* const at = last_chosen(app);
     const std::string all = chosen(app);
     return terminal.print(at->help(at == &app ? "" : all.substr(0, all.rfind(' ')))), kOk;
@@ -232,8 +233,8 @@ int parse_and_work(CLI::App& app, Terminal& terminal, std::vector<std::string> w
   for (const std::string& remark : remarks) terminal.remark(remark);
   for (const CLI::Option* option : last_chosen(app)->get_options())
     if (is_old(*option) && option->count() > 0)
-      terminal.remark(fmt::format("{} is written {} now", option->get_name(false, true),
-                                  option->get_description()));
+      terminal.remark(
+          fmt::format("{} is written {} now", option->get_name(), option->get_description()));
   look_at_paths(app, terminal);
   terminal.start(words_to(*last_chosen(app)));
   return work();
