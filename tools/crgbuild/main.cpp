@@ -60,11 +60,8 @@ constexpr std::array kOtherFlags = {
 
 /// "12.5,-3" or "[12.5, -3]", which is no object's name.
 bool is_point(const std::string& text) {
-  double x = 0.0, y = 0.0;
-  const std::size_t comma = text.find(',');
-  if (text.starts_with("[")) return true;
-  return comma != std::string::npos && CLI::detail::lexical_cast(text.substr(0, comma), x) &&
-         CLI::detail::lexical_cast(text.substr(comma + 1), y);
+  return text.find_first_not_of("0123456789+-.eE, []") == std::string::npos &&
+         text.find(",") != std::string::npos;
 }
 
 CLI::Option* add_recipe_flag(CLI::App& command, const road::RecipeKey& key, const std::string& flag,

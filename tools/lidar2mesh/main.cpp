@@ -41,8 +41,7 @@ std::string about_pcl() {
     return "with PCL " + version;
   return "without PCL, for which libpcl-dev must be installed when it is built: --method gicp, "
          "--coarse and --outliers of register, --method pmf of ground, --outliers of map, "
-         "--voxel-m of "
-         "map and changes are missing";
+         "--voxel-m of map and changes are missing";
 }
 
 void define_info(CLI::App& app, InfoCommand& c, Terminal& terminal, Run& run) {
