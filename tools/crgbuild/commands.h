@@ -167,11 +167,10 @@ int run_transform(const TransformCommand& command, Terminal& terminal);
 /// A road in a format of other programs.
 struct ExportCommand {
   std::string crg, output, friction_crg;
-  std::string format;   ///< xodr, rdf, mesh, geojson, kml, svg, tum, heightmap or mat
+  std::string format;   ///< empty: as the output ends; xodr, rdf, mesh, geojson, kml, svg, tum,
+                        ///< heightmap or mat
   double step_m = 0.5;  ///< of rows, for triangles; of samples, for heightmaps
 };
-/// The format of a file of this name, by its ending; empty: none of them.
-std::string export_format_of(const std::string& output);
 int run_export(const ExportCommand& command, Terminal& terminal);
 
 struct SynthCommand {

@@ -150,8 +150,7 @@ Written write_text(const crg::Surface& road, const ExportCommand& command) {
   return {fmt::format("{} bytes", made.text.size()), {{"bytes", made.text.size()}}, made.lost};
 }
 
-}  // namespace
-
+/// The format of a file of this name, by its ending; empty: none of them.
 std::string export_format_of(const std::string& output) {
   static const std::map<std::string, std::string> kByEnding = {
       {".xodr", "xodr"},     {".rdf", "rdf"},  {".glb", "mesh"},        {".obj", "mesh"},
@@ -162,7 +161,15 @@ std::string export_format_of(const std::string& output) {
   return known == kByEnding.end() ? "" : known->second;
 }
 
-int run_export(const ExportCommand& command, Terminal& terminal) {
+}  // namespace
+
+int run_export(const ExportCommand& asked, Terminal& terminal) {
+  ExportCommand command = asked;
+  if (command.format.empty()) command.format = export_format_of(command.output);
+  if (command.format.empty())
+    throw UsageError("the ending of " + command.output + " says no format; give --format");
+  if (!command.friction_crg.empty() && command.format != "xodr" && command.format != "rdf")
+    throw UsageError("--grip goes with .xodr and .rdf: the other formats name no CRG");
   const crg::Surface road(crg::read(command.crg));
   if (!command.friction_crg.empty()) crg::read(command.friction_crg);  // that it is one
   const std::string& format = command.format;

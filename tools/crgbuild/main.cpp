@@ -478,16 +478,6 @@ void define_export(CLI::App& app, Commands& c) {
           "of triangles: distance of the rows along the road; of height maps: of the samples")
       ->check(CLI::Range(0.001, 100.0))
       ->capture_default_str();
-  ExportCommand& wanted = c.export_road;
-  exported->callback([&wanted] {
-    if (wanted.format.empty()) wanted.format = export_format_of(wanted.output);
-    if (wanted.format.empty())
-      throw CLI::ValidationError(
-          "--output", "the ending of " + wanted.output + " says no format; give --format");
-    if (!wanted.friction_crg.empty() && wanted.format != "xodr" && wanted.format != "rdf")
-      throw CLI::ValidationError("--grip",
-                                 "goes with .xodr and .rdf: the other formats name no CRG");
-  });
   exported->footer(
       "  .xodr                ASAM OpenDRIVE 1.8: line, lanes, elevation, superelevation, the CRG "
       "attached\n"

@@ -59,14 +59,8 @@ void add_tyre(const CommandLine& line, crgdrive::TyreCommand& tyre) {
              "tan: tan(alpha) in all formulas; angle: alpha in the pure side force",
              {"tan", "angle"});
   tyre_app->add_flag("--mirror", tyre.mirrored, "The tyre on the other side of the car");
-  tyre_app->callback([&, line] {
-    if (tyre.points_path.empty() != tyre.out_path.empty())
-      throw CLI::ValidationError("tyre", "--points and -o NAME.csv go together");
-    if (tyre.points_path.empty() && tyre.plots_path.empty())
-      throw CLI::ValidationError("tyre",
-                                 "give --points with -o NAME.csv, or -o NAME.html for a page");
-    line.run = [&, line] { return crgdrive::tyre(tyre, line.terminal); };
-  });
+  tyre_app->callback(
+      [&, line] { line.run = [&, line] { return crgdrive::tyre(tyre, line.terminal); }; });
 }
 
 void add_parameters(const CommandLine& line) {

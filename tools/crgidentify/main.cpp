@@ -52,11 +52,8 @@ void add_tyre(CLI::App& app, crgidentify::TyreCommand& tyre, const Chosen& chose
   tyre_app->add_option("--threads", tyre.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0, 1024));
   tyre_app->footer("Example:\n  crgidentify tyre bench.csv --tir old.tir -o new.tir");
-  tyre_app->callback([&] {
-    if (tyre.out_path.empty())
-      throw CLI::ValidationError("--output", "the fitted file is wanted, too: -o NAME.tir");
-    chosen([&](command::Terminal& t) { return crgidentify::tyre(tyre, t); });
-  });
+  tyre_app->callback(
+      [&] { chosen([&](command::Terminal& t) { return crgidentify::tyre(tyre, t); }); });
 }
 
 void add_actuator(CLI::App& app, crgidentify::ActuatorCommand& actuator, const Chosen& chosen) {
