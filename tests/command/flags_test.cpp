@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "support/run_tool.h"
 
@@ -199,6 +200,44 @@ TEST(Flags, ThatAreNotShownWorkAndSayTheNewOne) {
     EXPECT_EQ(ran.code, 1) << ran.err;
     for (const std::string& said : old.said) EXPECT_THAT(ran.err, HasSubstr(said));
   }
+}
+
+/// What --second and --opponent-ahead-s said is said by --opponent, to the byte.
+TEST(Flags, OpponentIsALogOrACarOfTheSameRun) {
+  const Folder f;
+  std::string left = "x_m,y_m\n", right = left;
+  for (int x = 0; x <= 160; x += 20) {
+    left += std::to_string(x) + ",5\n";
+    right += std::to_string(x) + ",-5\n";
+  }
+  cli::write(f / "left.csv", left);
+  cli::write(f / "right.csv", right);
+  ASSERT_EQ(cli::crgbuild({"from-edges", f / "left.csv", f / "right.csv", "-o", f / "r"}).code, 0);
+  const std::string cars = places::source() + "/vehicles/", other = cars + "av21/vehicle.yaml";
+  const auto lap = [&](const Words& more) {
+    Words words{"lap", "--car", cars + "open_wheel/vehicle.yaml", "--road", f / "r/road.crg", "-q"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_tool(places::crgdrive(), words);
+  };
+  ASSERT_EQ(lap({"--second", other, "--second-ahead-m", "30", "--second-grip-usage", "0.5", "-o",
+                 f / "a1.csv", "--second-output", f / "a2.csv"})
+                .code,
+            0);
+  ASSERT_EQ(lap({"--opponent", other + "@30m", "--grip-usage", "0.75", "0.5", "-o", f / "b1.csv",
+                 "-o", f / "b2.csv"})
+                .code,
+            0);
+  EXPECT_EQ(cli::read(f / "a1.csv"), cli::read(f / "b1.csv"));
+  EXPECT_EQ(cli::read(f / "a2.csv"), cli::read(f / "b2.csv"));
+  EXPECT_NE(cli::read(f / "a1.csv"), cli::read(f / "a2.csv"));
+  ASSERT_EQ(lap({"--opponent", f / "a2.csv", "--opponent-ahead-s", "2", "-o", f / "c.csv"}).code,
+            0);
+  ASSERT_EQ(lap({"--opponent", f / "a2.csv@2s", "-o", f / "d.csv"}).code, 0);
+  EXPECT_EQ(cli::read(f / "c.csv"), cli::read(f / "d.csv"));
+  EXPECT_THAT(cli::read(f / "d.csv"), HasSubstr("# opponents 2 s ahead"));
+  EXPECT_THAT(lap({"--opponent", f / "a2.csv@3m"}).err, HasSubstr("a log is ahead by seconds"));
+  EXPECT_THAT(lap({"--opponent", other + "@3s"}).err, HasSubstr("begins 0 to 1000 m ahead"));
+  EXPECT_THAT(lap({"-o", f / "x", "-o", f / "y"}).err, HasSubstr("are of a second car"));
 }
 
 TEST(Flags, ThatAreNotShownAreNamedInErrors) {

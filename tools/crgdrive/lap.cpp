@@ -90,7 +90,7 @@ Ordered ordered(const LapCommand& asked) {
     const std::string ending = base::ending_of(path);
     if (ending != ".yaml" && ending != ".yml") {
       if (ahead_m)
-        throw UsageError("--opponent " + said + ": a log is so much time ahead: " + path + "@2s");
+        throw UsageError("--opponent " + said + ": a log is ahead by seconds: " + path + "@2s");
       out.log_paths.push_back(path);
       out.ahead_s.push_back(
           ahead_s.value_or(static_cast<double>(out.log_paths.size()) * asked.opponent_ahead_s));
@@ -104,7 +104,7 @@ Ordered ordered(const LapCommand& asked) {
   }
   if (c.second_path.empty() && (c.out_paths.size() > 1 || c.grip_usage.size() > 1))
     throw UsageError(
-        "a second --output or --grip-usage is of a second car: --opponent VEHICLE.yaml");
+        "two of --output or of --grip-usage are of a second car: --opponent VEHICLE.yaml");
   if (c.out_paths.size() > 2) throw UsageError("--output is wanted once for each of the two cars");
   if (!c.out_paths.empty()) out.out_path = c.out_paths[0];
   if (c.out_paths.size() > 1) c.second_out_path = c.out_paths[1];
