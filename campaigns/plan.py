@@ -16,7 +16,7 @@ OPTION = re.compile(r"--[a-z][a-z0-9-]*")
 OWN_OPTIONS = {"--output", "--out", "--json", "--quiet", "--threads", "--name", "--help", "--version", "--tiles",
                "--step"}
 # Of `lidar2mesh map`: what it writes, which is the business of `merge` where there are tiles.
-MAP_OUTPUTS = {"--stl", "--pcd", "--doubles", "--no-report"}
+MAP_OUTPUTS = {"--format", "--stl", "--pcd", "--doubles", "--no-report"}
 MAP_STEPS = 4
 # MB a job needs whatever its inputs, and MB per MB of input: guesses, but for roads, which were seen to take 910.
 # What a job of the same folder took before stands in its cost.json and comes first.
@@ -163,7 +163,7 @@ class _Planner:
             drawn = circuit.get("name") if isinstance(circuit, dict) else None
             if not isinstance(drawn, str) or not NAME.fullmatch(drawn):
                 raise Refusal(f"{path}: name: {_seen(drawn)} seen, a plain name wanted")
-            facet = [f"--facet-m={track.get('facet_m', (int, float), 'metres')}"] if "facet_m" in track.value else []
+            facet = [f"--step-m={track.get('facet_m', (int, float), 'metres')}"] if "facet_m" in track.value else []
             after = [self.add("mesh", name, ["crgbuild", "synth", path, "-o", f"mesh/{name}", *facet], [path])]
             path, inputs = f"mesh/{name}/{drawn}.obj", []
         self.add("road", name, ["crgbuild", "build", path, "-o", f"road/{name}", f"--name={name}",

@@ -3,9 +3,9 @@
 // rate and the wheels' speed, as sensors tell them (devices.yaml). It drives one lap.
 //   stack SOCKET LINE.csv [json|binary]
 //   stack DOMAIN LINE.csv dds [PREFIX of the topics]
-// LINE.csv: x_m,y_m and what else `crgbuild export --tum` writes; or x_m,y_m,speed_mps, with the
-// speed that is wanted. Prints the lap's time and the largest distance from the line; exit code 0
-// when the lap was driven within 5 m of it.
+// LINE.csv: x_m,y_m and what else `crgbuild export ROAD -o LINE.csv` writes; or x_m,y_m,speed_mps,
+// with the speed that is wanted. Prints the lap's time and the largest distance from the line; exit
+// code 0 when the lap was driven within 5 m of it.
 #include <algorithm>
 #include <array>
 #include <cmath>

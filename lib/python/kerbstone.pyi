@@ -333,7 +333,7 @@ def refine(
     outliers: Sequence[float] | None = ...,
     voxel_m: float | None = ...,
     v_max_m: float | None = ...,
-    node_m: float | None = ...,
+    step_m: float | None = ...,
     min_points: int = ...,
     unit: str | None = ...,
     up: str | None = ...,
@@ -342,8 +342,7 @@ def refine(
     cloud_unit: str | None = ...,
     base_stddev_m: float = ...,
     gate_m: float = ...,
-    stl: bool = ...,
-    pcd: bool = ...,
+    format: str | Sequence[str] = ...,
     doubles: bool = ...,
 ) -> Refined: ...
 

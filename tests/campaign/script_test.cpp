@@ -168,10 +168,10 @@ TEST_F(Script, TheTemplateFleetRunsToItsEnd) {
 // The same scans as one job and in tiles.
 TEST_F(Script, TilesMakeTheRoadOfOneJob) {
   const cli::Folder folder;
-  const std::string track =
-      "{scans: {circuit: " + places::source() +
-      "/tracks/kerbstone-ring/circuit.yaml, options: {--from-m: 380, --to-m: 440, --azimuths: 128, "
-      "--beams: 32}}, options: {--no-report: true, --gate-m: 0.4}";
+  const std::string track = "{scans: {circuit: " + places::source() +
+                            "/tracks/kerbstone-ring/circuit.yaml, options: {--u-begin-m: 380, "
+                            "--u-end-m: 440, --azimuths: 128, "
+                            "--beams: 32}}, options: {--no-report: true, --gate-m: 0.4}";
   cli::write(folder / "campaign.yaml",
              "name: tiles\ntracks:\n  whole: " + track + "}\n  cut: " + track + ", tiles: 3}\n");
   const std::string out = folder / "out", page = out + "/index.html";

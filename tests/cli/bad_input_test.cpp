@@ -170,7 +170,7 @@ TEST(BadInput, UtmCoordinatesAreKept) {
   stadium.y_m = 5400000.5;
   const Folder folder;
   write(folder / "s.obj", stadium.obj());
-  const Ran ran = build(folder, folder / "s.obj", {"--start-near-m", "500000.25,5400000.5"});
+  const Ran ran = build(folder, folder / "s.obj", {"--start-at", "500000.25,5400000.5"});
   ASSERT_EQ(ran.code, 0) << ran.err;
   const auto s = base::parse_json<nlohmann::json>(read(folder / "out/summary.json"));
   EXPECT_LT(s["validation"]["z_error_m"]["max"].get<double>(), 0.005);

@@ -48,8 +48,7 @@ class Built : public ::testing::Test {
   static void SetUpTestSuite() {
     folder = new Folder;
     write(*folder / "stadium.obj", Stadium{}.obj());
-    ran = crgbuild(
-        {"build", *folder / "stadium.obj", "-o", *folder / "out", "--start-near-m", "0,0"});
+    ran = crgbuild({"build", *folder / "stadium.obj", "-o", *folder / "out", "--start-at", "0,0"});
   }
   static void TearDownTestSuite() {
     delete folder;
@@ -190,8 +189,8 @@ TEST_F(Built, AnyNumberOfThreadsWritesTheSameBytes) {
   const std::string dir = *folder / "threads";
   std::map<std::string, std::string> first;
   for (const char* threads : {"1", "3"}) {
-    ASSERT_EQ(crgbuild({"build", *folder / "stadium.obj", "-o", dir, "--start-near-m", "0,0",
-                        "--force", "--threads", threads})
+    ASSERT_EQ(crgbuild({"build", *folder / "stadium.obj", "-o", dir, "--start-at", "0,0", "--force",
+                        "--threads", threads})
                   .code,
               0);
     for (const char* name : {"/stadium.crg", "/stadium.png", "/stadium.stl", "/centreline.csv",
@@ -314,7 +313,7 @@ TEST_F(Built, StagesOneByOneEqualBuild) {
       ASSERT_EQ(r.code, 0) << arguments[0] << ": " << r.err;
     };
     stage({"clean", *folder / "stadium.obj", "-o", surface});
-    stage({"centreline", surface, "-o", *folder / "c.csv", "--start-near-m", "0,0"});
+    stage({"centreline", surface, "-o", *folder / "c.csv", "--start-at", "0,0"});
     stage({"sample", surface, "--centreline", *folder / "c.csv", "-o", *folder / "sampled.crg"});
     stage({"kerb", *folder / "sampled.crg", "--mesh", surface, "-o", *folder / "kerb.crg"});
     stage({"validate", *folder / "kerb.crg", *folder / "stadium.obj"});
@@ -434,7 +433,7 @@ TEST(Synth, DemoCircuitGivesAMeshThatBuilds) {
   EXPECT_EQ(crgbuild({"info", j["truth"]}).code, 0);
 
   const Ran coarse = crgbuild({"synth", folder / "oval.yaml", "-o", folder / "coarse", "--unit",
-                               "cm", "--facet-m", "8", "--json"});
+                               "cm", "--step-m", "8", "--json"});
   ASSERT_EQ(coarse.code, 0) << coarse.err;
   const Json k = base::parse_json<Json>(coarse.out);
   EXPECT_LT(k["triangles"].get<int>(), j["triangles"].get<int>() / 3);

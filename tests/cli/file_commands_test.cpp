@@ -52,12 +52,21 @@ TEST(FileCommands, CheckSaysWhatIsWrongAndSetsTheExitCode) {
 TEST(FileCommands, ExportWritesLineAndWidthsAndSaysWhatIsLost) {
   const Folder folder;
   write_road(folder / "road.crg");
-  const Ran ran = crgbuild({"export", folder / "road.crg", "--tum", "-o", folder / "line.csv"});
+  const Ran ran = crgbuild({"export", folder / "road.crg", "-o", folder / "line.csv"});
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("41 points"));
   EXPECT_THAT(ran.out, HasSubstr("lost     heights"));
   EXPECT_THAT(read(folder / "line.csv"), HasSubstr("\n100.5000,50.0000,2.0000,2.0000\n"));
-  EXPECT_EQ(crgbuild({"export", folder / "road.crg", "-o", folder / "none.csv"}).code, 2);
+  const Ran none = crgbuild({"export", folder / "road.crg", "-o", folder / "none"});
+  EXPECT_EQ(none.code, 2);
+  EXPECT_THAT(none.err, HasSubstr("says no format; give --format"));
+  // The flags that formats had before.
+  const Ran old = crgbuild({"export", folder / "road.crg", "--tum", "-o", folder / "old.txt"});
+  EXPECT_EQ(old.code, 0);
+  EXPECT_EQ(old.err, "crgbuild: --tum is written -o NAME.csv now\n");
+  EXPECT_EQ(read(folder / "old.txt"), read(folder / "line.csv"));
+  const Ran piped = crgbuild({"export", folder / "road.crg", "--format", "tum", "-o", "-"});
+  EXPECT_EQ(piped.out, read(folder / "line.csv"));
 }
 
 TEST(FileCommands, ALineWithWidthsBecomesTheRoadAgain) {
@@ -71,8 +80,7 @@ TEST(FileCommands, ALineWithWidthsBecomesTheRoadAgain) {
   std::ofstream(folder / "ring.csv") << ring;
   const Ran ran = crgbuild({"from-edges", folder / "ring.csv", "-o", folder / "out", "-q"});
   ASSERT_EQ(ran.code, 0) << ran.err;
-  const Ran back =
-      crgbuild({"export", folder / "out/ring.crg", "--tum", "-o", folder / "back.csv"});
+  const Ran back = crgbuild({"export", folder / "out/ring.crg", "-o", folder / "back.csv"});
   ASSERT_EQ(back.code, 0) << back.err;
   const base::CsvTable line =
       base::read_csv(folder / "back.csv", {"x_m", "y_m", "w_tr_right_m", "w_tr_left_m"});
@@ -90,33 +98,33 @@ TEST(FileCommands, ALineWithWidthsBecomesTheRoadAgain) {
 TEST(FileCommands, ExportWritesOneFormatAtATimeBesideTheCrg) {
   const Folder folder;
   write_road(folder / "road.crg");
-  const Ran ran = crgbuild({"export", folder / "road.crg", "--xodr", "-o", folder / "road.xodr"});
+  const Ran ran = crgbuild({"export", folder / "road.crg", "-o", folder / "road.xodr"});
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("stand in the CRG alone"));
   EXPECT_THAT(read(folder / "road.xodr"), HasSubstr("<CRG file=\"road.crg\""));
-  const Ran mesh = crgbuild({"export", folder / "road.crg", "--mesh", "-o", folder / "road.ply"});
+  const Ran mesh = crgbuild({"export", folder / "road.crg", "-o", folder / "road.ply"});
   EXPECT_EQ(mesh.code, 0) << mesh.err;
   EXPECT_THAT(mesh.out, HasSubstr("triangles, z up"));
-  const Ran map =
-      crgbuild({"export", folder / "road.crg", "--heightmap", "-o", folder / "road.png"});
+  const Ran map = crgbuild({"export", folder / "road.crg", "-o", folder / "road.png"});
   EXPECT_EQ(map.code, 0) << map.err;
   EXPECT_THAT(map.out, HasSubstr("mm at most between them"));
   EXPECT_THAT(read(folder / "road.png.json"), HasSubstr("\"file\": \"road.png\""));
   const Ran tiff =
-      crgbuild({"export", folder / "road.crg", "--heightmap", "-o", folder / "road.tif"});
+      crgbuild({"export", folder / "road.crg", "--format", "heightmap", "-o", folder / "road.tif"});
   EXPECT_EQ(tiff.code, 1);
   EXPECT_THAT(tiff.err, HasSubstr("wanted .png or .raw"));
   const Ran two = crgbuild({"export", folder / "road.crg", "--xodr", "--svg", "-o", folder / "x"});
   EXPECT_EQ(two.code, 2);
   EXPECT_THAT(two.err, HasSubstr("one format is wanted"));
-  const Ran ending = crgbuild({"export", folder / "road.crg", "--mesh", "-o", folder / "road.xyz"});
+  const Ran ending =
+      crgbuild({"export", folder / "road.crg", "--format", "mesh", "-o", folder / "road.xyz"});
   EXPECT_EQ(ending.code, 1);
   EXPECT_THAT(ending.err, HasSubstr("wanted .glb, .obj, .ply or .stl"));
-  const Ran place = crgbuild({"export", folder / "road.crg", "--kml", "-o", folder / "road.kml"});
+  const Ran place = crgbuild({"export", folder / "road.crg", "-o", folder / "road.kml"});
   EXPECT_EQ(place.code, 1);
   EXPECT_THAT(place.err, HasSubstr("where on the Earth"));
-  EXPECT_EQ(crgbuild({"export", folder / "road.crg", "--svg", "--grip", folder / "road.crg", "-o",
-                      folder / "x"})
+  EXPECT_EQ(crgbuild({"export", folder / "road.crg", "--grip", folder / "road.crg", "-o",
+                      folder / "x.svg"})
                 .code,
             2);
 }
@@ -185,11 +193,11 @@ TEST(FileCommands, QueryAppliesWhatItIsTold) {
     return read(folder / "z.csv");
   };
   EXPECT_THAT(z("scaled.crg", {}), HasSubstr("110,50,10,0,1,"));
-  EXPECT_THAT(z("scaled.crg", {"--no-modifiers"}), HasSubstr("110,50,10,0,0.10"));
-  EXPECT_THAT(z("scaled.crg", {"--no-modifiers", "--set", "SCALE_Z_GRID=5"}),
+  EXPECT_THAT(z("scaled.crg", {"--modifiers", "none"}), HasSubstr("110,50,10,0,0.10"));
+  EXPECT_THAT(z("scaled.crg", {"--modifiers", "none", "--set", "SCALE_Z_GRID=5"}),
               HasSubstr("110,50,10,0,0.5"));
-  EXPECT_THAT(z("plain.crg", {"--reference-defaults"}), HasSubstr("10,2,10,0,0.10"));
-  EXPECT_THAT(z("plain.crg", {"--reference-defaults", "--set", "REFLINE_OFFSET_X=7"}),
+  EXPECT_THAT(z("plain.crg", {"--modifiers", "reference"}), HasSubstr("10,2,10,0,0.10"));
+  EXPECT_THAT(z("plain.crg", {"--modifiers", "reference", "--set", "REFLINE_OFFSET_X=7"}),
               HasSubstr("10,2,10,0,0.10"));
   EXPECT_THAT(z("plain.crg", {"--set", "BORDER_MODE_U=0"}), HasSubstr("\n130,50,30,0,,0,0,,\n"));
   const Ran both = crgbuild({"query", folder / "plain.crg", "--points", folder / "points.csv", "-o",

@@ -55,7 +55,7 @@ Case case_of(std::string name) {
       }
     }
   }
-  Case result{name, {modifiers ? "--reference-defaults" : "--no-modifiers"}, zero};
+  Case result{name, {"--modifiers", modifiers ? "reference" : "none"}, zero};
   for (const std::string& setting : settings)
     result.flags.insert(result.flags.end(), {"--set", setting});
   return result;

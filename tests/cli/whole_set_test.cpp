@@ -218,7 +218,7 @@ TEST_F(Two, NoReaderTakesFilesOfTwoRuns) {
        {"query", road, "--points", folder_ / "points.csv", "-o", folder_ / "z.csv"}},
       {places::crgbuild(), {"report", road, "-o", folder_ / "report"}},
       {places::crgbuild(), {"crop", road, "--u-end-m", "5", "-o", folder_ / "crop.crg"}},
-      {places::crgdrive(), {"timing", "--car", car, "--road", road, "--seconds", "0.01"}},
+      {places::crgdrive(), {"timing", "--car", car, "--road", road, "--stop-s", "0.01"}},
       {places::crgdrive(), {"fmu", car, "--road", road, "-o", folder_ / "car.fmu"}},
       {places::lidar2mesh(),
        {"grid", folder_ / "a.obj", "--road", road, "-o", folder_ / "refined"}}};

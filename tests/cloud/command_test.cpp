@@ -41,7 +41,7 @@ TEST(SlowCommand, TheMeshItWritesIsABaseForTheNextRun) {
   support::write_wavy_road(folder.path("road.crg"));
   const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
   Ran ran = lidar2mesh(folder, "synth " + at("road.crg") + " -o " + at("scans") +
-                                   " --from-m 20 --to-m 180 --azimuths 128 --v-m -1 1");
+                                   " --u-begin-m 20 --u-end-m 180 --azimuths 128 --v-m -1 1");
   ASSERT_EQ(ran.code, 0) << ran.err;
   const std::string scans = at("scans") + " --trajectory " + at("scans/trajectory.csv");
   ran = lidar2mesh(folder, "map " + scans + " --road " + at("road.crg") + " -o " + at("first"));
@@ -52,7 +52,7 @@ TEST(SlowCommand, TheMeshItWritesIsABaseForTheNextRun) {
   EXPECT_EQ(report["comparisons"][0]["key"], "against");
 
   ran = lidar2mesh(folder, "map " + scans + " --road " + at("first/refined.ply") + " -o " +
-                               at("second") + " --stl --no-report");
+                               at("second") + " --format stl --no-report");
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_TRUE(std::filesystem::exists(folder.path("second/refined.stl")));
   EXPECT_FALSE(std::filesystem::exists(folder.path("second/refined.ply")));
@@ -73,7 +73,7 @@ TEST(SlowCommand, TheMeshItWritesIsABaseForTheNextRun) {
 
   // Into the folder of an earlier map: what this one does not make goes, and the set is whole.
   ran = lidar2mesh(folder, "map " + scans + " --road " + at("road.crg") + " -o " + at("first") +
-                               " --stl --no-report");
+                               " --format stl --no-report");
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_FALSE(std::filesystem::exists(folder.path("first/refined.ply")));
   EXPECT_FALSE(std::filesystem::exists(folder.path("first/report.html")));
@@ -105,9 +105,9 @@ TEST(Command, ADriftThatDoesNotConvergeIsNotValid) {
   support::write_wavy_road(folder.path("road.crg"));
   const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
   // Few points with 20 cm of noise.
-  Ran ran = lidar2mesh(folder,
-                       "synth " + at("road.crg") + " -o " + at("scans") +
-                           " --from-m 40 --to-m 80 --azimuths 16 --beams 8 --noise-m 0.2 --cars 0");
+  Ran ran = lidar2mesh(
+      folder, "synth " + at("road.crg") + " -o " + at("scans") +
+                  " --u-begin-m 40 --u-end-m 80 --azimuths 16 --beams 8 --noise-m 0.2 --cars 0");
   ASSERT_EQ(ran.code, 0) << ran.err;
   for (const char* flag : {"", " --json", " --quiet"}) {
     ran = lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
@@ -130,7 +130,7 @@ TEST(Command, AFullDiskLeavesNoHalfFile) {
   support::write_wavy_road(folder.path("road.crg"));
   const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
   Ran ran = lidar2mesh(folder, "synth " + at("road.crg") + " -o " + at("scans") +
-                                   " --laps 1 --from-m 20 --to-m 80 --azimuths 64");
+                                   " --laps 1 --u-begin-m 20 --u-end-m 80 --azimuths 64");
   ASSERT_EQ(ran.code, 0) << ran.err;
   // Files of more than 64 KB are refused by the system as on a full disk.
   ran = lidar2mesh(folder,
@@ -163,7 +163,7 @@ TEST(Command, OutputsNameWhatTheyRestOn) {
   support::write_wavy_road(folder.path("road.crg"));
   const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
   Ran ran = lidar2mesh(folder, "synth " + at("road.crg") + " -o " + at("scans") +
-                                   " --to-m 40 --azimuths 64 --laps 1 --json");
+                                   " --u-end-m 40 --azimuths 64 --laps 1 --json");
   ASSERT_EQ(ran.code, 0) << ran.err;
   const auto made = base::parse_json<nlohmann::json>(ran.out);
   const auto hash = [&](const std::string& name) {
@@ -227,7 +227,7 @@ TEST(Command, RangePointsAndNodesAreAsTold) {
   support::write_wavy_road(folder.path("road.crg"));
   const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
   Ran ran = lidar2mesh(folder, "synth " + at("road.crg") + " -o " + at("scans") +
-                                   " --to-m 40 --azimuths 64 --laps 1");
+                                   " --u-end-m 40 --azimuths 64 --laps 1");
   ASSERT_EQ(ran.code, 0) << ran.err;
   const auto mapped = [&](const std::string& options) {
     ran = lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
@@ -247,7 +247,7 @@ TEST(Command, RangePointsAndNodesAreAsTold) {
   EXPECT_EQ(all["points"]["read"], scan.size());
   const auto many = mapped(base + " --min-points 8");
   EXPECT_LT(many["grid"]["from_points"], 0.8 * all["grid"]["from_points"].get<double>());
-  const auto coarse = mapped("--node-m 0.2 --v-max-m 4"), fine = mapped("--node-m 0.1 --v-max-m 4");
+  const auto coarse = mapped("--step-m 0.2 --v-max-m 4"), fine = mapped("--step-m 0.1 --v-max-m 4");
   EXPECT_NEAR(fine["grid"]["nodes"].get<double>() / coarse["grid"]["nodes"].get<double>(), 4.0,
               0.2);
   ran = lidar2mesh(
@@ -259,10 +259,10 @@ TEST(Command, RangePointsAndNodesAreAsTold) {
 TEST(Command, TheDemoMendsARoad) {
   const support::TemporaryFolder folder;
   const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
-  Ran ran = lidar2mesh(folder,
-                       "synth '" + places::source() + "/tracks/kerbstone-ring/circuit.yaml' -o " +
-                           at("scans") +
-                           " --from-m 290 --to-m 370 --azimuths 128 --grass-m 0.03 --scenery-m 12");
+  Ran ran = lidar2mesh(
+      folder, "synth '" + places::source() + "/tracks/kerbstone-ring/circuit.yaml' -o " +
+                  at("scans") +
+                  " --u-begin-m 290 --u-end-m 370 --azimuths 128 --grass-m 0.03 --scenery-m 12");
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("base.crg: no kerbs, no bumps"));
   ran = lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +

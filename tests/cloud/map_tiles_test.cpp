@@ -91,7 +91,7 @@ class Split : public ::testing::Test {
  protected:
   Split() {
     support::write_wavy_road(road_);
-    must({"synth", road_, "-o", scans_, "--from-m", "20", "--to-m", "120", "--azimuths", "64",
+    must({"synth", road_, "-o", scans_, "--u-begin-m", "20", "--u-end-m", "120", "--azimuths", "64",
           "--beams", "32", "--v-m", "-1", "1"});
     split();
   }
@@ -122,8 +122,9 @@ TEST(SlowMapTiles, EightMakeWhatTheWholeMakes) {
   const support::TemporaryFolder folder;
   const std::string scans = folder.path("scans"), tiles = folder.path("tiles"),
                     whole = folder.path("whole"), joined = folder.path("joined");
-  must({"synth", places::source() + "/tracks/kerbstone-ring/circuit.yaml", "-o", scans, "--from-m",
-        "180", "--to-m", "380", "--azimuths", "128", "--grass-m", "0.03", "--scenery-m", "12"});
+  must({"synth", places::source() + "/tracks/kerbstone-ring/circuit.yaml", "-o", scans,
+        "--u-begin-m", "180", "--u-end-m", "380", "--azimuths", "128", "--grass-m", "0.03",
+        "--scenery-m", "12"});
   must({"map", scans, "--trajectory", scans + "/trajectory.csv", "--road", scans + "/base.crg",
         "--no-report", "-o", whole});
   must({"split", scans, "--trajectory", scans + "/trajectory.csv", "--road", scans + "/base.crg",

@@ -175,8 +175,8 @@ TEST(MarkedPoints, MoveNoRoad) {
     const support::ToolRun ran = support::run_tool(places::lidar2mesh(), arguments);
     EXPECT_EQ(ran.code, 0) << ran.err;
   };
-  run({"synth", folder.path("road.crg"), "-o", folder.path("scans"), "--laps", "1", "--from-m",
-       "20", "--to-m", "60", "--azimuths", "64", "--cars", "0"});
+  run({"synth", folder.path("road.crg"), "-o", folder.path("scans"), "--laps", "1", "--u-begin-m",
+       "20", "--u-end-m", "60", "--azimuths", "64", "--cars", "0"});
   const Cloud clean = read_cloud(folder.path("scans/scan_000.ply"));
   std::string text = "time,x,y,z,classification\n", marked = text;
   for (std::size_t i = 0; i < clean.size(); ++i) {

@@ -346,7 +346,7 @@ TEST_F(Compared, Registration) {
     const double best_s = own_s;
     options.robust = true;
     own_s = seconds([&] { T = register_clouds(c.target, c.source, options); });
-    tell("own, --robust", T, own_s);
+    tell("robust", T, own_s);
     options.robust = false;
     const auto [gicp_m, gicp_deg] =
         tell("gicp", register_by_gicp(c.target, c.source, options), gicp_s);

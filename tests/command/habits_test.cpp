@@ -247,8 +247,9 @@ class Called : public ::testing::Test {
     for (int i = 0; i < 2000; ++i)
       steering += fmt::format("{:.3f},{:.6f},{:.6f}\n", 0.01 * i, 16 * wave(i), wave(i - 4));
     cli::write(f / "steering.csv", steering);
-    const Words scan{"synth",  ring, "-o",         f / "scans", "--from-m", "380", "--to-m", "390",
-                     "--laps", "1",  "--azimuths", "256",       "--beams",  "16",  "--cars", "0"};
+    const Words scan{"synth",     ring,  "-o",     f / "scans", "--u-begin-m", "380",
+                     "--u-end-m", "390", "--laps", "1",         "--azimuths",  "256",
+                     "--beams",   "16",  "--cars", "0"};
     ASSERT_EQ(run_tool(places::lidar2mesh(), scan).code, 0);
     const std::string cloud = f / "scans/scan_000.ply", truth = f / "scans/truth.crg",
                       poses = f / "scans/truth_trajectory.csv", base = f / "base.crg";
@@ -310,16 +311,16 @@ class Called : public ::testing::Test {
           {"reverse", crg, "-o", f / "reverse.crg"},
           {"append", crg, crg, "--move", "-o", f / "append.crg"},
           {"transform", crg, "--set", "SCALE_Z_GRID=2", "-o", f / "transform.crg"},
-          {"export", crg, "--tum", "-o", f / "export.csv"},
-          {"synth", small_ring, "-o", f / "synth", "--facet-m", "10"}}},
+          {"export", crg, "--format", "tum", "-o", f / "export.csv"},
+          {"synth", small_ring, "-o", f / "synth", "--step-m", "10"}}},
         {"crgdrive",
          {{"tyre", "--tir", trial + "front.tir", "--points", f / "fz.csv", "-o", f / "forces.csv"},
           {"parameters"},
           {"lap", "--car", car, "--road", track, "-o", f / "lap.csv"},
           {"replay", "--car", car, "--road", track, "--log", log, "-o", f / "replay"},
           {"report", log, "--road", track, "-o", f / "page.html"},
-          {"manoeuvre", "bump", "--car", car, "--seconds", "2", "-o", f / "bump.csv"},
-          {"timing", "--car", car, "--seconds", "0.1"},
+          {"manoeuvre", "bump", "--car", car, "--stop-s", "2", "-o", f / "bump.csv"},
+          {"timing", "--car", car, "--stop-s", "0.1"},
           {"poles", "--car", car},
           {"fmu", car, "--road", track, "-o", f / "car.fmu"},
           {"new", places::source() + "/vehicles/sheets/formula_student.yaml", "-o",
@@ -331,7 +332,7 @@ class Called : public ::testing::Test {
           {"summary", f / "two_laps.csv", "--road", track, "--car", car, "-o", f / "drive.summary"},
           {"fleet", f / "drive.summary", "-o", f / "fleet"}}},
         {"crgidentify",
-         {{"tyre", f / "bench.csv", "--reference", trial + "front.tir", "--starts", "1", "-o",
+         {{"tyre", f / "bench.csv", "--tir", trial + "front.tir", "--starts", "1", "-o",
            f / "fitted.tir"},
           {"actuator", f / "steering.csv", "-o", f / "sheet.txt"},
           {"mass", f / "first_lap.csv", "--car", car, "--road", track, "-o", f / "mass.txt"},
@@ -342,8 +343,8 @@ class Called : public ::testing::Test {
           {"engine", f / "ring_lap.csv", "--car", racer, "--road", truth, "-o", f / "engine.yaml"},
           {"forces", f / "begin.csv", "--car", car, "--road", track, "--noise-rounds", "0", "-o",
            f / "forces"},
-          {"reduce", "--car", car, "--speeds", "2", "--slips", "6", "--pressing", "1", "--most-mps",
-           "40", "--most-lap-share", "1", "--most-limit-share", "1", "-o", f / "control.yaml"}}},
+          {"reduce", "--car", car, "--speeds", "2", "--slips", "6", "--pressing", "1",
+           "--speed-mps", "15", "40", "--most-share", "1", "1", "-o", f / "control.yaml"}}},
         {"crgsim",
          {{"info", f / "unit.fmu"},
           {"run", f / "unit.fmu", "--stop-s", "0.1", "-o", f / "run.csv"},
@@ -355,8 +356,8 @@ class Called : public ::testing::Test {
          {{"info", cloud},
           {"ground", cloud, "-o", f / "ground.ply"},
           {"register", cloud, cloud},
-          {"synth", small_ring, "-o", f / "scans2", "--from-m", "380", "--to-m", "385", "--laps",
-           "1", "--azimuths", "64", "--beams", "8"},
+          {"synth", small_ring, "-o", f / "scans2", "--u-begin-m", "380", "--u-end-m", "385",
+           "--laps", "1", "--azimuths", "64", "--beams", "8"},
           {"map", f / "scans", "--trajectory", poses, "--road", base, "--no-report", "-o",
            f / "map"},
           {"changes", f / "survey.csv", f / "survey.csv", "--cell-m", "0.25", "-o", f / "changes"},
@@ -369,7 +370,7 @@ class Called : public ::testing::Test {
         {"kerbstone",
          {{"collect", f / "campaign"},
           {"open", log, "-o", f / "log.html"},
-          {"view", f / "campaign", "--no-open", "--seconds", "0.01"}}},
+          {"view", f / "campaign", "--no-open", "--stop-s", "0.01"}}},
     };
   }
   /// A map in two tiles, all but its last command.
@@ -432,7 +433,10 @@ TEST_F(Called, WhatIsNoNumberIsRefused) {
           if ((k + k / 2) % 2 != 0 && !all) continue;
           Words wrong = call;
           const auto given = std::find(wrong.begin(), wrong.end(), flag);
-          if (given != wrong.end()) wrong.erase(given, given + 2);
+          if (given != wrong.end())
+            wrong.erase(given, std::find_if(given + 1, wrong.end(), [](const std::string& word) {
+                          return word.starts_with("-");
+                        }));
           const ToolRun ran = run_tool(tool.path, wrong + Words{flag + "=" + value});
           EXPECT_EQ(ran.code, 2) << ran.err;
           expect_one_line(tool, ran.err);
@@ -545,16 +549,22 @@ TEST_F(Called, OtherFilesThanTheFirstAreLookedAtBeforeTheWorkToo) {
   const Folder& f = *folder_;
   const std::string car = places::source() + "/vehicles/open_wheel/vehicle.yaml";
   const Words brakes{"brakes", f / "first_lap.csv", "--car", car};
-  for (const std::string flag : {"--pad-map", "--plots"}) {
-    const ToolRun nowhere =
-        run_tool(places::crgidentify(), brakes + Words{flag, "/proc/self/nowhere/x"});
+  for (const Words& more : {Words{"-o", f / "b.txt", "-o", "/proc/self/nowhere/x.csv"},
+                            Words{"-o", f / "b.txt", "-o", "/proc/self/nowhere/x.html"}}) {
+    const ToolRun nowhere = run_tool(places::crgidentify(), brakes + more);
     EXPECT_EQ(nowhere.code, 1);
     EXPECT_THAT(nowhere.err, HasSubstr("/proc/self/nowhere"));
     EXPECT_EQ(nowhere.out, "");
+  }
+  for (const char* flag : {"--pad-map", "--plots"}) {
     const ToolRun both = run_tool(places::crgidentify(), brakes + Words{"-o", "-", flag, "-"});
     EXPECT_EQ(both.code, 2);
     EXPECT_THAT(both.err, HasSubstr("standard output takes one of them; name a file"));
   }
+  const ToolRun two =
+      run_tool(places::crgidentify(), brakes + Words{"-o", "a.html", "-o", "b.html"});
+  EXPECT_EQ(two.code, 2);
+  EXPECT_THAT(two.err, HasSubstr("a.html and b.html are files of one kind; give one"));
 }
 
 TEST_F(Called, WhatIsPrintedGoesToAFileWhereThereIsNoOther) {
@@ -589,7 +599,7 @@ TEST_F(Called, FormatsAndEndingsInAnyCase) {
   EXPECT_EQ(recipe.code, 0) << recipe.err;
   std::filesystem::copy_file(crg, f / "ROAD.CRG");
   EXPECT_EQ(
-      run_tool(places::lidar2mesh(), {"synth", f / "ROAD.CRG", "-o", f / "upper_scans", "--to-m",
+      run_tool(places::lidar2mesh(), {"synth", f / "ROAD.CRG", "-o", f / "upper_scans", "--u-end-m",
                                       "10", "--azimuths", "64", "--beams", "8", "--laps", "1"})
           .code,
       0);
@@ -643,13 +653,13 @@ std::map<std::string, Words> long_calls(const Folder& f, const std::string& tria
        {"build", f / "s.obj", "-o", f / "long", "--u-step-m", "0.01", "--v-step-m", "0.02",
         "--force", "--validate-points", "20000000"}},
       {"crgdrive",
-       {"manoeuvre", "sine", "--car", trial + "vehicle.yaml", "--seconds", "600", "--rate-hz",
+       {"manoeuvre", "sine", "--car", trial + "vehicle.yaml", "--stop-s", "600", "--rate-hz",
         "1000", "-o", f / "long.csv"}},
       {"crgexplain",
        {"run", "--road", trial + "track.crg", "--car", trial + "vehicle.yaml", "--log",
         trial + "run.csv", "--nulls", "100000", "-o", f / "long_found"}},
       {"crgidentify",
-       {"tyre", f / "bench.csv", "--reference", trial + "front.tir", "--starts", "1000", "-o",
+       {"tyre", f / "bench.csv", "--tir", trial + "front.tir", "--starts", "1000", "-o",
         f / "long.tir"}},
       {"crgsim",
        {"run", f / "unit.fmu", "--stop-s", "600", "--record", "car.u", "-o", f / "long_run.csv"}},

@@ -107,8 +107,8 @@ void put_edges(const Folder& folder) {
 void put_scans(const Folder& folder) {
   const std::string ring = places::source() + "/tracks/kerbstone-ring/circuit.yaml";
   ASSERT_EQ(run_tool(places::lidar2mesh(),
-                     {"synth", ring, "-o", folder / "scans", "--from-m", "380", "--to-m", "381",
-                      "--laps", "1", "--azimuths", "64", "--beams", "8", "--cars", "0"})
+                     {"synth", ring, "-o", folder / "scans", "--u-begin-m", "380", "--u-end-m",
+                      "381", "--laps", "1", "--azimuths", "64", "--beams", "8", "--cars", "0"})
                 .code,
             0);
   ASSERT_EQ(cli::crgbuild({"crop", folder / "scans/truth.crg", "-o", folder / "base.crg",
@@ -183,7 +183,7 @@ const std::vector<Kind> kKinds{
       {"crgbuild", "query", "@mutant", "--points", "@/points.csv", "-o", "@out.csv"},
       {"crgbuild", "report", "@mutant", "-o", "@out", "--json"},
       {"crgbuild", "convert", "@mutant", "--format", "LDFI", "-o", "@out.crg"},
-      {"crgbuild", "export", "@mutant", "--tum", "-o", "@out.csv"}}},
+      {"crgbuild", "export", "@mutant", "-o", "@out.csv"}}},
     {"mesh",
      put_mesh,
      [](const Folder&) { return meshes(); },
@@ -243,7 +243,7 @@ const std::vector<Kind> kKinds{
      put_mesh,
      [](const Folder&) { return from_corpus({"circuit"}); },
      0,
-     {{"crgbuild", "synth", "@mutant", "-o", "@out", "--facet-m", "10", "--json"}}},
+     {{"crgbuild", "synth", "@mutant", "-o", "@out", "--step-m", "10", "--json"}}},
     {"vehicle",
      put_car,
      [](const Folder& folder) {
@@ -251,7 +251,7 @@ const std::vector<Kind> kKinds{
      },
      0,
      {{"crgdrive", "poles", "--speed-mps", "20", "--car", "@mutant", "--json"},
-      {"crgdrive", "manoeuvre", "bump", "--car", "@mutant", "--seconds", "1.2", "-o", "@out.csv",
+      {"crgdrive", "manoeuvre", "bump", "--car", "@mutant", "--stop-s", "1.2", "-o", "@out.csv",
        "--json"}},
      "car/mutant.yaml"},
     {"setup",
@@ -266,7 +266,7 @@ const std::vector<Kind> kKinds{
      put_car,
      [](const Folder&) { return from_corpus({"tir"}); },
      0,
-     {{"crgdrive", "tyre", "--tir", "@mutant", "--plots", "@out.html", "--json"},
+     {{"crgdrive", "tyre", "--tir", "@mutant", "-o", "@out.html", "--json"},
       {"crgdrive", "tyre", "--tir", "@mutant", "--points", "@/fz.csv", "-o", "@out.csv"}}},
     {"map",
      put_car_of_a_map,

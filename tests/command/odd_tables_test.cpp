@@ -652,9 +652,9 @@ std::vector<Reader> readers_of_crgbuild(const Folder& f) {
        .call = {"centreline", mesh, "--guide", "T", "-o", "O/line.csv"},
        .plain = round({"x_m", "y_m"}, 40, [](int, const Numbers& p) { return p; }),
        .gaps = true},
-      {.name = "crgbuild --guide-mapping",
+      {.name = "crgbuild centreline --mapping",
        .tool = tool,
-       .call = {"centreline", mesh, "--guide", "T", "--guide-mapping", f / "mapping.yaml", "-o",
+       .call = {"centreline", mesh, "--guide", "T", "--mapping", f / "mapping.yaml", "-o",
                 "O/line.csv"},
        .plain = round({"time", "east", "north"}, 40,
                       [](int i, const Numbers& p) {
@@ -705,8 +705,8 @@ std::vector<Reader> readers_of_crgbuild(const Folder& f) {
 std::vector<Reader> readers_of_scans(const Folder& f) {
   const std::string tool = places::lidar2mesh(),
                     ring = places::source() + "/tests/corpus/circuit/closed.yaml";
-  run_or_fail(tool, {"synth", ring, "-o", f / "scans", "--from-m", "5", "--to-m", "15", "--laps",
-                     "1", "--azimuths", "64", "--beams", "8", "--cars", "0"});
+  run_or_fail(tool, {"synth", ring, "-o", f / "scans", "--u-begin-m", "5", "--u-end-m", "15",
+                     "--laps", "1", "--azimuths", "64", "--beams", "8", "--cars", "0"});
   const Sheet poses = sheet_from(f / "scans/truth_trajectory.csv", 1000);
   return {
       {.name = "lidar2mesh tiles --trajectory",
@@ -765,14 +765,14 @@ std::vector<Reader> readers_of_drives(const Folder& f) {
        .hurt = speed},
       {.name = "crgdrive, a map of two",
        .tool = places::crgdrive(),
-       .call = {"manoeuvre", "bump", "--car", car_with_map(f, "drag"), "--seconds", "1.2", "-o",
+       .call = {"manoeuvre", "bump", "--car", car_with_map(f, "drag"), "--stop-s", "1.2", "-o",
                 "O/bump.csv"},
        .plain = sheet_from(places::source() + "/vehicles/open_wheel/drag.csv", 100),
        .others = false,
        .by_name = false},
       {.name = "crgdrive, a map of one",
        .tool = places::crgdrive(),
-       .call = {"manoeuvre", "bump", "--car", car_with_map(f, "yaw_drag"), "--seconds", "1.2", "-o",
+       .call = {"manoeuvre", "bump", "--car", car_with_map(f, "yaw_drag"), "--stop-s", "1.2", "-o",
                 "O/bump.csv"},
        .plain = sheet_from(places::source() + "/vehicles/open_wheel/yaw_drag.csv", 100),
        .others = false},
@@ -785,7 +785,7 @@ std::vector<Reader> readers_of_drives(const Folder& f) {
        .hurt = speed},
       {.name = "crgidentify tyre",
        .tool = places::crgidentify(),
-       .call = {"tyre", "T", "--reference", tir, "--starts", "1", "-o", "O/fitted.tir"},
+       .call = {"tyre", "T", "--tir", tir, "--starts", "1", "-o", "O/fitted.tir"},
        .plain = bench,
        .hurt = 5,
        .gaps = true},

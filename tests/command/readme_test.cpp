@@ -35,7 +35,7 @@ std::vector<std::string> commands_of(const std::string& text) {
 /// it.
 std::string shortened(std::string command) {
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
-  if (command.starts_with("kerbstone view ")) command += " --no-open --seconds 0.2";
+  if (command.starts_with("kerbstone view ")) command += " --no-open --stop-s 0.2";
   if (heavy) return command;
   if (command.starts_with("crgbuild ")) command += " --u-step-m 0.25 --v-step-m 0.25";
   if (command.starts_with("crgexplain run ")) command += " --skip-simulation --nulls 100";
@@ -60,8 +60,8 @@ TEST(ReadmeDocs, EveryCommandRuns) {
   // What the reader has: a mesh, scans of a stretch of it, a unit and what it shall do.
   ASSERT_EQ(run("crgbuild synth tracks/kerbstone-ring/circuit.yaml -o . && "
                 "cp kerbstone-ring.obj my_track.obj && "
-                "lidar2mesh synth tracks/kerbstone-ring/circuit.yaml -o scans --from-m 380 "
-                "--to-m 410 --laps 1 --cars 0 --azimuths 128 && "
+                "lidar2mesh synth tracks/kerbstone-ring/circuit.yaml -o scans --u-begin-m 380 "
+                "--u-end-m 410 --laps 1 --cars 0 --azimuths 128 && "
                 "crgdrive fmu vehicles/open_wheel/vehicle.yaml -o car.fmu && "
                 "printf 'time_s,input.throttle\\n0,0\\n1,1\\n' > controls.csv"),
             0)

@@ -57,8 +57,8 @@ void make_meshes(const Folder& folder) {
 void make_scans(const Folder& folder) {
   make(placed(folder,
               {"lidar2mesh", "synth", places::source() + "/tracks/kerbstone-ring/circuit.yaml",
-               "-o", "@scans", "--from-m", "380", "--to-m", "390", "--laps", "1", "--azimuths",
-               "128", "--beams", "16", "--cars", "0"}));
+               "-o", "@scans", "--u-begin-m", "380", "--u-end-m", "390", "--laps", "1",
+               "--azimuths", "128", "--beams", "16", "--cars", "0"}));
   make(placed(folder, {"crgbuild", "crop", "@scans/truth.crg", "-o", "@base.crg", "--u-begin-m",
                        "360", "--u-end-m", "410"}));
   cli::write(folder / "points.csv", "u_m,v_m\n383,0\n");
@@ -149,7 +149,7 @@ const std::vector<Row> kRows{
     {"lidar2mesh_map",
      make_scans,
      kMap,
-     {"--base-stddev-m", "0.02", "--pcd"},
+     {"--base-stddev-m", "0.02", "--format", "ply,pcd"},
      {"--base-stddev-m", "0.05"},
      kReadRefined},
     {"lidar2mesh_split",
@@ -161,7 +161,7 @@ const std::vector<Row> kRows{
     {"lidar2mesh_merge",
      make_tiles,
      {"lidar2mesh", "merge", "--step", "4", "-o", "@out"},
-     {"@a", "--pcd"},
+     {"@a", "--format", "ply,pcd"},
      {"@b"},
      kReadRefined},
     {"crgexplain_run",

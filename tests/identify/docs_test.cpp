@@ -131,7 +131,7 @@ TEST(IdentifyDocs, EveryCommandRuns) {
     const std::string mend = fmt::format(
         "cd '{0}' && awk -F, -v OFS=, 'NR > 1 && NR % 9 != 0 {{ next }} NR > 1 {{ {2} }} 1' "
         "bench.csv > off.csv && '{1}' tyre "
-        "off.csv --reference vehicles/open_wheel/front.tir --starts 1 -o off.tir > off.log 2>&1",
+        "off.csv --tir vehicles/open_wheel/front.tir --starts 1 -o off.tir > off.log 2>&1",
         folder.path(), places::crgidentify(), change);
     EXPECT_EQ(WEXITSTATUS(std::system(mend.c_str())), 3) << cli::read(folder / "off.log");
     return cli::read(folder / "off.log");

@@ -184,7 +184,7 @@ TEST(ExportRoad, MapsComeBackAsGuides) {
     road::plan_geojson(nowhere);
     ADD_FAILURE();
   } catch (const road::Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("crgbuild export --svg"));
+    EXPECT_THAT(error.what(), HasSubstr("crgbuild export -o NAME.svg"));
   }
 }
 

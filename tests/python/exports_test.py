@@ -25,9 +25,9 @@ def road_file(tmp_path):
     return path
 
 
-def export(road_file, flag, output, *more):
+def export(road_file, output, *more):
     ran = subprocess.run(
-        [CRGBUILD, "export", road_file, flag, "-o", str(output), *more], capture_output=True, text=True, check=False
+        [CRGBUILD, "export", road_file, "-o", str(output), *more], capture_output=True, text=True, check=False
     )
     assert ran.returncode == 0, ran.stderr
     return ran.stdout
@@ -71,7 +71,7 @@ def read_grey_png(path):
 @pytest.mark.parametrize("ending", ["png", "raw"])
 def test_heightmap(road_file, tmp_path, ending):
     output = tmp_path / f"map.{ending}"
-    told = export(road_file, "--heightmap", output, "--step-m", "0.5")
+    told = export(road_file, output, "--step-m", "0.5")
     facts = json.loads((tmp_path / f"map.{ending}.json").read_text())
     assert "mm at most between them" in told
     shape = (facts["rows"], facts["columns"])
@@ -91,7 +91,7 @@ def test_heightmap(road_file, tmp_path, ending):
 
 def test_mat(road_file, tmp_path):
     io = pytest.importorskip("scipy.io")
-    export(road_file, "--mat", tmp_path / "bend.mat")
+    export(road_file, tmp_path / "bend.mat")
     read = io.loadmat(tmp_path / "bend.mat")
     road = kerbstone.Road.read(road_file)
     assert np.array_equal(read["x_m"].ravel(), road.x_m)

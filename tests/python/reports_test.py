@@ -189,8 +189,8 @@ def wavy_road(path):
 def scanned(tmp_path_factory):
     folder = tmp_path_factory.mktemp("scanned")
     wavy_road(folder / "road.crg")
-    command("lidar2mesh", "synth", folder / "road.crg", "-o", folder / "scans", "--from-m", 60, "--to-m", 120, "--azimuths", 128, "--v-m", -1, 1)
-    command("lidar2mesh", "synth", folder / "road.crg", "-o", folder / "noise", "--from-m", 40, "--to-m", 80, "--azimuths", 16, "--beams", 8,
+    command("lidar2mesh", "synth", folder / "road.crg", "-o", folder / "scans", "--u-begin-m", 60, "--u-end-m", 120, "--azimuths", 128, "--v-m", -1, 1)
+    command("lidar2mesh", "synth", folder / "road.crg", "-o", folder / "noise", "--u-begin-m", 40, "--u-end-m", 80, "--azimuths", 16, "--beams", 8,
             "--noise-m", 0.2, "--cars", 0)  # fmt: skip
     return folder
 
@@ -201,9 +201,9 @@ def scanned(tmp_path_factory):
         ([], {}),
         (
             ["--frame", "sensor", "--extrinsic", 0.5, 0, 0.123456789, 0, 0, 1, "--max-range-m", 40, "--drift-m", 0.04, "--drift-rad", 1e-3, "--min-points",
-             2, "--cloud-unit", "m", "--base-stddev-m", 0.03, "--gate-m", 0.4, "--stl", "--pcd", "--doubles", "--no-report"],
+             2, "--cloud-unit", "m", "--base-stddev-m", 0.03, "--gate-m", 0.4, "--format", "stl,pcd", "--doubles", "--no-report"],
             {"frame": "sensor", "extrinsic": [0.5, 0, 0.123456789, 0, 0, 1], "max_range_m": 40, "drift_m": 0.04, "drift_rad": 1e-3, "min_points": 2,
-             "cloud_unit": "m", "base_stddev_m": 0.03, "gate_m": 0.4, "stl": True, "pcd": True, "doubles": True, "report": False},
+             "cloud_unit": "m", "base_stddev_m": 0.03, "gate_m": 0.4, "format": ["stl", "pcd"], "doubles": True, "report": False},
         ),
     ],
 )  # fmt: skip
@@ -238,9 +238,9 @@ def test_refine_without_a_base_and_from_several_files(here, scanned):
     clouds = sorted(path for path in (scanned / "scans").iterdir() if path.suffix in (".ply", ".pcd", ".las"))
     poses = scanned / "scans/trajectory.csv"
     here.enter("command")
-    command("lidar2mesh", "map", *clouds, "--trajectory", poses, "--v-max-m", 4, "--node-m", 0.25, "-o", "out", "--no-report")
+    command("lidar2mesh", "map", *clouds, "--trajectory", poses, "--v-max-m", 4, "--step-m", 0.25, "-o", "out", "--no-report")
     here.enter("python")
-    kerbstone.refine(clouds, "out", trajectory=poses, v_max_m=4, node_m=0.25, report=False)
+    kerbstone.refine(clouds, "out", trajectory=poses, v_max_m=4, step_m=0.25, report=False)
     same_folders(here.command / "out", here.python / "out")
 
 

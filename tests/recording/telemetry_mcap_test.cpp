@@ -51,7 +51,7 @@ TEST(TelemetryMcap, CrgdriveWritesWhereTheNameAsks) {
   for (const char* name : {"drive.csv", "drive.mcap"})
     ASSERT_EQ(
         std::system((places::crgdrive() + " manoeuvre step-steer --car " + car +
-                     " --seconds 2 --quiet -o " + folder.path(name) + " > " + folder.path("said"))
+                     " --stop-s 2 --quiet -o " + folder.path(name) + " > " + folder.path("said"))
                         .c_str()),
         0);
   const Table csv = read_table(folder.path("drive.csv")),

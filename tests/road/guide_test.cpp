@@ -497,7 +497,7 @@ TEST(GuideFile, MayBeTheLogOfACar) {
   EXPECT_DOUBLE_EQ(found.points[1].y(), 9.35);
   const std::string own = folder.file(
       "own.csv", "t,pe,pn,lo,la\n0,1,2,0.1,0.8\n1,2,4,0.2,0.9\n2,3,,0.3,1.0\n3,4,8,0.4,1.1\n");
-  EXPECT_THAT(refusal([&] { road::read_guide(own); }), HasSubstr("--guide-mapping"));
+  EXPECT_THAT(refusal([&] { road::read_guide(own); }), HasSubstr("--mapping FILE"));
   const auto mapped = [&](const std::string& columns) {
     return road::read_guide(own, folder.file("mapping.yaml", "version: 1\ncolumns:\n" + columns));
   };

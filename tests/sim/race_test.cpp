@@ -43,7 +43,7 @@ class Race : public testing::Test {
     sh(fmt::format(R"(mkdir -p race stack
 cp {0}/examples/race/*.yaml race; cp {0}/examples/stack/*.yaml stack
 {1} synth {0}/tracks/kerbstone-ring/circuit.yaml -o demo --quiet
-{1} export demo/kerbstone-ring_truth.crg --tum -o line.csv --quiet
+{1} export demo/kerbstone-ring_truth.crg -o line.csv --quiet
 {2} fmu {0}/vehicles/open_wheel/vehicle.yaml --road demo/kerbstone-ring_truth.crg -o race/car.fmu --quiet)",
                    places::source(), places::crgbuild(), places::crgdrive()));
   }

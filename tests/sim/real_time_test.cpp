@@ -84,7 +84,7 @@ class RealTime : public testing::Test {
  protected:
   void make() const {
     sh(fmt::format(R"({1} synth {3} -o demo --quiet
-{1} export demo/kerbstone-ring_truth.crg --tum -o line.csv --quiet
+{1} export demo/kerbstone-ring_truth.crg -o line.csv --quiet
 {2} fmu {0}/vehicles/open_wheel/vehicle.yaml --road demo/kerbstone-ring_truth.crg -o car.fmu --quiet)",
                    places::source(), places::crgbuild(), places::crgdrive(),
                    support::demo_circuit()));

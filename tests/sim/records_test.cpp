@@ -142,8 +142,8 @@ TEST(Records, WithoutRemarksThereIsNoFileOfThem) {
 TEST(Records, EveryNthStepIsRecordedAndTheLast) {
   const support::TemporaryFolder folder;
   const support::ToolRun run = support::run_tool(
-      places::crgsim(), {"run", vehicle(), "--stop-s", "0.025", "--record", "car.x",
-                         "--record-every", "10", "-o", folder.path("drive.csv")});
+      places::crgsim(), {"run", vehicle(), "--stop-s", "0.025", "--record", "car.x", "--every",
+                         "10", "-o", folder.path("drive.csv")});
   EXPECT_EQ(run.code, 0) << run.err;
   const std::string text = folder.read("drive.csv");
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 5);

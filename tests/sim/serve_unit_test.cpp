@@ -391,7 +391,7 @@ double largest_distance_of_a_lap_m(const support::TemporaryFolder& folder,
               fmt::format(
                   R"(set -e; cd '{0}'
 {1}
-{2} export {3} --tum -o line.csv --quiet
+{2} export {3} -o line.csv --quiet
 {4} fmu {5}/vehicles/open_wheel/vehicle.yaml --road {3} -o car.fmu --quiet
 for form in {6}; do
   by="--socket s"; where=s; is_there="test -S s"; says=$form

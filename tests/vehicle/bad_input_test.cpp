@@ -46,7 +46,7 @@ class BadInput : public ::testing::Test {
     cli::write(path, whole);
   }
   static constexpr const char* kManoeuvre =
-      "manoeuvre coast-down --car car/vehicle.yaml --seconds 1.2";
+      "manoeuvre coast-down --car car/vehicle.yaml --stop-s 1.2";
   cli::Folder folder;
   std::string good_;
 };
@@ -81,7 +81,7 @@ TEST_F(BadInput, OfTheRoadAndTheCommandIsNamed) {
   refuses("lap --car car/vehicle.yaml --road road.crg --margin-m 7.5", "wide");
   refuses("fly", "there is no command 'fly'", 2);
   refuses("manoeuvre spin --car car/vehicle.yaml", "spin not in", 2);
-  refuses("tyre --tir car/front.tir", "--plots", 2);
+  refuses("tyre --tir car/front.tir", "-o NAME.html", 2);
   refuses(std::string(kManoeuvre) + " --set wind=2", "amplitude of wind = 2, wanted 0 to 1");
   refuses(std::string(kManoeuvre) + " --set chassis.mass_kg=nan", "wanted a finite number");
 }

@@ -289,7 +289,7 @@ TEST(Lap, RefusesOrSaysWhatTheCommandLineCannotMean) {
   };
   const auto said = [&] { return cli::read(folder / "said"); };
   const std::string lap =
-      "lap --begin-mps 20 --road '" + road + "' -o '" + (folder / "lap.csv") + "'";
+      "lap --speed-mps 20 --road '" + road + "' -o '" + (folder / "lap.csv") + "'";
   // A row every 8 steps of 1.2 ms is what comes nearest to 100 Hz.
   EXPECT_EQ(run(lap + " --step-s 0.0012"), 0) << said();
   EXPECT_THAT(said(), ::testing::HasSubstr("104.167 Hz"));
@@ -317,7 +317,7 @@ TEST(Lap, RefusesOrSaysWhatTheCommandLineCannotMean) {
   const std::string dry = said();
   EXPECT_EQ(run(replay + " --grip '" + grip + "'"), 0) << said();
   EXPECT_NE(said(), dry);
-  EXPECT_EQ(run("timing --seconds 0.1 --contact strip"), 1);
+  EXPECT_EQ(run("timing --stop-s 0.1 --contact strip"), 1);
   EXPECT_THAT(said(), ::testing::HasSubstr("--road"));
 }
 
@@ -362,7 +362,7 @@ TEST(Lap, RunsFromTheCommandLine) {
   EXPECT_EQ(run("lap" + car + "--road " + path("s.crg") + " --set chassis.mass=1"), 1);
   EXPECT_THAT(text("err.txt"), ::testing::HasSubstr("chassis.mass_kg"));
   EXPECT_EQ(run("lap" + car), 2);
-  ASSERT_EQ(run("timing" + car + "--seconds 0.5 --json --road " + path("s.crg")), 0)
+  ASSERT_EQ(run("timing" + car + "--stop-s 0.5 --json --road " + path("s.crg")), 0)
       << text("err.txt");
   EXPECT_THAT(text("out.txt"), ::testing::HasSubstr("\"median_us\""));
   ASSERT_EQ(run("poles" + car + "--speed-mps 20"), 0) << text("err.txt");

@@ -117,7 +117,7 @@ TEST(Manoeuvre, CanBeWatchedLive) {
   const std::string car = " --car " + places::source() + "/vehicles/open_wheel/vehicle.yaml";
   const auto begin = std::chrono::steady_clock::now();
   const int code = std::system((places::crgdrive() + " manoeuvre step-steer" + car +
-                                " --seconds 2 --rate-hz 20 --speed-up 4 --udp 127.0.0.1:" +
+                                " --stop-s 2 --rate-hz 20 --speed-up 4 --udp 127.0.0.1:" +
                                 std::to_string(ntohs(address.sin_port)) + " >/dev/null")
                                    .c_str());
   EXPECT_EQ(code, 0);

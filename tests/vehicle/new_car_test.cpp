@@ -172,7 +172,7 @@ std::optional<crg::Surface> build_road(const std::string& name, const cli::Folde
   if (name == "kerbstone-ring") {
     const std::string circuit = fmt::format("{}/tracks/{}/circuit.yaml", places::source(), name);
     EXPECT_EQ(cli::crgbuild({"synth", circuit, "-o", folder.path()}).code, 0);
-    arguments = {"build", folder / "kerbstone-ring.obj", "--start-near-m", "0,0"};
+    arguments = {"build", folder / "kerbstone-ring.obj", "--start-at", "0,0"};
   } else if (!cli::exists(fmt::format("{0}/road/{1}/{1}.acc", places::torcs_tracks(), name))) {
     return {};
   }

@@ -9,7 +9,7 @@ const [kerbstone, crgbuild, crgdrive, source, shots] = process.argv.slice(2);
 const require = packagesOf(source);
 const dir = mkdtempSync(join(tmpdir(), 'kerbstone-brush-'));
 const run = (program, words) => runIn(program, words, dir);
-run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', 'ring', '--facet-m', '4', '-q']);
+run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', 'ring', '--step-m', '4', '-q']);
 writeFileSync(join(dir, 'track.yaml'), 'mesh: ring/kerbstone-ring.obj\nname: ring\nu_step_m: 0.5\nv_step_m: 0.5\nstart_near_m: [0, 0]\n');
 run(crgbuild, ['build', 'track.yaml', '-o', `out/${basename(dir)}`, '-q']);
 

@@ -29,7 +29,7 @@ mkdirSync(shown);
 
 /// The demo circuit in facets of five centimetres, twice: 5.4 million triangles, 230 MB of text.
 function makeMesh() {
-  run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', join(dir, 'mesh'), '--facet-m', '0.05', '-q']);
+  run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', join(dir, 'mesh'), '--step-m', '0.05', '-q']);
   const once = readFileSync(join(dir, 'mesh/kerbstone-ring.obj'), 'latin1'), lines = once.split('\n'), vertices = lines.filter((line) => line.startsWith('v ')).length, path = join(shown, 'twice.obj');
   const again = lines.map((line) => {
     const [word, ...rest] = line.split(' ');

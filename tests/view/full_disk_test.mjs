@@ -21,7 +21,7 @@ if (spawnSync('mount', ['-t', 'tmpfs', '-o', 'size=48m', 'tmpfs', disk]).status 
 
 let served, browser;
 try {
-  run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', join(dir, 'made'), '--facet-m', '4', '-q']);
+  run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', join(dir, 'made'), '--step-m', '4', '-q']);
   mkdirSync(join(disk, 'ring'));
   for (const name of readdirSync(join(dir, 'made'))) if (/\.(obj|mtl)$/.test(name)) cpSync(join(dir, 'made', name), join(disk, 'ring', name));
   writeFileSync(join(disk, 'ring/track.yaml'), 'mesh: kerbstone-ring.obj\nname: ring\nu_step_m: 0.5\nv_step_m: 0.5\n');

@@ -9,7 +9,7 @@ const [kerbstone, crgbuild, crgdrive, source, shots] = process.argv.slice(2);
 const require = packagesOf(source);
 const dir = mkdtempSync(join(tmpdir(), 'kerbstone-laps-'));
 const run = (program, words) => runIn(program, words, dir);
-run(crgbuild, ['synth', circuitOf(source), '-o', 'ring', '--facet-m', '4', '-q']);
+run(crgbuild, ['synth', circuitOf(source), '-o', 'ring', '--step-m', '4', '-q']);
 run(crgbuild, ['convert', 'ring/kerbstone-ring_truth.crg', '-o', 'other.crg', '-q']);
 run(crgbuild, ['report', 'ring/kerbstone-ring_truth.crg', '-o', 'ring', '-q']);
 // Two laps of a quick driver; one of a slow one; most of one, twice, which is none: it was put back before the line.

@@ -10,7 +10,7 @@ const [kerbstone, crgbuild, crgdrive, source, shots] = process.argv.slice(2);
 const require = packagesOf(source);
 const dir = mkdtempSync(join(tmpdir(), 'kerbstone-live-'));
 const run = (program, words) => runIn(program, words, dir);
-run(crgbuild, ['synth', circuitOf(source), '-o', 'ring', '--facet-m', '4', '-q']);
+run(crgbuild, ['synth', circuitOf(source), '-o', 'ring', '--step-m', '4', '-q']);
 run(crgdrive, ['fmu', join(source, 'vehicles/open_wheel/vehicle.yaml'), '--road', 'ring/kerbstone-ring_truth.crg', '-o', 'car.fmu', '-q']);
 
 const served = await serve(kerbstone, dir), browser = await launch(require);

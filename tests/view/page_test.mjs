@@ -14,7 +14,7 @@ const axe = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
 
 const dir = mkdtempSync(join(tmpdir(), 'kerbstone-view-')), shown = join(dir, 'shown');
 mkdirSync(join(shown, 'meshes'), { recursive: true });
-run(crgbuild, ['synth', circuitOf(source), '-o', join(shown, 'meshes'), '--facet-m', '4', '-q']);
+run(crgbuild, ['synth', circuitOf(source), '-o', join(shown, 'meshes'), '--step-m', '4', '-q']);
 for (const name of readdirSync(join(shown, 'meshes'))) if (!/\.(obj|mtl)$/.test(name)) rmSync(join(shown, 'meshes', name), { recursive: true });
 const recipeText = '# As it came.\nmesh: meshes/kerbstone-ring.obj\nname: ring\nu_step_m: 0.5\nv_step_m: 0.5\nstart_near_m: [400, 300]   # wrong: the start is at 0, 0\n';
 writeFileSync(join(shown, 'track.yaml'), recipeText);
@@ -47,7 +47,7 @@ for (let k = 0; k < kPoints; ++k) {
   ground.push(`${(500000 + along).toFixed(3)} ${(5400000 + (wall ? 20 : across)).toFixed(3)} ${(300 + 0.02 * along + (wall ? 4 * uniform() : 0)).toFixed(3)} ${k % 100} ${wall ? 6 : 2} ${(0.001 + 1e-5 * along).toFixed(6)}`);
 }
 writeFileSync(join(shown, 'cloud.ply'), `ply\nformat ascii 1.0\nelement vertex ${kPoints}\nproperty double x\nproperty double y\nproperty double z\nproperty float intensity\nproperty uchar classification\nproperty float sigma\nend_header\n${ground.join('\n')}\n`);
-run(join(dirname(dirname(crgbuild)), 'lidar2mesh/lidar2mesh'), ['synth', circuitOf(source), '-o', 'scans', '--from-m', '380', '--to-m', isHeavy ? '420' : '390', '--azimuths', '64', '--scenery-m', '12', '-q'], shown);
+run(join(dirname(dirname(crgbuild)), 'lidar2mesh/lidar2mesh'), ['synth', circuitOf(source), '-o', 'scans', '--u-begin-m', '380', '--u-end-m', isHeavy ? '420' : '390', '--azimuths', '64', '--scenery-m', '12', '-q'], shown);
 if (shots) mkdirSync(shots, { recursive: true });
 
 let { server, address } = await serve(kerbstone, shown);

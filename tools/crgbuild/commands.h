@@ -119,7 +119,7 @@ int run_info(const InfoCommand& command, Terminal& terminal);
 struct QueryCommand {
   std::string crg, points, output;
   unsigned threads = 0;
-  bool no_modifiers = false, reference_defaults = false;
+  std::string modifiers = "file";     ///< file, none or reference
   std::vector<std::string> settings;  ///< KEY=VALUE for options and modifiers
 };
 int run_query(const QueryCommand& command, Terminal& terminal);
@@ -167,8 +167,8 @@ int run_transform(const TransformCommand& command, Terminal& terminal);
 /// A road in a format of other programs.
 struct ExportCommand {
   std::string crg, output, friction_crg;
-  bool tum = false, xodr = false, rdf = false, geojson = false, kml = false, svg = false,
-       mesh = false, heightmap = false, mat = false;
+  std::string format;   ///< empty: as the output ends; xodr, rdf, mesh, geojson, kml, svg, tum,
+                        ///< heightmap or mat
   double step_m = 0.5;  ///< of rows, for triangles; of samples, for heightmaps
 };
 int run_export(const ExportCommand& command, Terminal& terminal);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "base/ending.h"
@@ -43,7 +44,6 @@ std::string seen_from(const std::string& output, const std::string& file) {
 
 /// What was written, as it is told.
 struct Written {
-  const char* format;
   std::string what;
   nlohmann::ordered_json facts;
   std::vector<std::string> lost;
@@ -52,8 +52,7 @@ struct Written {
 Written write_tum(const crg::Surface& road, const std::string& output) {
   const auto widths = road::track_widths(road.reference_line(), road.grid());
   base::write_file(output, road::track_widths_csv(widths));
-  return {"tum",
-          fmt::format("{} points; widths end at a column, up to {:.3f} m inside the edge",
+  return {fmt::format("{} points; widths end at a column, up to {:.3f} m inside the edge",
                       widths.size(), widest_column_m(road.grid())),
           {{"points", widths.size()}, {"width_short_by_at_most_m", widest_column_m(road.grid())}},
           {"heights", "banking", "kerbs", "road beyond holes"}};
@@ -75,8 +74,7 @@ Written write_mesh(const crg::Surface& road, const ExportCommand& command) {
       fmt::format("{} triangles, {} up", mesh.triangles.size(), ending == ".glb" ? "y" : "z");
   if (!origin_m.isZero())
     what += fmt::format("; add ({}, {}) m for map coordinates", origin_m.x(), origin_m.y());
-  return {"mesh",
-          std::move(what),
+  return {std::move(what),
           {{"triangles", mesh.triangles.size()}, {"origin_m", {origin_m.x(), origin_m.y()}}},
           {fmt::format("what lies between rows {} m apart", command.step_m)}};
 }
@@ -114,8 +112,7 @@ Written write_heightmap(const crg::Surface& road, const ExportCommand& command) 
       fmt::format("{:.1f} % of the road, within a sample of its edges", 1e2 * loss.nodes_without),
       fmt::format("{:.2f} % of the road, below or above another leg",
                   1e2 * loss.nodes_of_other_legs)};
-  return {"heightmap",
-          fmt::format("{} x {} samples {} m apart, levels of {:.4g} mm; where it lies: {}",
+  return {fmt::format("{} x {} samples {} m apart, levels of {:.4g} mm; where it lies: {}",
                       raster.columns, raster.rows, raster.cell_m, 1e3 * raster.z_step_m, beside),
           {{"facts", beside},
            {"columns", raster.columns},
@@ -132,7 +129,6 @@ Written write_mat(const crg::Surface& road, const std::string& output) {
   const std::string bytes = road::matlab_file(road);
   base::write_file(output, bytes);
   return {
-      "mat",
       fmt::format("{} bytes; x_m, y_m, heading_rad, v_m, z_m(row, column), u_begin_m, u_step_m, "
                   "closed",
                   bytes.size()),
@@ -144,30 +140,48 @@ Written write_text(const crg::Surface& road, const ExportCommand& command) {
   const std::string name = fs::path(command.crg).stem().string();
   const road::NamedFiles files{seen_from(command.output, command.crg),
                                seen_from(command.output, command.friction_crg)};
-  const auto [format, made] = command.xodr  ? std::pair("xodr", road::opendrive(road, name, files))
-                              : command.rdf ? std::pair("rdf", road::road_data_file(files, 1.0))
-                              : command.geojson ? std::pair("geojson", road::plan_geojson(road))
-                              : command.kml     ? std::pair("kml", road::plan_kml(road, name))
-                                                : std::pair("svg", road::plan_svg(road));
+  const std::string& format = command.format;
+  const auto made = format == "xodr"      ? road::opendrive(road, name, files)
+                    : format == "rdf"     ? road::road_data_file(files, 1.0)
+                    : format == "geojson" ? road::plan_geojson(road)
+                    : format == "kml"     ? road::plan_kml(road, name)
+                                          : road::plan_svg(road);
   base::write_file(command.output, made.text);
-  return {
-      format, fmt::format("{} bytes", made.text.size()), {{"bytes", made.text.size()}}, made.lost};
+  return {fmt::format("{} bytes", made.text.size()), {{"bytes", made.text.size()}}, made.lost};
+}
+
+/// The format of a file of this name, by its ending; empty: none of them.
+std::string export_format_of(const std::string& output) {
+  static const std::map<std::string, std::string> kByEnding = {
+      {".xodr", "xodr"},     {".rdf", "rdf"},  {".glb", "mesh"},        {".obj", "mesh"},
+      {".ply", "mesh"},      {".stl", "mesh"}, {".geojson", "geojson"}, {".json", "geojson"},
+      {".kml", "kml"},       {".svg", "svg"},  {".csv", "tum"},         {".png", "heightmap"},
+      {".raw", "heightmap"}, {".mat", "mat"}};
+  const auto known = kByEnding.find(base::ending_of(output));
+  return known == kByEnding.end() ? "" : known->second;
 }
 
 }  // namespace
 
-int run_export(const ExportCommand& command, Terminal& terminal) {
+int run_export(const ExportCommand& asked, Terminal& terminal) {
+  ExportCommand command = asked;
+  if (command.format.empty()) command.format = export_format_of(command.output);
+  if (command.format.empty())
+    throw UsageError("the ending of " + command.output + " says no format; give --format");
+  if (!command.friction_crg.empty() && command.format != "xodr" && command.format != "rdf")
+    throw UsageError("--grip goes with .xodr and .rdf: the other formats name no CRG");
   const crg::Surface road(crg::read(command.crg));
   if (!command.friction_crg.empty()) crg::read(command.friction_crg);  // that it is one
-  const Written written = command.tum         ? write_tum(road, command.output)
-                          : command.mesh      ? write_mesh(road, command)
-                          : command.heightmap ? write_heightmap(road, command)
-                          : command.mat       ? write_mat(road, command.output)
-                                              : write_text(road, command);
+  const std::string& format = command.format;
+  const Written written = format == "tum"         ? write_tum(road, command.output)
+                          : format == "mesh"      ? write_mesh(road, command)
+                          : format == "heightmap" ? write_heightmap(road, command)
+                          : format == "mat"       ? write_mat(road, command.output)
+                                                  : write_text(road, command);
   if (terminal.json) {
     nlohmann::ordered_json out;
     out["file"] = command.output;
-    out["format"] = written.format;
+    out["format"] = format;
     out.update(written.facts);
     out["lost"] = written.lost;
     terminal.print(base::json_text(out));

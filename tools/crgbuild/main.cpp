@@ -1,6 +1,8 @@
 // Options in, one command, exit code.
 #include <algorithm>
+#include <array>
 #include <initializer_list>
+#include <set>
 
 #include "command/program.h"
 #include "commands.h"
@@ -13,6 +15,86 @@ using command::add_choice, command::add_input, command::add_output_file, command
 
 enum class Keys { of_these, of_all_but_these };
 
+/// Keys that are often given on the command line; docs/formats.md has the others, which are flags
+/// too.
+bool is_often_given(const std::string& key) {
+  static const std::set<std::string> kOften = {"up",
+                                               "mirror",
+                                               "unit",
+                                               "scale",
+                                               "allow_outside",
+                                               "use_names",
+                                               "bridge_gap_m",
+                                               "near_m",
+                                               "guide",
+                                               "route",
+                                               "guide_width_m",
+                                               "reverse",
+                                               "u_step_m",
+                                               "v_step_m",
+                                               "v_max_m",
+                                               "smooth_window_m",
+                                               "roughness_class",
+                                               "friction",
+                                               "control_points",
+                                               "trajectory",
+                                               "utm_zone",
+                                               "yaw_deg",
+                                               "translation_m",
+                                               "format",
+                                               "threads",
+                                               "line_is_right"};
+  return kOften.contains(key);
+}
+
+/// Keys whose flag is not called like them, and what that flag takes.
+struct OtherFlag {
+  const char *key, *flag, *takes, *text;
+};
+constexpr std::array kOtherFlags = {
+    OtherFlag{"start_near_m", "--start-at", "X,Y or an object's name",
+              "u = 0 where the line passes nearest to this point, or at the middle of this object"},
+    OtherFlag{"start_object", "--start-at", nullptr, nullptr},
+    OtherFlag{"guide_mapping", "--mapping", "a path",
+              "mapping.yaml that says which columns of a log as guide are the place"}};
+
+/// "12.5,-3" or "[12.5, -3]", which is no object's name.
+bool is_point(const std::string& text) {
+  return text.find_first_not_of("0123456789+-.eE, []") == std::string::npos &&
+         text.find(",") != std::string::npos;
+}
+
+CLI::Option* add_recipe_flag(CLI::App& command, const road::RecipeKey& key, const std::string& flag,
+                             RecipeFlags& flags) {
+  const std::string shown = key.show(road::Recipe{});
+  std::string text = key.meaning;
+  const bool alone = road::is_switch(key);
+  if (!shown.empty() && !alone) text += " [" + shown + "]";
+  if (alone)
+    return command.add_flag_callback(
+        flag, [&flags, name = key.name] { flags.emplace_back(name, "true"); }, text);
+  if (key.wanted.ends_with(" ..."))  // words that may stand one by one
+    return command
+        .add_option_function<std::vector<std::string>>(
+            flag,
+            [&flags, name = key.name](const std::vector<std::string>& words) {
+              std::string value;
+              for (const std::string& word : words) value += (value.empty() ? "" : " ") + word;
+              flags.emplace_back(name, value);
+            },
+            text)
+        ->type_name(key.wanted);
+  return command
+      .add_option_function<std::string>(
+          flag,
+          [&flags, name = key.name](const std::string& value) {
+            const bool object = name == "start_near_m" && !is_point(value);
+            flags.emplace_back(object ? "start_object" : name, value);
+          },
+          text)
+      ->type_name(key.wanted);
+}
+
 /// One flag per recipe key of these stages, or of these names: u_step_m becomes --u-step-m.
 void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
                       std::initializer_list<const char*> stages, Keys keys = Keys::of_these) {
@@ -21,38 +103,23 @@ void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
   };
   for (const road::RecipeKey& key : road::recipe_keys()) {
     if ((listed(key.stage) || listed(key.name)) != (keys == Keys::of_these)) continue;
-    const std::string shown = key.show(road::Recipe{});
-    std::string text = key.meaning;
-    const bool alone = road::is_switch(key);
-    if (!shown.empty() && !alone) text += " [" + shown + "]";
     const std::string group = key.stage == "output" ? "Output" : "Stage: " + key.stage;
-    if (alone) {
-      command
-          .add_flag_callback(
-              road::flag_of(key.name),
-              [&flags, name = key.name] { flags.emplace_back(name, "true"); }, text)
-          ->group(group);
+    const auto* const other = std::find_if(kOtherFlags.begin(), kOtherFlags.end(),
+                                           [&](const OtherFlag& o) { return o.key == key.name; });
+    std::string as_key = "--" + key.name;
+    std::replace(as_key.begin(), as_key.end(), '_', '-');
+    CLI::Option* const option = add_recipe_flag(command, key, as_key, flags);
+    option->group(group);
+    if (other == kOtherFlags.end()) {
+      if (!is_often_given(key.name)) command::hide(option);
       continue;
     }
-    if (key.wanted.ends_with(" ...")) {  // words that may stand one by one
-      command
-          .add_option_function<std::vector<std::string>>(
-              road::flag_of(key.name),
-              [&flags, name = key.name](const std::vector<std::string>& words) {
-                std::string value;
-                for (const std::string& word : words) value += (value.empty() ? "" : " ") + word;
-                flags.emplace_back(name, value);
-              },
-              text)
-          ->type_name(key.wanted)
+    if (other->takes != nullptr)
+      add_recipe_flag(command, key, other->flag, flags)
+          ->type_name(other->takes)
+          ->description(other->text)
           ->group(group);
-      continue;
-    }
-    CLI::Option* option = command.add_option_function<std::string>(
-        road::flag_of(key.name),
-        [&flags, name = key.name](const std::string& value) { flags.emplace_back(name, value); },
-        text);
-    option->type_name(key.wanted)->group(group);
+    command::hide_old(option, other->flag);
   }
 }
 
@@ -107,7 +174,10 @@ void define_main_way(CLI::App& app, Commands& c) {
       "with\n"
       "the road, and where), report.json and summary.json (every number), <name>.stl (the surface "
       "that\n"
-      "was kept) and centreline.csv into the folder.\n\n"
+      "was kept) and centreline.csv into the folder. Every key of a track.yaml is a flag, also "
+      "those "
+      "that\n"
+      "are not listed here (docs/formats.md): kerb_min_height_m is --kerb-min-height-m.\n\n"
       "Examples:\n"
       "  crgbuild build track.obj -o out\n"
       "  crgbuild build track.fbx -o out --up y --unit cm --v-max-m 12\n"
@@ -222,10 +292,8 @@ void define_line_stages(CLI::App& app, Commands& c) {
       app.add_subcommand("preview", "a mesh to look at: each object in the colour of its class");
   add_input(*preview, "input", c.preview.input, kMeshHelp)->required();
   add_output_file(*preview, c.preview.output, "picture in three dimensions (.glb)")->required();
-  preview
-      ->add_option("--most-triangles", c.preview.most_triangles,
-                   "larger meshes are thinned to about as many")
-      ->check(CLI::Range(std::size_t{100}, std::size_t{50'000'000}));
+  command::hide(preview->add_option("--most-triangles", c.preview.most_triangles)
+                    ->check(CLI::Range(std::size_t{100}, std::size_t{50'000'000})));
   preview->add_flag("--raw", c.preview.raw,
                     "without what cleaning would say of it: all in grey, in a tenth of the time");
   add_recipe_flags(*preview, c.preview.flags, {"read", "clean"});
@@ -255,7 +323,7 @@ void define_line_stages(CLI::App& app, Commands& c) {
   add_output_file(*centreline, c.centreline.output, "CSV: x_m,y_m,z_m,half_width_m")->required();
   add_recipe_flags(*centreline, c.centreline.flags, {"read", "clean", "centreline"});
   centreline->footer(
-      "Example:\n  crgbuild centreline surface.obj -o centreline.csv --start-near-m 120,-35.5");
+      "Example:\n  crgbuild centreline surface.obj -o centreline.csv --start-at 120,-35.5");
 }
 
 /// Stages 3 to 6: what becomes of the heights.
@@ -370,55 +438,62 @@ void define_edits(CLI::App& app, Commands& c) {
       ->type_name("KEY=VALUE");
 }
 
+/// Formats, and the flags that they had before: --xodr is -o NAME.xodr now.
+void add_old_formats(CLI::App& exported, std::string& format) {
+  for (const auto& [word, now] : {std::pair{"xodr", "-o NAME.xodr"},
+                                  {"rdf", "-o NAME.rdf"},
+                                  {"mesh", "-o NAME.glb"},
+                                  {"geojson", "-o NAME.geojson"},
+                                  {"kml", "-o NAME.kml"},
+                                  {"svg", "-o NAME.svg"},
+                                  {"tum", "-o NAME.csv"},
+                                  {"heightmap", "-o NAME.png"},
+                                  {"mat", "-o NAME.mat"}})
+    command::hide_old(exported.add_flag_callback(std::string("--") + word,
+                                                 [&format, word = std::string(word)] {
+                                                   if (!format.empty() && format != word)
+                                                     throw CLI::ValidationError(
+                                                         "export", "one format is wanted: --" +
+                                                                       format + " or --" + word);
+                                                   format = word;
+                                                 }),
+                      now);
+}
+
 void define_export(CLI::App& app, Commands& c) {
   CLI::App* exported = app.add_subcommand("export", "a road in a format of other programs");
   add_input(*exported, "crg", c.export_road.crg, "the road")->required();
-  add_output_file(*exported, c.export_road.output, "the exported file")->required();
-  exported->add_flag(
-      "--xodr", c.export_road.xodr,
-      "ASAM OpenDRIVE 1.8: line, lanes, elevation, superelevation, the CRG attached");
-  exported->add_flag("--rdf", c.export_road.rdf,
-                     "road data file of tyre models (.rdf) that names the CRG");
-  exported->add_flag("--mesh", c.export_road.mesh,
-                     "triangles, by the ending of the output: .glb .obj .ply .stl; road and kerb");
-  exported->add_flag("--geojson", c.export_road.geojson,
-                     "reference line, borders, start and kerbs in latitude and longitude");
-  exported->add_flag("--kml", c.export_road.kml, "the same for KML");
-  exported->add_flag("--svg", c.export_road.svg, "the same as a drawing, 1 unit a metre");
-  exported->add_flag("--tum", c.export_road.tum,
-                     "CSV of racing line programs: x_m,y_m,w_tr_right_m,w_tr_left_m, no heights");
-  exported->add_flag("--heightmap", c.export_road.heightmap,
-                     "16 bits a sample, by the ending: .png or .raw; beside it a .json says where");
-  exported->add_flag("--mat", c.export_road.mat,
-                     "MATLAB level 5: line and heights as variables, 8 bytes a number");
+  add_output_file(*exported, c.export_road.output,
+                  "the exported file; its ending says the format, see below")
+      ->required();
+  add_choice(*exported, "--format", c.export_road.format,
+             "where the ending of the output does not say it",
+             {"xodr", "rdf", "mesh", "geojson", "kml", "svg", "tum", "heightmap", "mat"});
+  add_old_formats(*exported, c.export_road.format);
   add_input(*exported, "--grip", c.export_road.friction_crg,
-            "for --xodr and --rdf: a CRG whose heights are friction coefficients");
+            "for .xodr and .rdf: a CRG whose heights are friction coefficients");
   exported
       ->add_option(
           "--step-m", c.export_road.step_m,
-          "for --mesh: distance of the rows along the road; for --heightmap: of the samples")
+          "of triangles: distance of the rows along the road; of height maps: of the samples")
       ->check(CLI::Range(0.001, 100.0))
       ->capture_default_str();
-  const ExportCommand& wanted = c.export_road;
-  exported->callback([&wanted] {
-    if (wanted.xodr + wanted.rdf + wanted.mesh + wanted.geojson + wanted.kml + wanted.svg +
-            wanted.tum + wanted.heightmap + wanted.mat !=
-        1)
-      throw CLI::ValidationError(
-          "export",
-          "one format is wanted: --xodr, --rdf, --mesh, --heightmap, --mat, --geojson, --kml, "
-          "--svg or --tum");
-    if (!wanted.friction_crg.empty() && !wanted.xodr && !wanted.rdf)
-      throw CLI::ValidationError("--grip",
-                                 "goes with --xodr and --rdf: the other formats name no CRG");
-  });
   exported->footer(
+      "  .xodr                ASAM OpenDRIVE 1.8: line, lanes, elevation, superelevation, the CRG "
+      "attached\n"
+      "  .rdf                 road data file of tyre models that names the CRG\n"
+      "  .glb .obj .ply .stl  triangles of road and kerb\n"
+      "  .png .raw            height map, 16 bits a sample; beside it a .json says where\n"
+      "  .mat                 MATLAB level 5: line and heights as variables, 8 bytes a number\n"
+      "  .geojson .kml        reference line, borders, start and kerbs in latitude and longitude\n"
+      "  .svg                 the same as a drawing, 1 unit a metre\n"
+      "  .csv                 racing line: x_m,y_m,w_tr_right_m,w_tr_left_m, no heights\n\n"
       "What a format cannot hold is listed. Modifiers of the file are worked in. A width ends at "
       "the last column before the first NaN.\n\n"
-      "Examples:\n  crgbuild export out/track.crg --xodr -o out/track.xodr\n"
-      "  crgbuild export out/track.crg --mesh -o track.glb\n"
-      "  crgbuild export out/track.crg --heightmap --step-m 0.25 -o track.png\n"
-      "  crgbuild export out/track.crg --tum -o track.csv");
+      "Examples:\n  crgbuild export out/track.crg -o out/track.xodr\n"
+      "  crgbuild export out/track.crg -o track.glb\n"
+      "  crgbuild export out/track.crg --step-m 0.25 -o track.png\n"
+      "  crgbuild export out/track.crg -o track.csv");
 }
 
 void define_file_tools(CLI::App& app, Commands& c) {
@@ -439,12 +514,19 @@ void define_file_tools(CLI::App& app, Commands& c) {
       "there is no road")
       ->required();
   query->add_option("--threads", c.query.threads, "0: all cores")->check(CLI::Range(0, 1024));
+  add_choice(
+      *query, "--modifiers", c.query.modifiers,
+      "file: those of the file; none; reference: as file, but where the file has no such "
+      "section, what the reference C API does: fill NaN and move the right edge at the start "
+      "to the origin [file]",
+      {"file", "none", "reference"});
+  std::string& modifiers = c.query.modifiers;
   CLI::Option* none =
-      query->add_flag("--no-modifiers", c.query.no_modifiers, "apply no modifiers of the file");
-  query
-      ->add_flag("--reference-defaults", c.query.reference_defaults,
-                 "where the file has no modifier section, do what the reference C API does: fill "
-                 "NaN and move the right edge at the start to the origin")
+      query->add_flag_callback("--no-modifiers", [&modifiers] { modifiers = "none"; });
+  command::hide_old(none, "--modifiers none");
+  command::hide_old(
+      query->add_flag_callback("--reference-defaults", [&modifiers] { modifiers = "reference"; }),
+      "--modifiers reference")
       ->excludes(none);
   query->add_option("--set", c.query.settings, kSetHelp)->type_name("KEY=VALUE");
   query->footer(
@@ -452,7 +534,7 @@ void define_file_tools(CLI::App& app, Commands& c) {
       "top of either; REFPOINT_* wins over REFLINE_*.\n\n"
       "Examples:\n"
       "  crgbuild query out/track.crg --points points.csv -o heights.csv\n"
-      "  crgbuild query road.crg --points p.csv -o z.csv --no-modifiers --set BORDER_MODE_V=0");
+      "  crgbuild query road.crg --points p.csv -o z.csv --modifiers none --set BORDER_MODE_V=0");
 
   CLI::App* synth =
       app.add_subcommand("synth", "makes a mesh and its exact road from a drawn circuit");
@@ -464,8 +546,7 @@ void define_file_tools(CLI::App& app, Commands& c) {
   add_choice(*synth, "--unit", c.synth.unit, "of the mesh's coordinates [m]",
              {"m", "cm", "mm", "ft", "inch", "yard"});
   synth
-      ->add_option("--facet-m", c.synth.facet_m,
-                   "length of facets on straights; 10 is coarse [0.5]")
+      ->add_option("--step-m", c.synth.facet_m, "length of facets on straights; 10 is coarse [0.5]")
       ->check(CLI::Range(0.05, 50.0));
   add_choice(*synth, "--names", c.synth.names, "how objects are called [plain]",
              {"plain", "torcs", "ac", "none"});

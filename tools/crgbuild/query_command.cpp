@@ -149,9 +149,10 @@ int run_query(const QueryCommand& command, Terminal& terminal) {
 
   const road::Progress progress = terminal.progress();
   progress("read", 0.0);
-  const crg::ModifierUse use = command.no_modifiers         ? crg::ModifierUse::None
-                               : command.reference_defaults ? crg::ModifierUse::ReferenceDefaults
-                                                            : crg::ModifierUse::AsInFile;
+  const crg::ModifierUse use = command.modifiers == "none" ? crg::ModifierUse::None
+                               : command.modifiers == "reference"
+                                   ? crg::ModifierUse::ReferenceDefaults
+                                   : crg::ModifierUse::AsInFile;
   const crg::Surface surface(with_settings(crg::read(command.crg), use, command.settings));
   const Asker ask(surface, columns, form);
   base::FileWriter output(command.output);

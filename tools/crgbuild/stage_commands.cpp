@@ -250,7 +250,8 @@ int run_smooth(const SmoothCommand& command, Terminal& terminal) {
       command.mesh.empty() ? make_recipe(command.flags) : make_recipe(command.mesh, command.flags);
   if (!(recipe.smooth.window_u_m > 0.0) && !(recipe.smooth.window_v_m > 0.0))
     throw UsageError(
-        "--smooth-window-m and --smooth-window-v-m are 0, which changes nothing; give a window in "
+        "smooth_window_m and smooth_window_v_m are 0, which changes nothing; give "
+        "--smooth-window-m in "
         "metres");
   const road::Progress progress = terminal.progress();
   progress("read", 0.0);
@@ -297,8 +298,8 @@ int run_align(const AlignCommand& command, Terminal& terminal) {
   if (recipe.align.rotation != road::AlignOptions::Rotation::about_z || recipe.align.scale)
     throw UsageError(
         "a finished road can be turned about z and moved; what tilts or scales it has to be done "
-        "to its mesh: build with "
-        "--align-rotation free or --align-scale instead");
+        "to its mesh: build it "
+        "with align_rotation: free or align_scale: true instead");
   Track track = read_track(command.crg);
   const auto placement = road::place_road(recipe, track.line);
   const road::AlignReport& numbers = placement->align;

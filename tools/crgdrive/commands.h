@@ -44,17 +44,18 @@ struct LiveOptions {
 struct LapCommand {
   CarOptions car;
   LiveOptions live;
-  std::string track_path, friction_path, out_path, devices_path;
-  std::vector<std::string> opponent_paths;  ///< logs of other cars
-  double opponent_ahead_s = 1.0;
+  std::string track_path, friction_path, devices_path;
+  std::vector<std::string> out_paths;  ///< of the car and of a second one
+  std::vector<std::string> opponents;  ///< logs of other cars, LOG[@2s], or a car, VEHICLE[@15m]
+  double opponent_ahead_s = 1.0;       ///< of the first log that says none; of the k-th k times
   std::string second_path, second_out_path;  ///< another simulated car; empty: none
   double second_ahead_m = 15.0;
   double second_grip_usage = 0.75;
   int laps = 1;
   bool standing = false;
   double tyre_k = 360.0, disc_k = 500.0, fuel_kg = 30.0;
-  double grip_usage = 0.75;
-  double begin_mps = 0.0;  ///< 0: as fast as the engine holds
+  std::vector<double> grip_usage{0.75};  ///< of the driver, and of the second car's
+  double begin_mps = 0.0;                ///< 0: as fast as the engine holds
   double margin_m = 2.0;
   double rate_hz = 100.0;
 };

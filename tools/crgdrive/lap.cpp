@@ -1,15 +1,18 @@
 #include "vehicle/lap.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/ending.h"
 #include "base/json_text.h"
 #include "live.h"
 #include "load_car.h"
 #include "recording/log_table.h"
 #include "vehicle/error.h"
+#include "vehicle/said_opponent.h"
 #include "write_telemetry.h"
 
 namespace crgdrive {
@@ -71,61 +74,102 @@ nlohmann::ordered_json lap_numbers(const std::string& out_path, const vehicle::L
           {"telemetry", out_path}};
 }
 
+/// A lap as it was ordered: a second car is taken out of the opponents.
+struct Ordered {
+  LapCommand command;
+  std::string out_path;
+  std::vector<std::string> log_paths;
+  std::vector<double> ahead_s;
+};
+
+Ordered ordered(const LapCommand& asked) {
+  Ordered out{asked, "", {}, {}};
+  LapCommand& c = out.command;
+  for (const std::string& said : asked.opponents) {
+    const auto [path, ahead_s, ahead_m] = vehicle::said_opponent(said);
+    const std::string ending = base::ending_of(path);
+    if (ending != ".yaml" && ending != ".yml") {
+      if (ahead_m)
+        throw UsageError("--opponent " + said + ": a log is ahead by seconds: " + path + "@2s");
+      out.log_paths.push_back(path);
+      out.ahead_s.push_back(
+          ahead_s.value_or(static_cast<double>(out.log_paths.size()) * asked.opponent_ahead_s));
+      continue;
+    }
+    if (!c.second_path.empty()) throw UsageError("--opponent " + said + ": the second of its kind");
+    if (ahead_s || ahead_m.value_or(0.0) < 0.0 || ahead_m.value_or(0.0) > 1000.0)
+      throw UsageError("--opponent " + said + ": a car begins 0 to 1000 m ahead: " + path + "@15m");
+    c.second_path = path;
+    if (ahead_m) c.second_ahead_m = *ahead_m;
+  }
+  if (c.second_path.empty() && (c.out_paths.size() > 1 || c.grip_usage.size() > 1))
+    throw UsageError(
+        "two of --output or of --grip-usage are of a second car: --opponent VEHICLE.yaml");
+  if (c.out_paths.size() > 2) throw UsageError("--output is wanted once for each of the two cars");
+  if (!c.out_paths.empty()) out.out_path = c.out_paths[0];
+  if (c.out_paths.size() > 1) c.second_out_path = c.out_paths[1];
+  if (c.grip_usage.size() > 1) c.second_grip_usage = c.grip_usage[1];
+  return out;
+}
+
 /// What the command says of a run, without what lives as long as the run.
-vehicle::LapOptions lap_options(const LapCommand& command) {
+vehicle::LapOptions lap_options(const Ordered& order) {
+  const LapCommand& command = order.command;
   vehicle::LapOptions options;
   options.laps = command.laps;
   options.standing = command.standing;
   options.tyre_k = command.tyre_k;
   options.disc_k = command.disc_k;
   options.fuel_kg = command.fuel_kg;
-  options.speed.grip_usage = command.grip_usage;
+  options.speed.grip_usage = command.grip_usage[0];
   options.speed.begin_mps = command.begin_mps;
   options.line.margin_m = command.margin_m;
   options.step = step_options(command.car);
-  for (std::size_t i = 0; i < command.opponent_paths.size(); ++i) {
-    const std::string& path = command.opponent_paths[i];
+  for (std::size_t i = 0; i < order.log_paths.size(); ++i) {
+    const std::string& path = order.log_paths[i];
     options.opponents.push_back(
-        vehicle::make_opponent(recording::read_log_table(path),
-                               static_cast<double>(i + 1) * command.opponent_ahead_s, path));
+        vehicle::make_opponent(recording::read_log_table(path), order.ahead_s[i], path));
   }
   return options;
 }
 
 /// The telemetry of one car of the run, with all files that had a part in it.
-void write_drive(const LapCommand& command, const std::string& out_path, const vehicle::Vehicle& v,
+void write_drive(const Ordered& order, const std::string& out_path, const vehicle::Vehicle& v,
                  const CarOptions& car, const std::vector<std::string>& others,
                  const vehicle::LapResult& result) {
   if (out_path.empty()) return;
+  const LapCommand& command = order.command;
   std::vector<std::string> files{command.track_path};
   if (!command.friction_path.empty()) files.push_back(command.friction_path);
   if (!command.devices_path.empty()) files.push_back(command.devices_path);
-  files.insert(files.end(), command.opponent_paths.begin(), command.opponent_paths.end());
+  files.insert(files.end(), order.log_paths.begin(), order.log_paths.end());
   files.insert(files.end(), others.begin(), others.end());
   std::string from = provenance("lap", v, car, files) +
                      fmt::format("# start fuel_kg={:g} tyre_k={:g} disc_k={:g}\n", command.fuel_kg,
                                  command.tyre_k, command.disc_k);
-  if (!command.opponent_paths.empty())
-    from += fmt::format("# opponents {:g} s ahead\n", command.opponent_ahead_s);
+  if (!order.ahead_s.empty())
+    from += fmt::format("# opponents {:g} s ahead\n", fmt::join(order.ahead_s, ", "));
   if (!command.second_path.empty())
     from += fmt::format("# two cars, the second begins {:g} m ahead, grip usage {:g} and {:g}\n",
-                        command.second_ahead_m, command.grip_usage, command.second_grip_usage);
+                        command.second_ahead_m, command.grip_usage[0], command.second_grip_usage);
   write_telemetry(out_path, from, result.telemetry);
 }
 
 }  // namespace
 
-int lap(const LapCommand& command, Terminal& terminal) {
+int lap(const LapCommand& asked, Terminal& terminal) {
+  const Ordered order = ordered(asked);
+  const LapCommand& command = order.command;
   const vehicle::Vehicle v = load_vehicle(command.car);
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
   const crg::Surface surface = read_road(command.track_path, command.friction_path, terminal);
-  std::vector<vehicle::Entrant> entrants{{&car, lap_options(command)}};
+  std::vector<vehicle::Entrant> entrants{{&car, lap_options(order)}};
   vehicle::LapOptions& options = entrants.front().options;
   options.progress = terminal.progress();
   Live live(command.live);
   if (live.wanted()) options.on_row = [&](const recording::Table& table) { live.row(table); };
   const std::size_t every = steps_per_row(command.rate_hz, options.step.step_s, terminal);
-  options.record_every = command.out_path.empty() && !live.wanted() ? 0 : every;
+  options.record_every = order.out_path.empty() && !live.wanted() ? 0 : every;
   vehicle::DeviceFile devices;
   if (!command.devices_path.empty()) {
     devices = vehicle::read_devices(command.devices_path);
@@ -142,7 +186,7 @@ int lap(const LapCommand& command, Terminal& terminal) {
     second_v = load_vehicle(second_options);
     second =
         vehicle::make_car(second_v.files, second_v.parameters, second_v.terms, second_v.contact);
-    vehicle::LapOptions other = lap_options(command);
+    vehicle::LapOptions other = lap_options(order);
     other.ahead_m = command.second_ahead_m;
     other.speed.grip_usage = command.second_grip_usage;
     other.record_every = command.second_out_path.empty() ? 0 : every;
@@ -153,7 +197,7 @@ int lap(const LapCommand& command, Terminal& terminal) {
   const auto results = vehicle::drive_together(entrants, vehicle::Road(surface));
   const vehicle::LapResult& result = results.front();
   if (terminal.json) {
-    nlohmann::ordered_json told = lap_numbers(command.out_path, result);
+    nlohmann::ordered_json told = lap_numbers(order.out_path, result);
     if (second) {
       told["nearest_m"] = result.nearest_m;
       told["second"] = lap_numbers(command.second_out_path, results.back());
@@ -166,9 +210,9 @@ int lap(const LapCommand& command, Terminal& terminal) {
   } else {
     terminal.print(sentences(result));
   }
-  write_drive(command, command.out_path, v, command.car, second_v.read_files, result);
+  write_drive(order, order.out_path, v, command.car, second_v.read_files, result);
   if (second)
-    write_drive(command, command.second_out_path, second_v, second_options, v.read_files,
+    write_drive(order, command.second_out_path, second_v, second_options, v.read_files,
                 results.back());
   for (std::size_t i = 0; i < results.size(); ++i)
     if (!results[i].complete)

@@ -6,14 +6,18 @@
 
 namespace {
 
-using command::add_choice, command::add_input, command::add_output_file, command::add_output_folder;
+using command::add_choice, command::add_input, command::add_output_file, command::add_output_files,
+    command::add_output_folder;
 
 void add_car_settings(CLI::App& app, crgdrive::CarOptions& car) {
   add_input(app, "--setup", car.setup_path, "Setup sheet, read after the vehicle's own");
   app.add_option("--set", car.settings, "group.key=value or term=amplitude; may be repeated");
   add_choice(app, "--contact", car.contact, "In place of the vehicle's",
              {"single-point", "four-point", "strip"});
-  add_choice(app, "--integrator", car.integrator, "Euler's method", {"semi-implicit", "explicit"});
+  command::hide(add_choice(app, "--integrator", car.integrator, "", {"semi-implicit", "explicit"}));
+}
+
+void add_step(CLI::App& app, crgdrive::CarOptions& car) {
   app.add_option("--step-s", car.step_s, "Length of a step, s")->check(CLI::Range(1e-5, 0.01));
 }
 
@@ -45,25 +49,18 @@ void add_tyre(const CommandLine& line, crgdrive::TyreCommand& tyre) {
       line.app.add_subcommand("tyre", "Steady-state forces of a .tir file at given points");
   add_input(*tyre_app, "--tir", tyre.tyre_path, "Tyre property file (Magic Formula 5.2, 6.1, 6.2)")
       ->required();
-  CLI::Option* const points =
-      add_input(*tyre_app, "--points", tyre.points_path,
-                "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa][,turn_1pm]");
-  CLI::Option* const forces =
-      add_output_file(*tyre_app, tyre.out_path,
-                      "CSV to write: the points and fx_n,fy_n,mz_nm,mx_nm,my_nm")
-          ->needs(points);
-  points->needs(forces);
-  add_output_file(*tyre_app, tyre.plots_path,
-                  "Page to write, HTML: the curves at four loads, and combined slip", "--plots");
+  add_input(*tyre_app, "--points", tyre.points_path,
+            "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa][,turn_1pm]");
+  add_output_files(*tyre_app, {{"", &tyre.out_path}, {".html", &tyre.plots_path}},
+                   "CSV to write: the points and fx_n,fy_n,mz_nm,mx_nm,my_nm; NAME.html: a page of "
+                   "curves at four loads, and combined slip");
+  command::hide_old(add_output_file(*tyre_app, tyre.plots_path, "", "--plots"), "-o NAME.html");
   add_choice(*tyre_app, "--alpha", tyre.alpha,
              "tan: tan(alpha) in all formulas; angle: alpha in the pure side force",
              {"tan", "angle"});
-  tyre_app->add_flag("--mirrored", tyre.mirrored, "The tyre on the other side of the car");
-  tyre_app->callback([&, line] {
-    if (tyre.points_path.empty() && tyre.plots_path.empty())
-      throw CLI::ValidationError("tyre", "give --points with --output, or --plots");
-    line.run = [&, line] { return crgdrive::tyre(tyre, line.terminal); };
-  });
+  tyre_app->add_flag("--mirror", tyre.mirrored, "The tyre on the other side of the car");
+  tyre_app->callback(
+      [&, line] { line.run = [&, line] { return crgdrive::tyre(tyre, line.terminal); }; });
 }
 
 void add_parameters(const CommandLine& line) {
@@ -73,45 +70,53 @@ void add_parameters(const CommandLine& line) {
       [&, line] { line.run = [&, line] { return crgdrive::parameters(line.terminal); }; });
 }
 
+/// Other cars, by their logs or driven too.
+void add_opponents(CLI::App& app, crgdrive::LapCommand& lap) {
+  add_input(app, "--opponent", lap.opponents,
+            "LOG[@1s] of a car on the same road, whose wake acts, so far ahead at the start; or "
+            "VEHICLE.yaml[@15m], driven in the same run by its own driver, each in the other's "
+            "slipstream; may be repeated");
+  command::hide_old(app.add_option("--opponent-ahead-s", lap.opponent_ahead_s)
+                        ->check(CLI::Range(-3600.0, 3600.0)),
+                    "--opponent LOG@1s");
+  const char* const now = "--opponent VEHICLE.yaml@15m";
+  CLI::Option* const second =
+      command::hide_old(add_input(app, "--second", lap.second_path, ""), now);
+  command::hide_old(add_output_file(app, lap.second_out_path, "", "--second-output"),
+                    "-o FIRST -o SECOND")
+      ->needs(second);
+  command::hide_old(app.add_option("--second-ahead-m", lap.second_ahead_m), now)
+      ->needs(second)
+      ->check(CLI::Range(0.0, 1000.0));
+  command::hide_old(app.add_option("--second-grip-usage", lap.second_grip_usage),
+                    "--grip-usage FIRST SECOND")
+      ->needs(second)
+      ->check(CLI::Range(0.05, 1.2));
+}
+
 void add_lap(const CommandLine& line, crgdrive::LapCommand& lap) {
   CLI::App* const lap_app = line.app.add_subcommand("lap", "Laps of a road by the built-in driver");
   add_car_options(*lap_app, lap.car);
+  add_step(*lap_app, lap.car);
   add_live_options(*lap_app, lap.live);
   add_input(*lap_app, "--road", lap.track_path, "CRG file of the road")->required();
   add_input(*lap_app, "--grip", lap.friction_path,
             "CRG file of the same shape whose heights are grip factors");
-  add_output_file(*lap_app, lap.out_path,
-                  "Telemetry to write, CSV; MCAP where the name ends in .mcap");
-  add_input(*lap_app, "--devices", lap.devices_path,
-            "Device configuration: telemetry as sensors measure it; without: ideal");
-  add_input(*lap_app, "--opponent", lap.opponent_paths,
-            "Telemetry or log of a car on the same road, whose wake acts; may be repeated");
   lap_app
       ->add_option(
-          "--opponent-ahead-s", lap.opponent_ahead_s,
-          "The first opponent's log is this far ahead at the start, s; the next twice as far")
-      ->check(CLI::Range(-3600.0, 3600.0));
-  CLI::Option* const second =
-      add_input(*lap_app, "--second", lap.second_path,
-                "Vehicle file of another car, driven in the same run by its own driver; each is in "
-                "the other's slipstream");
-  add_output_file(*lap_app, lap.second_out_path, "Telemetry of the second car to write",
-                  "--second-output")
-      ->needs(second);
-  lap_app
-      ->add_option("--second-ahead-m", lap.second_ahead_m,
-                   "The second car begins this far ahead of the first, m")
-      ->needs(second)
-      ->check(CLI::Range(0.0, 1000.0));
-  lap_app
-      ->add_option("--second-grip-usage", lap.second_grip_usage,
-                   "Share of the tyres' grip the second car's driver uses")
-      ->needs(second)
-      ->check(CLI::Range(0.05, 1.2));
+          "-o,--output", lap.out_paths,
+          "Telemetry to write, CSV; MCAP where the name ends in .mcap; a second time for a "
+          "second car")
+      ->allow_extra_args(false)
+      ->default_str("")
+      ->type_name(command::kFileOrDash);
+  add_input(*lap_app, "--devices", lap.devices_path,
+            "Device configuration: telemetry as sensors measure it; without: ideal");
+  add_opponents(*lap_app, lap);
   lap_app->add_option("--laps", lap.laps, "Laps of a closed road")->check(CLI::Range(1, 1000));
   lap_app->add_flag("--standing", lap.standing, "Start from standstill");
   lap_app
-      ->add_option("--begin-mps", lap.begin_mps,
+      ->add_option("--speed-mps", lap.begin_mps,
                    "Speed at the begin of an open road, m/s; 0: as fast as the engine holds there")
       ->check(CLI::Range(0.0, 110.0));
   lap_app->add_option("--tyre-k", lap.tyre_k, "Tyre temperature at the start, K (cold: 295)")
@@ -120,7 +125,10 @@ void add_lap(const CommandLine& line, crgdrive::LapCommand& lap) {
       ->check(CLI::Range(200.0, 1500.0));
   lap_app->add_option("--fuel-kg", lap.fuel_kg, "Fuel at the start, kg")
       ->check(CLI::Range(0.0, 500.0));
-  lap_app->add_option("--grip-usage", lap.grip_usage, "Share of the tyres' grip the driver uses")
+  lap_app
+      ->add_option("--grip-usage", lap.grip_usage,
+                   "Share of the tyres' grip the driver uses; a second number is the second car's")
+      ->expected(1, 2)
       ->check(CLI::Range(0.05, 1.2));
   lap_app->add_option("--margin-m", lap.margin_m, "Car's centre to the edge of the road, m")
       ->check(CLI::Range(0.0, 50.0));
@@ -134,6 +142,7 @@ void add_replay(const CommandLine& line, crgdrive::ReplayCommand& replay) {
   CLI::App* const replay_app =
       line.app.add_subcommand("replay", "Drives a recording's commands and compares");
   add_car_options(*replay_app, replay.car);
+  add_step(*replay_app, replay.car);
   add_input(*replay_app, "--road", replay.track_path, "CRG file of the road")->required();
   add_input(*replay_app, "--log", replay.recording_path, "The log: CSV or of any maker")
       ->required();
@@ -186,6 +195,7 @@ void add_manoeuvre(const CommandLine& line, crgdrive::ManoeuvreCommand& manoeuvr
               "split-friction", "reverse"})
       ->required();
   add_car_options(*manoeuvre_app, manoeuvre.car);
+  add_step(*manoeuvre_app, manoeuvre.car);
   add_live_options(*manoeuvre_app, manoeuvre.live);
   add_output_file(*manoeuvre_app, manoeuvre.out_path,
                   "Telemetry to write, CSV; MCAP where the name ends in .mcap");
@@ -193,7 +203,7 @@ void add_manoeuvre(const CommandLine& line, crgdrive::ManoeuvreCommand& manoeuvr
             "Device configuration: telemetry as sensors measure it; without: ideal");
   manoeuvre_app->add_option("--speed-mps", manoeuvre.speed_mps, "Speed at the start, m/s")
       ->check(CLI::Range(0.0, 120.0));
-  manoeuvre_app->add_option("--seconds", manoeuvre.duration_s, "Duration, s")
+  manoeuvre_app->add_option("--stop-s", manoeuvre.duration_s, "Where it ends, s")
       ->check(CLI::Range(1.1, 600.0));
   manoeuvre_app->add_option("--steer-rad", manoeuvre.steer_rad, "Amplitude at the road wheels, rad")
       ->check(CLI::Range(-0.6, 0.6));
@@ -219,9 +229,10 @@ void add_manoeuvre(const CommandLine& line, crgdrive::ManoeuvreCommand& manoeuvr
 void add_timing(const CommandLine& line, crgdrive::TimingCommand& timing) {
   CLI::App* const timing_app = line.app.add_subcommand("timing", "How long a step takes");
   add_car_options(*timing_app, timing.car);
+  add_step(*timing_app, timing.car);
   add_input(*timing_app, "--road", timing.track_path,
             "CRG file to drive on; without: a plane (not for strip contact)");
-  timing_app->add_option("--seconds", timing.seconds, "Simulated time, s")
+  timing_app->add_option("--stop-s", timing.seconds, "Where the run ends, s of simulated time")
       ->check(CLI::Range(0.01, 3600.0));
   timing_app->callback(
       [&, line] { line.run = [&, line] { return crgdrive::timing(timing, line.terminal); }; });
@@ -233,7 +244,7 @@ void add_poles(const CommandLine& line, crgdrive::PolesCommand& poles) {
   add_car_options(*poles_app, poles.car);
   poles_app->add_option("--speed-mps", poles.speeds_mps, "Speeds to linearise at, m/s")
       ->check(CLI::Range(0.0, 150.0));
-  poles_app->add_option("--steps-s", poles.steps_s, "Steps to judge, s")
+  poles_app->add_option("--step-s", poles.steps_s, "Steps to judge, s")
       ->check(CLI::Range(1e-5, 0.01));
   poles_app->callback(
       [&, line] { line.run = [&, line] { return crgdrive::poles(poles, line.terminal); }; });
@@ -247,6 +258,7 @@ void add_fmu(const CommandLine& line, crgdrive::FmuCommand& fmu) {
   add_input(*fmu_app, "--grip", fmu.friction_path,
             "CRG file of the same shape whose heights are grip factors");
   add_car_settings(*fmu_app, fmu.car);
+  add_step(*fmu_app, fmu.car);
   add_choice(*fmu_app, "--fmi", fmu.version, "Version of the standard", {"2", "3"});
   add_output_file(*fmu_app, fmu.out_path, "The unit to write, .fmu")->required();
   fmu_app->callback(

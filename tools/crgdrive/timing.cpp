@@ -99,7 +99,7 @@ int timing(const TimingCommand& command, Terminal& terminal) {
   vehicle::Controls<double> controls;
 
   const auto count = static_cast<std::size_t>(command.seconds / options.step_s);
-  if (count == 0) throw vehicle::Error("--seconds is shorter than a step");
+  if (count == 0) throw vehicle::Error("--stop-s is shorter than a step");
   std::vector<double> us(count);
   const base::Progress progress = terminal.progress();
   vehicle::StepSwing swing;

@@ -117,6 +117,10 @@ std::string curves(const TyreCommand& command, const vehicle::TyreFile& file,
 }  // namespace
 
 int tyre(const TyreCommand& command, Terminal& terminal) {
+  if (command.points_path.empty() != command.out_path.empty())
+    throw UsageError("--points and -o NAME.csv go together");
+  if (command.points_path.empty() && command.plots_path.empty())
+    throw UsageError("give --points with -o NAME.csv, or -o NAME.html for a page");
   const vehicle::TyreFile file = vehicle::read_tyre(command.tyre_path);
   vehicle::TyreOptions options;
   options.alpha = command.alpha == "angle" ? vehicle::AlphaConvention::kAngle

@@ -61,8 +61,8 @@ int main(int argc, char** argv) {
                    "Laps (from 0, over all recordings) used only to judge the result")
       ->delimiter(',')
       ->check(CLI::Range(0, 100000));
-  run_app->add_option("--nulls", analysis.nulls, "Null replicates that set the thresholds")
-      ->check(CLI::Range(explain::kLeastNulls, explain::kMostNulls));
+  command::hide(run_app->add_option("--nulls", analysis.nulls)
+                    ->check(CLI::Range(explain::kLeastNulls, explain::kMostNulls)));
   run_app->add_flag("--skip-simulation", analysis.skip_simulation,
                     "Do not drive the whole simulated car before and after");
   add_output_folder(*run_app, analysis.out_path,

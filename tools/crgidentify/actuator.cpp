@@ -25,7 +25,7 @@ Channels read_channels(const ActuatorCommand& command, const std::string& in,
   const recording::Recording recording = recording::read_recording(command.recording_path, mapping);
   if (recording.table.find(command.out_path) != nullptr)
     throw command::UsageError("-o " + command.out_path +
-                              " is a channel: a file is wanted; --movement names the channel");
+                              " is a channel: a file is wanted; --measure names the channel");
   const std::vector<double>& time_s = *recording.table.find("time_s");
   const auto longest = *std::max_element(
       recording.stretches.begin(), recording.stretches.end(),
@@ -39,7 +39,7 @@ Channels read_channels(const ActuatorCommand& command, const std::string& in,
     if (values == nullptr)
       throw base::Error(
           fmt::format("{}: no channel {}; name its column in a mapping, or another "
-                      "channel by --input or --movement",
+                      "channel by --command or --measure",
                       command.recording_path, name));
     return cut(recording::fill_gaps(time_s, *values));
   };

@@ -36,10 +36,11 @@ int actuator(const ActuatorCommand& command, Terminal& terminal);
 struct ReduceCommand {
   std::string vehicle_path, setup_path, track_path, out_path;
   std::vector<std::string> settings;  ///< name=value
-  double fuel_kg = 30.0, least_mps = 15.0, most_mps = 0.0;
+  double fuel_kg = 30.0;
+  std::vector<double> speed_mps{15.0, 0.0};  ///< lowest and highest; 0: the car's own
   std::size_t speeds = 5, slips = 20;
   std::vector<double> gravities{0.6, 1.0, 1.5};
-  double most_lap_share = 0.02, most_limit_share = 0.015;
+  std::vector<double> most_share{0.02, 0.015};  ///< of the lap and of the limit
   unsigned threads = 0;
 };
 int reduce(const ReduceCommand& command, Terminal& terminal);
@@ -53,7 +54,7 @@ struct ForcesCommand {
   std::string vehicle_path, setup_path, track_path, friction_path, mapping_path, out_path;
   std::vector<std::string> settings;  ///< name=value
   std::optional<double> fuel_kg;      ///< none: kAssumedFuel_kg
-  double tyre_k = 360.0, disc_k = 500.0, step_ms = 2.0;
+  double tyre_k = 360.0, disc_k = 500.0, step_s = 2e-3;
   int noise_rounds = 8;
   unsigned threads = 0;
 };

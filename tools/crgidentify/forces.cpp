@@ -218,7 +218,7 @@ int forces(const ForcesCommand& command, Terminal& terminal) {
   options.fuel_kg = command.fuel_kg.value_or(kAssumedFuel_kg);
   options.tyre_k = command.tyre_k;
   options.disc_k = command.disc_k;
-  options.step_s = 1e-3 * command.step_ms;
+  options.step_s = command.step_s;
   options.imu_ahead_m = mapping.imu_ahead_m;
   options.imu_yaw_rad = mapping.imu_yaw_rad;
   options.noise_rounds = command.noise_rounds;

@@ -12,6 +12,18 @@ namespace {
 using Work = std::function<int(command::Terminal&)>;
 using Chosen = std::function<void(Work)>;
 
+/// A result, and a page about it: NAME.html. `table`, if any: NAME.csv beside both.
+CLI::Option* add_output_and_page(CLI::App& app, std::string& out, std::string& page,
+                                 const std::string& text, const std::string& about_page,
+                                 std::string* table = nullptr) {
+  std::vector<command::OutputKind> kinds{{"", &out}, {".html", &page}};
+  if (table != nullptr) kinds.push_back({".csv", table, false});
+  CLI::Option* const option =
+      command::add_output_files(app, kinds, text + "; NAME.html: a page, " + about_page);
+  command::hide_old(command::add_output_file(app, page, "", "--plots"), "-o NAME.html");
+  return option;
+}
+
 void add_tyre(CLI::App& app, crgidentify::TyreCommand& tyre, const Chosen& chosen) {
   CLI::App* const tyre_app =
       app.add_subcommand("tyre", "Fits the Magic Formula to measured forces and moments of a tyre");
@@ -22,28 +34,24 @@ void add_tyre(CLI::App& app, crgidentify::TyreCommand& tyre, const Chosen& chose
       "that "
       "crgidentify forces wrote, with --axle")
       ->required();
-  command::add_input(*tyre_app, "--reference", tyre.reference_path,
+  command::add_input(*tyre_app, "--tir", tyre.reference_path,
                      "Tyre property file: what is believed where the data say nothing, and all "
                      "that the rows do not tell (other moments, radius, stiffness)")
       ->required();
-  command::add_output_file(*tyre_app, tyre.out_path,
-                           "Tyre property file to write: the reference with fitted values")
+  add_output_and_page(*tyre_app, tyre.out_path, tyre.plots_path,
+                      "Tyre property file to write: the reference with fitted values",
+                      "fitted curves with their bands, the rows beside them, what is left")
       ->required();
-  command::add_output_file(
-      *tyre_app, tyre.plots_path,
-      "Page to write, HTML: fitted curves with their bands, the rows beside them, what is left",
-      "--plots");
   command::add_choice(*tyre_app, "--alpha", tyre.alpha,
                       "tan: tan(alpha) in all formulas; angle: alpha in the pure side force",
                       {"tan", "angle"});
   command::add_choice(*tyre_app, "--axle", tyre.axle,
                       "Whose tyres are fitted, from the forces of drives", {"front", "rear"});
-  tyre_app->add_option("--starts", tyre.starts, "Starts of every stage")
-      ->check(CLI::Range(1, 1000));
+  command::hide(tyre_app->add_option("--starts", tyre.starts)->check(CLI::Range(1, 1000)));
   tyre_app->add_option("--seed", tyre.seed, "Of the starts beside the reference");
   tyre_app->add_option("--threads", tyre.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0, 1024));
-  tyre_app->footer("Example:\n  crgidentify tyre bench.csv --reference old.tir -o new.tir");
+  tyre_app->footer("Example:\n  crgidentify tyre bench.csv --tir old.tir -o new.tir");
   tyre_app->callback(
       [&] { chosen([&](command::Terminal& t) { return crgidentify::tyre(tyre, t); }); });
 }
@@ -58,22 +66,19 @@ void add_actuator(CLI::App& app, crgidentify::ActuatorCommand& actuator, const C
   command::add_choice(*actuator_app, "--part", actuator.part,
                       "Which one: the channels looked for, and the keys of the setup sheet",
                       {"steering", "throttle", "brake"});
-  actuator_app->add_option("--input", actuator.input,
+  actuator_app->add_option("--command", actuator.input,
                            "Channel of the command; default steer_command_rad, throttle_command, "
                            "brake_fl_command_pa");
-  actuator_app->add_option("--movement", actuator.movement,
+  actuator_app->add_option("--measure", actuator.movement,
                            "Channel of the movement; default steer_rad, throttle, brake_fl_pa");
   command::add_choice(*actuator_app, "--order", actuator.order,
                       "Poles, with a zero and play; auto: by cross-validation",
                       {"auto", "0", "1", "2", "3", "1-zero", "2-zero", "3-zero", "0-play", "1-play",
                        "2-play", "3-play", "1-zero-play", "2-zero-play", "3-zero-play"});
-  command::add_choice(*actuator_app, "--hold", actuator.hold,
-                      "How the command runs between rows; auto: step where it looks so",
-                      {"auto", "line", "step"});
-  command::add_output_file(*actuator_app, actuator.out_path, "Setup sheet to write");
-  command::add_output_file(
-      *actuator_app, actuator.plots_path,
-      "Page to write, HTML: record and model, step response, amplitude and phase", "--plots");
+  command::hide(
+      command::add_choice(*actuator_app, "--hold", actuator.hold, "", {"auto", "line", "step"}));
+  add_output_and_page(*actuator_app, actuator.out_path, actuator.plots_path, "Setup sheet to write",
+                      "record and model, step response, amplitude and phase");
   actuator_app->add_option("--threads", actuator.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0, 1024));
   actuator_app->footer("Example:\n  crgidentify actuator lap.csv --part brake -o brake.txt");
@@ -97,14 +102,22 @@ void add_reduce(CLI::App& app, crgidentify::ReduceCommand& reduce, const Chosen&
       ->required();
   reduce_app->add_option("--fuel-kg", reduce.fuel_kg, "Fuel on board")
       ->check(CLI::Range(0.0, 1000.0));
-  reduce_app->add_option("--least-mps", reduce.least_mps, "Lowest speed")
-      ->check(CLI::Range(5.0, 100.0));
-  reduce_app->add_option("--most-mps", reduce.most_mps, "Highest speed; 0: the car's own")
+  reduce_app
+      ->add_option("--speed-mps", reduce.speed_mps, "Lowest and highest speed; 0: the car's own")
+      ->expected(2)
       ->check(CLI::Range(0.0, 110.0));
-  reduce_app->add_option("--speeds", reduce.speeds, "How many between these")
-      ->check(CLI::Range(2, 20));
-  reduce_app->add_option("--slips", reduce.slips, "How many slip angles up to 0.2 rad")
-      ->check(CLI::Range(5, 100));
+  command::hide_old(reduce_app
+                        ->add_option_function<double>(
+                            "--least-mps", [&reduce](double mps) { reduce.speed_mps[0] = mps; })
+                        ->check(CLI::Range(5.0, 100.0)),
+                    "--speed-mps LOWEST HIGHEST");
+  command::hide_old(reduce_app
+                        ->add_option_function<double>(
+                            "--most-mps", [&reduce](double mps) { reduce.speed_mps[1] = mps; })
+                        ->check(CLI::Range(0.0, 110.0)),
+                    "--speed-mps LOWEST HIGHEST");
+  command::hide(reduce_app->add_option("--speeds", reduce.speeds)->check(CLI::Range(2, 20)));
+  command::hide(reduce_app->add_option("--slips", reduce.slips)->check(CLI::Range(5, 100)));
   reduce_app
       ->add_option("--pressing", reduce.gravities,
                    "What presses the car on the road, over its gravity: dips and banks above "
@@ -112,20 +125,33 @@ void add_reduce(CLI::App& app, crgidentify::ReduceCommand& reduce, const Chosen&
       ->delimiter(',')
       ->check(CLI::Range(0.2, 4.0));
   reduce_app
-      ->add_option("--most-lap-share", reduce.most_lap_share,
-                   "A model whose lateral acceleration on the lap is further off (root mean "
-                   "square over the largest) is refused")
+      ->add_option("--most-share", reduce.most_share,
+                   "A model is refused whose lateral acceleration on the lap is further off (root "
+                   "mean square over the largest), or whose steady-state limit is")
+      ->expected(2)
       ->check(CLI::Range(0.0, 1.0));
-  reduce_app
-      ->add_option("--most-limit-share", reduce.most_limit_share,
-                   "The same for its steady-state limit")
-      ->check(CLI::Range(0.0, 1.0));
+  const char* const both = "--most-share LAP LIMIT";
+  command::hide_old(
+      reduce_app
+          ->add_option_function<double>("--most-lap-share",
+                                        [&reduce](double share) { reduce.most_share[0] = share; })
+          ->check(CLI::Range(0.0, 1.0)),
+      both);
+  command::hide_old(
+      reduce_app
+          ->add_option_function<double>("--most-limit-share",
+                                        [&reduce](double share) { reduce.most_share[1] = share; })
+          ->check(CLI::Range(0.0, 1.0)),
+      both);
   reduce_app->add_option("--threads", reduce.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0, 1024));
   reduce_app->footer(
       "Example:\n  crgidentify reduce --car vehicles/open_wheel/vehicle.yaml -o control.yaml");
-  reduce_app->callback(
-      [&] { chosen([&](command::Terminal& t) { return crgidentify::reduce(reduce, t); }); });
+  reduce_app->callback([&] {
+    if (reduce.speed_mps[0] < 5.0 || reduce.speed_mps[0] > 100.0)
+      throw CLI::ValidationError("--speed-mps", "a lowest speed of 5 to 100 wanted");
+    chosen([&](command::Terminal& t) { return crgidentify::reduce(reduce, t); });
+  });
 }
 
 void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen& chosen) {
@@ -153,12 +179,15 @@ void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen&
       ->check(CLI::Range(200.0, 600.0));
   forces_app->add_option("--disc-k", forces.disc_k, "Disc temperature there")
       ->check(CLI::Range(200.0, 1500.0));
-  forces_app->add_option("--step-ms", forces.step_ms, "Of the derivatives, at most")
-      ->check(CLI::Range(0.1, 4.0));
-  forces_app
-      ->add_option("--noise-rounds", forces.noise_rounds,
-                   "Rounds of estimating noises from the log; 0: as a first look says")
-      ->check(CLI::Range(0, 50));
+  forces_app->add_option("--step-s", forces.step_s, "Of the derivatives, at most")
+      ->check(CLI::Range(1e-4, 4e-3));
+  command::hide_old(forces_app
+                        ->add_option_function<double>(
+                            "--step-ms", [&forces](double ms) { forces.step_s = 1e-3 * ms; })
+                        ->check(CLI::Range(0.1, 4.0)),
+                    "--step-s, in seconds,");
+  command::hide(
+      forces_app->add_option("--noise-rounds", forces.noise_rounds)->check(CLI::Range(0, 50)));
   forces_app->add_option("--threads", forces.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0, 1024));
   forces_app->footer(
@@ -167,12 +196,19 @@ void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen&
       [&] { chosen([&](command::Terminal& t) { return crgidentify::forces(forces, t); }); });
 }
 
+/// What a command that fits parts of a car writes.
+struct DriveOutput {
+  const char* text = "Setup sheet to write";
+  const char* example = "found.txt";
+  const char* about_page = nullptr;  ///< none: it has no page
+  std::string* table = nullptr;      ///< none: it has no table
+};
+
 /// A command that fits parts of a car to one drive.
 CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
                     crgidentify::DriveCommand& drive,
                     int (*work)(const crgidentify::DriveCommand&, command::Terminal&),
-                    const Chosen& chosen, const char* out = "Setup sheet to write",
-                    const char* example = "found.txt") {
+                    const Chosen& chosen, const DriveOutput& output = {}) {
   CLI::App* const drive_app = app.add_subcommand(name, what);
   command::add_input(*drive_app, "recording", drive.recording_path, "The log")->required();
   command::add_input(*drive_app, "--car", drive.vehicle_path,
@@ -186,7 +222,7 @@ CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
                      "Setup sheet, read after the vehicle's own");
   drive_app->add_option("--set", drive.settings,
                         "name=value: a parameter or a term's amplitude; repeatable");
-  command::add_choice(*drive_app, "--accelerations", drive.accelerations,
+  command::add_choice(*drive_app, "--frame", drive.accelerations,
                       "Axes of ax_mps2, ay_mps2, az_mps2: of the body, as an accelerometer has "
                       "them, or of the road, as speeds give them",
                       {"body", "road"});
@@ -194,9 +230,13 @@ CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
       ->add_option("--fuel-kg", drive.fuel_kg,
                    "Fuel on board, where not recorded; without: 30, and said so")
       ->check(CLI::Range(0.0, 1000.0));
-  command::add_output_file(*drive_app, drive.out_path, out);
+  if (output.about_page == nullptr)
+    command::add_output_file(*drive_app, drive.out_path, output.text);
+  else
+    add_output_and_page(*drive_app, drive.out_path, drive.plots_path, output.text,
+                        output.about_page, output.table);
   drive_app->footer(std::string("Example:\n  crgidentify ") + name +
-                    " lap.csv --car vehicle.yaml --road road.crg -o " + example);
+                    " lap.csv --car vehicle.yaml --road road.crg -o " + output.example);
   drive_app->callback(
       [&drive, work, &chosen] { chosen([&](command::Terminal& t) { return work(drive, t); }); });
   return drive_app;
@@ -233,25 +273,21 @@ int main(int argc, char** argv) {
   add_drive(app, "suspension", "Finds springs and anti-roll bars from wheel loads and travels",
             suspension, crgidentify::suspension, chosen);
   crgidentify::DriveCommand brakes;
-  CLI::App* const brakes_app =
-      add_drive(app, "brakes",
-                "Finds the brakes' torques, the pads' friction and the discs' heat from pressures, "
-                "temperatures and how the car slows down",
-                brakes, crgidentify::brakes, chosen);
-  command::add_output_file(*brakes_app, brakes.pad_map_path,
-                           "Map of the pads' friction to write, CSV for a vehicle file, where "
-                           "pressures and temperatures show one; the sheet then leaves it out",
-                           "--pad-map");
-  command::add_output_file(*brakes_app, brakes.plots_path,
-                           "Page to write, HTML: friction over temperature with its interval",
-                           "--plots");
+  CLI::App* const brakes_app = add_drive(
+      app, "brakes",
+      "Finds the brakes' torques, the pads' friction and the discs' heat from pressures, "
+      "temperatures and how the car slows down",
+      brakes, crgidentify::brakes, chosen,
+      {"Setup sheet to write; NAME.csv beside it: the pads' friction as a map for a vehicle file, "
+       "where pressures and temperatures show one; the sheet then leaves it out",
+       "found.txt", "friction over temperature with its interval", &brakes.pad_map_path});
+  command::hide_old(command::add_output_file(*brakes_app, brakes.pad_map_path, "", "--pad-map"),
+                    "-o NAME.csv");
   crgidentify::DriveCommand engine;
-  command::add_output_file(
-      *add_drive(app, "engine", "Finds the engine's torque map from how the car speeds up", engine,
-                 crgidentify::engine, chosen,
-                 "YAML to write: lines for a vehicle file; NAME_map.csv and NAME_places.csv go "
-                 "beside it",
-                 "engine.yaml"),
-      engine.plots_path, "Page to write, HTML: torque over speed with its interval", "--plots");
+  add_drive(app, "engine", "Finds the engine's torque map from how the car speeds up", engine,
+            crgidentify::engine, chosen,
+            {"YAML to write: lines for a vehicle file; NAME_map.csv and NAME_places.csv go beside "
+             "it",
+             "engine.yaml", "torque over speed with its interval", nullptr});
   return command::run(app, terminal, argc, argv, [&] { return work(terminal); });
 }

@@ -89,8 +89,8 @@ int reduce(const ReduceCommand& command, Terminal& terminal) {
   }
   identify::ReduceOptions options;
   options.fuel_kg = command.fuel_kg;
-  options.least_mps = command.least_mps;
-  options.most_mps = command.most_mps;
+  options.least_mps = command.speed_mps[0];
+  options.most_mps = command.speed_mps[1];
   options.speeds = command.speeds;
   options.slips = command.slips;
   options.gravities = command.gravities;
@@ -99,7 +99,7 @@ int reduce(const ReduceCommand& command, Terminal& terminal) {
   const identify::Reduction r = identify::reduce_car(car, options);
   const identify::LapError lap =
       identify::compare_on_lap(car, r, vehicle::Road(*surface), terminal.progress());
-  const identify::ReduceBounds bounds{command.most_lap_share, command.most_limit_share};
+  const identify::ReduceBounds bounds{command.most_share[0], command.most_share[1]};
   std::string settings;
   for (const std::string& setting : command.settings) settings += " --set " + setting;
   const std::string source = base::one_line(

@@ -162,6 +162,8 @@ void judge_what_is_left(const identify::TyreFit& fit, int version, const std::st
 }  // namespace
 
 int tyre(const TyreCommand& command, Terminal& terminal) {
+  if (command.out_path.empty())
+    throw command::UsageError("the fitted file is wanted, too: -o NAME.tir");
   terminal.start("reading");
   const std::string text = base::read_file(command.reference_path, vehicle::kLargestTyreBytes);
   const vehicle::TyreFile reference = vehicle::parse_tyre(text, command.reference_path);

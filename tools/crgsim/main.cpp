@@ -78,14 +78,14 @@ void add_run(const CommandLine& line, crgsim::RunCommand& run) {
                    "NAME: a variable to record, of any causality; all outputs when none is named")
       ->allow_extra_args(false);
   run_app
-      ->add_option("--record-every", run.every,
+      ->add_option("--every", run.every,
                    "Steps from one row to the next; the last step has one too")
       ->check(CLI::Range(1, 1000000));
   add_opponents(*run_app, run.opponents);
   const auto add_time = [&](const char* name, double& value, const char* text) {
-    run_app->add_option(name, value, text)->default_str("from the unit");
+    return run_app->add_option(name, value, text)->default_str("from the unit");
   };
-  add_time("--start-s", run.start_s, "Where the time begins");
+  command::hide(add_time("--start-s", run.start_s, ""));
   add_time("--stop-s", run.stop_s, "Where it ends; 10 s later where the unit does not say");
   add_time("--step-s", run.step_s, "Communication step; 0.001 where the unit does not say");
   add_limits(*run_app, run.limits);

@@ -71,7 +71,7 @@ int main(int argc, char** argv) {
                      command::kFileOrFolder);
   view_app->add_flag("--no-open", view.no_open, "Prints the address and starts no browser");
   view_app->add_option("--port", view.port, "0: any that is free")->check(CLI::Range(0, 65535));
-  view_app->add_option("--seconds", view.seconds, "Ends by itself after so long; 0: only by Ctrl-C")
+  view_app->add_option("--stop-s", view.seconds, "Ends by itself after so long; 0: only by Ctrl-C")
       ->check(CLI::Range(0.0, 1e7));
   CLI::Option* const token = view_app->add_option(
       "--token", view.token,

@@ -142,8 +142,8 @@ int try_it(const TryCommand& command, command::Terminal& terminal) {
                           road.at("reference_line").at("length_m").get<double>()));
 
   tour.step("Scans of a stretch, as a car with a LiDAR brings them",
-            {"lidar2mesh", "synth", circuit, "-o", "scans", "--from-m", "380", "--to-m", "440",
-             "--laps", "1", "--cars", "0"});
+            {"lidar2mesh", "synth", circuit, "-o", "scans", "--u-begin-m", "380", "--u-end-m",
+             "440", "--laps", "1", "--cars", "0"});
   tour.step("The road is refined by the scans",
             {"lidar2mesh", "map", "scans", "--trajectory", "scans/trajectory.csv", "--road",
              "road/kerbstone-ring.crg", "-o", "refined"});

@@ -109,7 +109,7 @@ std::string picture_of(const cloud::ChangeResult& result, double min_change_m) {
 }  // namespace
 
 int run_changes(const ChangesCommand& command, Terminal& terminal) {
-  if (command.octree_m > 0.0) cloud::require_pcl("--octree-m");
+  if (command.octree_m > 0.0) cloud::require_pcl("--voxel-m");
   cloud::ChangeOptions options;
   options.cell_m = command.cell_m, options.min_change_m = command.min_change_m,
   options.level_m = command.level_m, options.progress = terminal.progress();

@@ -116,7 +116,8 @@ int run_ground(const GroundCommand& command, Terminal& terminal) {
 int run_register(const RegisterCommand& command, Terminal& terminal) {
   if (!command.output.empty()) cloud::require_cloud_ending(command.output);
   const bool gicp = command.method == "gicp";
-  if (gicp && command.robust) throw command::UsageError("--robust is of --method own");
+  const bool robust = command.robust || command.method == "robust";
+  if (gicp && robust) throw command::UsageError("--robust is of --method own");
   if (gicp) cloud::require_pcl("--method gicp");
   if (command.coarse) cloud::require_pcl("--coarse");
   want_outliers(command.outliers);
@@ -134,7 +135,7 @@ int run_register(const RegisterCommand& command, Terminal& terminal) {
       terminal.remark(fmt::format("{}: {}", *path, remark));
   cloud::RegisterOptions options;
   options.voxel_m = command.voxel_m, options.max_distance_m = command.reach_m,
-  options.threads = command.threads, options.progress = progress, options.robust = command.robust;
+  options.threads = command.threads, options.progress = progress, options.robust = robust;
   const cloud::Cloud to = without_outliers(target, filter), from = without_outliers(source, filter);
   cloud::CoarseReport start;
   if (command.coarse) {

@@ -1,5 +1,7 @@
 // Options in, one command, exit code.
+#include <algorithm>
 #include <functional>
+#include <string>
 
 #include "cloud/pcl.h"
 #include "command/program.h"
@@ -9,6 +11,8 @@ namespace lidar2mesh {
 namespace {
 
 using command::add_choice, command::add_input, command::add_output_file, command::add_output_folder;
+
+using std::string_literals::operator""s;
 
 using Run = std::function<int()>;
 
@@ -36,8 +40,8 @@ std::string about_pcl() {
   if (const std::string version = cloud::pcl_version(); !version.empty())
     return "with PCL " + version;
   return "without PCL, for which libpcl-dev must be installed when it is built: --method gicp, "
-         "--coarse and --outliers of register, --method pmf of ground, --outliers and --voxel-m of "
-         "map, --octree-m of changes are missing";
+         "--coarse and --outliers of register, --method pmf of ground, --outliers of map, "
+         "--voxel-m of map and changes are missing";
 }
 
 void define_info(CLI::App& app, InfoCommand& c, Terminal& terminal, Run& run) {
@@ -91,10 +95,11 @@ void define_register(CLI::App& app, RegisterCommand& c, Terminal& terminal, Run&
       ->check(CLI::Range(0.01, 10.0));
   reg->add_option("--reach-m", c.reach_m, "how far off the source may be [2]")
       ->check(CLI::Range(0.05, 100.0));
-  add_choice(*reg, "--method", c.method, "our own, or PCL's generalised ICP [own]",
-             {"own", "gicp"});
-  reg->add_flag("--robust", c.robust,
-                "own method: end with pairs within two cubes, and what moved loses its pull");
+  add_choice(*reg, "--method", c.method,
+             "our own; robust: it ends with pairs within two cubes, and what moved loses its pull; "
+             "or PCL's generalised ICP [own]",
+             {"own", "robust", "gicp"});
+  command::hide_old(reg->add_flag("--robust", c.robust), "--method robust");
   reg->add_flag(
       "--coarse", c.coarse,
       "begin without a guess: shapes of both clouds are paired (PCL); --reach-m holds after it");
@@ -127,11 +132,11 @@ void define_changes(CLI::App& app, ChangesCommand& c, Terminal& terminal, Run& r
       ->check(CLI::Range(1e-4, 10.0));
   changes
       ->add_option(
-          "--level-m", c.level_m,
+          "--window-m", c.level_m,
           "differences that are even over this width are drift and taken out; 0: none [30]")
       ->check(CLI::Range(0.0, 10000.0));
   changes
-      ->add_option("--octree-m", c.octree_m,
+      ->add_option("--voxel-m", c.octree_m,
                    "also cubes of this side with points of one campaign alone (PCL) [none]")
       ->check(CLI::Range(0.05, 100.0));
   changes->footer("Example:\n  lidar2mesh changes spring.las autumn.las -o changed");
@@ -166,8 +171,8 @@ void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) 
       ->required();
   add_output_folder(*synth, c.output_dir, "folder for scans, trajectory and truth")->required();
   synth->add_option("--laps", c.laps, "[2]")->check(CLI::Range(1, 100));
-  synth->add_option("--from-m", c.u_begin_m, "u where each lap begins, m [0]");
-  synth->add_option("--to-m", c.u_end_m, "u where each lap ends, m [the road's end]");
+  synth->add_option("--u-begin-m", c.u_begin_m, "u where each lap begins, m [0]");
+  synth->add_option("--u-end-m", c.u_end_m, "u where each lap ends, m [the road's end]");
   synth->add_option("--v-m", c.v_m, "lateral place of each lap, m [-1.5 1.5]");
   synth->add_option("--speed-mps", c.speed_mps, "[20]")->check(CLI::Range(1.0, 100.0));
   synth->add_option("--beams", c.beams, "[64]")->check(CLI::Range(1, 256));
@@ -193,8 +198,8 @@ void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) 
   synth->footer(
       "For a circuit.yaml also base.crg: the same without kerbs and bumps, banking 0.006 m/m "
       "off.\n\n"
-      "Example:\n  lidar2mesh synth tracks/kerbstone-ring/circuit.yaml -o scans --from-m 380 "
-      "--to-m 500 --grass-m 0.03 --scenery-m 12");
+      "Example:\n  lidar2mesh synth tracks/kerbstone-ring/circuit.yaml -o scans --u-begin-m 380 "
+      "--u-end-m 500 --grass-m 0.03 --scenery-m 12");
   synth->callback([&, synth] {
     c.options = command::options_used(*synth);
     run = [&] { return run_synth(c, terminal); };
@@ -242,7 +247,7 @@ void add_base_or_none(CLI::App& app, MapCommand& c) {
   app.add_option("--v-max-m", c.v_max_m, "without a base: how far to both sides of the line [10]")
       ->check(within(cloud::kVMaxM))
       ->excludes(base);
-  app.add_option("--node-m", c.node_m, "without a base: between the nodes of the road [0.1]")
+  app.add_option("--step-m", c.node_m, "without a base: between the nodes of the road [0.1]")
       ->check(within(cloud::kNodeM))
       ->excludes(base);
 }
@@ -267,8 +272,19 @@ void add_fusion(CLI::App& app, MapCommand& c) {
 
 CLI::Option* add_results(CLI::App& app, MapCommand& c, const char* folder) {
   CLI::Option* const output = add_output_folder(app, c.output_dir, folder);
-  app.add_flag("--stl", c.stl, "write refined.stl (float32) instead of refined.ply");
-  app.add_flag("--pcd", c.pcd, "also write refined.pcd: the nodes with normals and sigma");
+  app.add_option("--format", c.format,
+                 "of the refined surface, one or more, ply,pcd: .ply, .stl (float32), or .pcd: the "
+                 "nodes with normals and sigma [ply]")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->transform(CLI::IsMember({"ply", "stl", "pcd"}, CLI::ignore_case).description(""))
+      ->type_name("ply, stl or pcd");
+  command::hide_old(
+      app.add_flag_callback(
+          "--stl", [&c] { std::replace(c.format.begin(), c.format.end(), "ply"s, "stl"s); }),
+      "--format stl");
+  command::hide_old(app.add_flag_callback("--pcd", [&c] { c.format.emplace_back("pcd"); }),
+                    "--format ply,pcd");
   add_doubles(app, c.doubles);
   app.add_flag("!--no-report", c.report, "leave out report.html and report.json");
   return output;

@@ -88,6 +88,7 @@ bool everywhere(const CLI::Option& option) { return option.get_group() == "Every
 std::vector<std::string> flags_of(const CLI::App& app) {
   std::vector<std::string> out;
   for (const CLI::Option* option : app.get_options()) {
+    if (!is_shown(*option)) continue;
     for (const std::string& name : option->get_lnames()) out.push_back("--" + name);
     for (const std::string& name : option->get_snames()) out.push_back("-" + name);
   }
@@ -113,6 +114,14 @@ std::string completed_by(const std::string& type_name) {
 }
 
 }  // namespace
+
+bool is_shown(const CLI::Option& option) { return option.get_group() != kHidden; }
+
+void leave_hidden_out(CLI::App& app) {
+  for (CLI::App* leaf : leaves(app))
+    for (CLI::Option* option : leaf->get_options())
+      if (!is_shown(*option)) option->group("");
+}
 
 std::vector<CLI::App*> leaves(CLI::App& app) {
   std::vector<CLI::App*> out;
@@ -159,7 +168,7 @@ std::string man_page(CLI::App& app) {
         fmt::format(".SS {} {}\n{}\n", name, roff(words_to(*leaf)), roff(leaf->get_description()));
     for (const bool positional : {true, false})
       for (const CLI::Option* option : leaf->get_options())
-        if (option->get_positional() == positional && !everywhere(*option))
+        if (option->get_positional() == positional && !everywhere(*option) && is_shown(*option))
           out += man_item(*option);
     footer = leaf->get_footer();
     footer = footer.substr(0, footer.find(kExitCodes));
@@ -197,7 +206,7 @@ std::string bash_completion(CLI::App& app) {
     for (const CLI::Option* option : leaf->get_options()) {
       if (option->get_positional() && positional.empty())
         positional = completed_by(option->get_type_name());
-      if (option->get_positional() || option->get_type_size() == 0) continue;
+      if (option->get_positional() || option->get_type_size() == 0 || !is_shown(*option)) continue;
       std::vector<std::string> names;
       for (const std::string& one : option->get_snames()) names.push_back("-" + one);
       for (const std::string& one : option->get_lnames()) names.push_back("--" + one);

@@ -6,17 +6,18 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <new>
 
+#include "base/ending.h"
 #include "base/error.h"
 #include "base/output_set.h"
 #include "base/write_file.h"
 #include "command/signals.h"
 #include "command/version.h"
 #include "describe.h"
+#include "old_names.h"
 
 namespace command {
 namespace {
@@ -72,7 +73,8 @@ std::string about_flag(const CLI::App& app, std::string flag) {
   std::vector<std::string> known;
   for (const CLI::App* at = last_chosen(app); at != nullptr; at = at->get_parent())
     for (const CLI::Option* option : at->get_options())
-      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+      for (const std::string& name : option->get_lnames())
+        if (is_shown(*option)) known.push_back("--" + name);
   const std::string meant = near(flag, known);
   return fmt::format("there is no flag '{}'{}", one_line(flag),
                      meant.empty() ? "" : fmt::format("; did you mean {}?", meant));
@@ -201,34 +203,6 @@ void look_at_paths(const CLI::App& app, Terminal& terminal) {
   }
 }
 
-/// One thing has one name in all commands; names that it had still work.
-constexpr std::array<std::array<const char*, 2>, 6> kOldNames = {{{"--track", "--road"},
-                                                                  {"--base", "--road"},
-                                                                  {"--vehicle", "--car"},
-                                                                  {"--recording", "--log"},
-                                                                  {"--recordings", "--log"},
-                                                                  {"--friction", "--grip"}}};
-
-/// Puts the new names in; what to say about it, a line for each.
-std::vector<std::string> use_new_names(const CLI::App& app, std::vector<std::string>& words) {
-  const CLI::App* at = &app;
-  for (const std::string& word : words)
-    for (const CLI::App* sub : at->get_subcommands({}))
-      if (sub->get_name() == word) at = sub;
-  std::vector<std::string> remarks;
-  for (std::string& word : words) {
-    if (word == "--") break;
-    const std::string flag = word.substr(0, word.find('='));
-    for (const auto& [old, now] : kOldNames)
-      if (flag == old && at->get_option_no_throw(old) == nullptr &&
-          at->get_option_no_throw(now) != nullptr) {
-        word.replace(0, flag.size(), now);
-        remarks.push_back(fmt::format("{} is called {} now", old, now));
-      }
-  }
-  return remarks;
-}
-
 int parse_and_work(CLI::App& app, Terminal& terminal, std::vector<std::string> words,
                    const std::function<int()>& work, const Advice& advice) {
   const std::string name = app.get_name();
@@ -249,6 +223,7 @@ int parse_and_work(CLI::App& app, Terminal& terminal, std::vector<std::string> w
     app.parse(std::move(words));
   } catch (const CLI::CallForHelp&) {
     terminal.quiet = false;
+    leave_hidden_out(app);
     const CLI::App* const at = last_chosen(app);
     const std::string all = chosen(app);
     return terminal.print(at->help(at == &app ? "" : all.substr(0, all.rfind(' ')))), kOk;
@@ -256,6 +231,10 @@ int parse_and_work(CLI::App& app, Terminal& terminal, std::vector<std::string> w
     throw UsageError(explain(app, error, advice));
   }
   for (const std::string& remark : remarks) terminal.remark(remark);
+  for (const CLI::Option* option : last_chosen(app)->get_options())
+    if (is_old(*option) && option->count() > 0)
+      terminal.remark(
+          fmt::format("{} is written {} now", option->get_name(), option->get_description()));
   look_at_paths(app, terminal);
   terminal.start(words_to(*last_chosen(app)));
   return work();
@@ -266,6 +245,30 @@ int parse_and_work(CLI::App& app, Terminal& terminal, std::vector<std::string> w
 CLI::Option* add_output_file(CLI::App& app, std::string& path, const std::string& text,
                              const std::string& names) {
   return app.add_option(names, path, text)->type_name(kFileOrDash);
+}
+
+CLI::Option* add_output_files(CLI::App& app, const std::vector<OutputKind>& kinds,
+                              const std::string& text) {
+  const auto sort = [kinds](const std::vector<std::string>& paths) {
+    std::vector<const std::string*> taken;
+    for (const std::string& path : paths) {
+      const auto called = [&](const std::string& ending) {
+        return std::find_if(kinds.begin(), kinds.end(),
+                            [&](const OutputKind& kind) { return kind.ending == ending; });
+      };
+      auto kind = called(base::ending_of(path));
+      if (kind == kinds.end() || (paths.size() == 1 && !kind->alone)) kind = called("");
+      if (std::find(taken.begin(), taken.end(), kind->path) != taken.end())
+        throw CLI::ValidationError(
+            "--output",
+            fmt::format("{} and {} are files of one kind; give one", *kind->path, path));
+      *kind->path = path;
+      taken.push_back(kind->path);
+    }
+  };
+  return app.add_option_function<std::vector<std::string>>("-o,--output", sort, text)
+      ->allow_extra_args(false)
+      ->type_name(kFileOrDash);
 }
 
 CLI::Option* add_output_folder(CLI::App& app, std::string& path, const std::string& text) {
@@ -288,7 +291,7 @@ std::vector<std::pair<std::string, std::string>> options_used(CLI::App& command)
     const std::string kind = option->get_type_name();
     const std::vector<std::string>& names = option->get_lnames();
     if (names.empty() || kind == kFile || kind == kFileOrDash || kind == kFileOrFolder ||
-        kind == kFolder)
+        kind == kFolder || is_old(*option))
       continue;
     const auto is = [&](const char* name) { return names.front() == name; };
     if (is("help") || is("quiet") || is("json") || is("version") || is("threads") || is("force"))

@@ -59,6 +59,35 @@ Option option(const char* name, Value RefineRequest::*member) {
           [member](const RefineRequest& request) { return told(request.*member); }};
 }
 
+std::string told(const std::vector<std::string>& words) {
+  std::string out;
+  for (const std::string& word : words) out += (out.empty() ? "[" : ",") + word;
+  return out.empty() ? "" : out + "]";
+}
+
+/// One word, or several.
+Option format_option() {
+  return {"format",
+          [](RefineRequest& request, const py::object& value) {
+            if (py::isinstance<py::str>(value))
+              request.format = {value.cast<std::string>()};
+            else
+              request.format = value.cast<std::vector<std::string>>();
+          },
+          [](const RefineRequest& request) { return told(request.format); }};
+}
+
+/// Arguments as they were called before; whether this was one.
+bool set_old(const std::string& name, const py::object& value, RefineRequest& request) {
+  if (name != "stl" && name != "pcd") return false;
+  if (!py::bool_(value)) return true;
+  if (name == "stl")
+    std::replace(request.format.begin(), request.format.end(), std::string("ply"), name);
+  else
+    request.format.push_back(name);
+  return true;
+}
+
 /// In the order of the command line.
 const std::vector<Option>& options() {
   static const std::vector<Option> all = {option("frame", &RefineRequest::frame),
@@ -69,7 +98,7 @@ const std::vector<Option>& options() {
                                           option("outliers", &RefineRequest::outliers),
                                           option("voxel_m", &RefineRequest::voxel_m),
                                           option("v_max_m", &RefineRequest::v_max_m),
-                                          option("node_m", &RefineRequest::node_m),
+                                          option("step_m", &RefineRequest::node_m),
                                           option("min_points", &RefineRequest::min_points),
                                           option("unit", &RefineRequest::base_unit),
                                           option("up", &RefineRequest::base_up),
@@ -78,20 +107,21 @@ const std::vector<Option>& options() {
                                           option("cloud_unit", &RefineRequest::unit),
                                           option("base_stddev_m", &RefineRequest::base_stddev_m),
                                           option("gate_m", &RefineRequest::gate_m),
-                                          option("stl", &RefineRequest::stl),
-                                          option("pcd", &RefineRequest::pcd),
+                                          format_option(),
                                           option("doubles", &RefineRequest::doubles)};
   return all;
 }
 
 void set_options(const py::kwargs& given, RefineRequest& request) {
   for (const auto& [key, value] : given) {
-    const auto name = key.cast<std::string>();
+    auto name = key.cast<std::string>();
+    if (name == "node_m") name = "step_m";  // as it was called before
+    if (set_old(name, py::reinterpret_borrow<py::object>(value), request)) continue;
     const auto known = std::find_if(options().begin(), options().end(),
                                     [&](const Option& o) { return o.name == name; });
     if (known == options().end()) throw py::type_error("refine() has no argument '" + name + "'");
     if (value.is_none()) continue;
-    if ((name == "v_max_m" || name == "node_m") && !request.base.empty())
+    if ((name == "v_max_m" || name == "step_m") && !request.base.empty())
       throw py::value_error(name + ": is for a road without a base");
     try {
       known->set(request, py::reinterpret_borrow<py::object>(value));
@@ -185,9 +215,9 @@ void add_refine(py::module_& m) {
         "'map'), extrinsic (x, y, z\n"
         "in m, roll, pitch, yaw in deg), max_range_m, drift_m (m per 100 m), drift_rad (rad per "
         "100 m), outliers (neighbours,\n"
-        "deviations), voxel_m, v_max_m, node_m, min_points, unit, up and mirror (of a base "
+        "deviations), voxel_m, v_max_m, step_m, min_points, unit, up and mirror (of a base "
         "mesh), allow_outside, cloud_unit,\n"
-        "base_stddev_m, gate_m, stl, pcd, doubles.\n"
+        "base_stddev_m, gate_m, format ('ply', 'stl' or 'pcd', or several of them), doubles.\n"
         "report: report.html and report.json too. threads: 0 all; never changes the result. "
         "progress(stage, share) as for\n"
         "build(). Raises Error; NotUsable where the road must not be used.",

@@ -48,14 +48,13 @@ struct RefineRequest {
   std::optional<double> max_range_m;  ///< points farther from the sensor are left out
   int min_points = 1;                 ///< a node with fewer keeps the base, or is a hole
   bool correct_drift = true;
-  bool report = true;                  ///< report.html and report.json too
-  bool stl = false;                    ///< refined.stl (float32) instead of refined.ply
-  bool pcd = false;                    ///< refined.pcd as well
-  bool doubles = false;                ///< coordinates in double, in the map frame
-  bool allow_outside = false;          ///< a base mesh may refer to files outside its folder
-  unsigned threads = 0;                ///< 0: all cores; any number gives the same bytes
-  std::string program = "lidar2mesh";  ///< what summary.json calls the program
-  Options options;                     ///< what it says of the options
+  bool report = true;                      ///< report.html and report.json too
+  std::vector<std::string> format{"ply"};  ///< of the refined surface: ply, stl (float32), pcd
+  bool doubles = false;                    ///< coordinates in double, in the map frame
+  bool allow_outside = false;              ///< a base mesh may refer to files outside its folder
+  unsigned threads = 0;                    ///< 0: all cores; any number gives the same bytes
+  std::string program = "lidar2mesh";      ///< what summary.json calls the program
+  Options options;                         ///< what it says of the options
 };
 
 struct Refined {

@@ -52,7 +52,7 @@ void remark(const ChangeOptions& options, ChangeResult& result) {
     result.remarks.push_back(
         fmt::format("the campaigns differ slowly by {:.0f} to {:.0f} mm, which was taken out: "
                     "drift, or a change "
-                    "wider than {:g} m (--level-m 0 keeps it)",
+                    "wider than {:g} m (--window-m 0 keeps it)",
                     1e3 * result.level_low_m, 1e3 * result.level_high_m, 0.5 * options.level_m));
 }
 

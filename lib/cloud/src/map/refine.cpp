@@ -59,12 +59,14 @@ void want_bounds(const RefineRequest& request) {
   word("--cloud-unit", request.unit, {"m", "ft", "us-ft", "cm", "mm"});
   word("--unit", request.base_unit, {"m", "cm", "mm", "ft", "inch", "yard"});
   word("--up", request.base_up, {"x", "y", "z", "-x", "-y", "-z"});
+  if (request.format.empty()) throw Error("--format: nothing seen, ply, stl or pcd wanted");
+  for (const std::string& format : request.format) word("--format", format, {"ply", "stl", "pcd"});
   if (request.max_range_m) within("--max-range-m", *request.max_range_m, kMaxRangeM);
   if (request.voxel_m != 0.0) within("--voxel-m", request.voxel_m, kVoxelM);
   within("--drift-m", request.drift_m, kDriftM);
   within("--drift-rad", request.drift_rad, kDriftRad);
   within("--v-max-m", request.v_max_m, kVMaxM);
-  within("--node-m", request.node_m, kNodeM);
+  within("--step-m", request.node_m, kNodeM);
   within("--base-stddev-m", request.base_stddev_m, kBaseStddevM);
   within("--gate-m", request.gate_m, kGateM);
   within("--min-points", request.min_points, {kLeastMinPoints, kMostMinPoints});

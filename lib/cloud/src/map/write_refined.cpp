@@ -42,15 +42,17 @@ road::Mesh mesh_of(const NodeSurface& surface) {
   return mesh;
 }
 
-/// refined.ply or .stl, and refined.pcd where it is wanted.
+/// refined.ply, .stl and .pcd, as wanted.
 void write_surfaces(const RefineRequest& request, const NodeSurface& surface,
                     const std::vector<road::InputFile>& inputs, const base::OutputSet& outputs) {
   const std::vector<std::string> comments = comments_of(request.program, inputs, request.options);
-  if (request.stl)
-    road::write_mesh(mesh_of(surface), outputs.staged("refined.stl"));
-  else
-    write_surface(surface, outputs.staged("refined.ply"), request.doubles, comments);
-  if (request.pcd) write_surface(surface, outputs.staged("refined.pcd"), request.doubles, comments);
+  for (const std::string& format : request.format) {
+    const std::string path = outputs.staged("refined." + format);
+    if (format == "stl")
+      road::write_mesh(mesh_of(surface), path);
+    else
+      write_surface(surface, path, request.doubles, comments);
+  }
 }
 
 /// Ground that changed between passes, a place a line.

@@ -26,9 +26,21 @@ CLI::Option* add_input(CLI::App& app, const std::string& names, Paths& paths,
   return app.add_option(names, paths, text)->type_name(kind);
 }
 
-/// -o FILE, or --plots for a second file; "-" is standard output.
+/// -o FILE, or --sights for a second file; "-" is standard output.
 CLI::Option* add_output_file(CLI::App& app, std::string& path, const std::string& text,
                              const std::string& names = "-o,--output");
+
+/// Where one of several results goes, by the ending of its name: ".html". One kind has the empty
+/// ending, which stands for all others.
+struct OutputKind {
+  std::string ending;
+  std::string* path;
+  bool alone = true;  ///< false: where it is the only name, it is that of the kind for all others
+};
+
+/// -o FILE, more than once where more than one result is wanted; the ending says which it is.
+CLI::Option* add_output_files(CLI::App& app, const std::vector<OutputKind>& kinds,
+                              const std::string& text);
 
 /// -o FOLDER.
 CLI::Option* add_output_folder(CLI::App& app, std::string& path, const std::string& text);
@@ -36,6 +48,14 @@ CLI::Option* add_output_folder(CLI::App& app, std::string& path, const std::stri
 /// One of these words, in any case.
 CLI::Option* add_choice(CLI::App& app, const std::string& names, std::string& value,
                         const std::string& text, const std::vector<std::string>& words);
+
+/// From now on in no help, manual or completion: what nearly nobody needs. It works all the same;
+/// the program's page in docs/ describes it.
+CLI::Option* hide(CLI::Option* option);
+
+/// A flag as it was called before: hidden; who uses it is told what is written `now` in its place,
+/// e.g. "-o NAME.xodr".
+CLI::Option* hide_old(CLI::Option* option, const std::string& now);
 
 /// The words of "a, b or c"; none when that is no list of words.
 std::vector<std::string> words_of(const std::string& type_name);
@@ -57,8 +77,9 @@ int run(CLI::App& app, Terminal& terminal, int argc, char** argv, const std::fun
         const Advice& advice = {});
 
 /// What a command was told or takes by itself: name (without dashes) and value of each option that
-/// has a bearing on results, for its callback. Files are left out, and what says how, not what
-/// (--threads, --json ...). Flags: "true" or "false"; an empty value: found from the inputs.
+/// has a bearing on results, for its callback. Files are left out, old flags, and what says how,
+/// not what (--threads, --json ...). Flags: "true" or "false"; an empty value: found from the
+/// inputs.
 std::vector<std::pair<std::string, std::string>> options_used(CLI::App& command);
 
 /// The command that was chosen, e.g. "crgexplain run".

@@ -60,7 +60,8 @@ Projection projection_of(const crg::Surface& road, const char* format) {
     throw Error(fmt::format(
         "the file does not say where on the Earth it lies (PROJ_NM of $ROAD_CRG_MPRO: UTM_nnN, "
         "UTM_nnS or TM), and {} is in latitude and longitude; align the road (crgbuild build "
-        "--control-points or --trajectory), or draw its plan in metres (crgbuild export --svg)",
+        "--control-points or --trajectory), or draw its plan in metres (crgbuild export -o "
+        "NAME.svg)",
         format));
   return projection;
 }

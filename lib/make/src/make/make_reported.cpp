@@ -54,8 +54,8 @@ std::string smoothing_bound(const Json& s) {
   const auto held = s.at("smooth").at("nodes_at_bound").get<std::size_t>();
   if (held == 0) return "";
   return fmt::format(
-      "smoothing was held at its bound at {} of {} nodes (--smooth-max-change-road-m, "
-      "--smooth-max-change-kerb-m): there the road is rougher than the window makes it",
+      "smoothing was held at its bound at {} of {} nodes (smooth_max_change_road_m, "
+      "smooth_max_change_kerb_m): there the road is rougher than the window makes it",
       held, s.at("grid").at("nodes_with_z").get<std::size_t>());
 }
 
@@ -111,6 +111,8 @@ ReportFiles report_build(const BuildRequest& order, const Recipe& recipe, const 
 }  // namespace
 
 std::string flag_of(std::string key) {
+  if (key == "start_near_m" || key == "start_object") return "--start-at";
+  if (key == "guide_mapping") return "--mapping";
   std::replace(key.begin(), key.end(), '_', '-');
   return "--" + key;
 }

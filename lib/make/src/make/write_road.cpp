@@ -30,7 +30,7 @@ std::string write_patches(std::vector<KerbPatch>& patches, const base::OutputSet
     throw Error(
         fmt::format("name: '{}' has a blank or #, which the index of patches cannot hold; take "
                     "another --name, or leave patches out "
-                    "(--kerb-patch-error-m 0)",
+                    "(kerb_patch_error_m: 0)",
                     recipe.name));
   std::string index =
       fmt::format("# kerbs finer than the rows of the road\nbase {}.crg\n", recipe.name);

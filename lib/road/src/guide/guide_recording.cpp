@@ -80,7 +80,7 @@ GuideFile guide_of_log(const std::string& path) {
   if (!degrees)
     throw Error(fmt::format(
         "{}: a log ({}) without channels called latitude and longitude, in degrees or radians; "
-        "--guide-mapping FILE (guide_mapping in a recipe) says which columns are the place",
+        "--mapping FILE (guide_mapping in a recipe) says which columns are the place",
         path, log.format));
   GuideFile guide;
   guide.geographic = true;

@@ -326,7 +326,7 @@ base::Answer<Walk> walk_road(const Mesh& mesh, const RaySurface& surface,
   if (walks.size() > 1 && walks[1].closed == walks[0].closed &&
       walks[1].length_m > 0.5 * walks[0].length_m) {
     return base::Refusal(fmt::format(
-        "two separate roads: {} and {}; choose one with --start-near-m X,Y (recipe: start_near_m)",
+        "two separate roads: {} and {}; choose one with --start-at X,Y (recipe: start_near_m)",
         describe(walks[0]), describe(walks[1])));
   }
   return walks[0];
