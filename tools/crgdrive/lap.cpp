@@ -90,7 +90,8 @@ Ordered ordered(const LapCommand& asked) {
     const std::string ending = base::ending_of(path);
     if (ending != ".yaml" && ending != ".yml") {
       if (ahead_m)
-        throw UsageError("--opponent " + said + ": a log is ahead by seconds: " + path + "@2s");
+        throw UsageError(
+            fmt::format("--opponent {}: a log is ahead by seconds: {}@2s", said, path));
       out.log_paths.push_back(path);
       out.ahead_s.push_back(
           ahead_s.value_or(static_cast<double>(out.log_paths.size()) * asked.opponent_ahead_s));
@@ -98,7 +99,8 @@ Ordered ordered(const LapCommand& asked) {
     }
     if (!c.second_path.empty()) throw UsageError("--opponent " + said + ": the second of its kind");
     if (ahead_s || ahead_m.value_or(0.0) < 0.0 || ahead_m.value_or(0.0) > 1000.0)
-      throw UsageError("--opponent " + said + ": a car begins 0 to 1000 m ahead: " + path + "@15m");
+      throw UsageError(
+          fmt::format("--opponent {}: a car begins 0 to 1000 m ahead: {}@15m", said, path));
     c.second_path = path;
     if (ahead_m) c.second_ahead_m = *ahead_m;
   }
