@@ -10,11 +10,7 @@
 namespace vehicle {
 namespace {
 
-double ratio_of(const Car<double>& car, int gear) {
-  const auto first = static_cast<std::size_t>(Parameter::gearbox_ratio_1);
-  return car.parameters.value[first + static_cast<std::size_t>(gear) - 1] *
-         car.parameters[Parameter::gearbox_final];
-}
+double ratio_of(const Car<double>& car, int gear) { return overall_ratio(car.parameters, gear); }
 
 /// Value of `values` at arc length s between stations; `lap` is what one round adds to it.
 double at_length(const RacingLine& line, const std::vector<double>& values, double s_m,
@@ -203,10 +199,9 @@ double press_clutch(const Driver& driver, const RacingLine& line, const Car<doub
 int choose_gear(const Car<double>& car, double vx_mps, int gear_now) {
   const double limit = car.parameters[Parameter::engine_limit_radps];
   const double wheel = std::max(0.0, vx_mps) / car.static_radius_m[1];
-  int gear = std::clamp(gear_now, 1, 6);
+  int gear = std::clamp(gear_now, 1, kMostGears);
   while (gear > 1 && !(ratio_of(car, gear) > 0.0)) --gear;  // no such gear
-  while (gear < 6 && ratio_of(car, gear + 1) > 0.0 && wheel * ratio_of(car, gear) > 0.95 * limit)
-    ++gear;
+  while (ratio_of(car, gear + 1) > 0.0 && wheel * ratio_of(car, gear) > 0.95 * limit) ++gear;
   while (gear > 1 && wheel * ratio_of(car, gear - 1) < 0.80 * limit) --gear;
   return gear;
 }

@@ -77,9 +77,8 @@ class SpeedLimits {
   double engine_force(double v) const {
     const double radius = car_.static_radius_m[1];
     double best = 0.0;
-    for (std::size_t k = 0; k < 6; ++k) {
-      const double ratio =
-          p_.value[static_cast<std::size_t>(P::gearbox_ratio_1) + k] * p_[P::gearbox_final];
+    for (int gear = 1; gear <= kMostGears; ++gear) {
+      const double ratio = overall_ratio(p_, gear);
       const double speed_e = ratio * v / radius;
       if (ratio <= 0.0 || speed_e > p_[P::engine_limit_radps]) continue;
       best = std::max(best, laws::map_torque(p_[P::engine_torque], engine_map(car_, line_),
