@@ -360,6 +360,7 @@ void Instance::restore(const SavedState& state) {
     throw;
   }
   changed_ = now_.phase <= Phase::kInitialising;
+  has_closed_ = false;
   tracker_.reset();
   if (!now_.started) return;
   if (files_->surface) {
