@@ -30,7 +30,7 @@ constexpr int kShownEvery = 5, kUnheard = 50;  // commands
 // 0.3 rad of the road wheels at rest, half of it at 18 m/s, a twentieth at 80 m/s.
 constexpr double kMostSteering_rad = 0.3, kHalf_mps = 18.0;
 constexpr double kFrontBrake_pa = 4e6, kRearBrake_pa = 2.4e6;
-constexpr int kReverse = -1, kTopGear = 6;
+constexpr int kReverse = -1;
 
 double beyond_rest(double way) {
   const double left = std::clamp((std::abs(way) - kRest) / (1.0 - kRest), 0.0, 1.0);
@@ -133,7 +133,7 @@ Command command_of(const Said& said, int gear, double speed_mps) {
   return out;
 }
 
-void drive(const std::string& path, int first_gear, const Look& look, std::ostream& lines,
+void drive(const std::string& path, const Gears& gears, const Look& look, std::ostream& lines,
            bool is_shown) {
   Connection connection(path);
   const auto line = [&](const char* text) {
@@ -141,7 +141,7 @@ void drive(const std::string& path, int first_gear, const Look& look, std::ostre
   };
   Told told;
   Command command;
-  int gear = first_gear, ticks = 0, said_unheard = 0;
+  int gear = gears.first, ticks = 0, said_unheard = 0;
   std::optional<bool> had_pad;
   for (auto next = Clock::now();; next += kEvery) {
     std::this_thread::sleep_until(next);
@@ -153,7 +153,7 @@ void drive(const std::string& path, int first_gear, const Look& look, std::ostre
                      : "there is no pad; plug one in");
     had_pad = said.has_value();
     if (said) {
-      gear = said->again ? first_gear : std::clamp(gear + said->shifts, kReverse, kTopGear);
+      gear = said->again ? gears.first : std::clamp(gear + said->shifts, kReverse, gears.count);
       command = command_of(*said, gear, told.speed_mps);
       json message = message_of(command);
       if (said->again) message["reset"] = json::object();

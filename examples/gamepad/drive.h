@@ -28,6 +28,11 @@ constexpr double kRest = 0.1;
 /// What is asked of the car at this speed: the faster it is, the less a stick steers.
 Command command_of(const Said& said, int gear, double speed_mps);
 
+/// The gear in which the car begins, and how many it has.
+struct Gears {
+  int first = 1, count = 6;
+};
+
 /// Gives what the pad says now; nothing: there is no pad.
 using Look = std::function<std::optional<Said>()>;
 
@@ -35,7 +40,7 @@ using Look = std::function<std::optional<Said>()>;
 /// it says none: then the safe input of crgsim acts. `lines` gets a line for whatever happens and,
 /// where `is_shown`, one in place that shows the drive. Throws std::runtime_error where nobody
 /// serves at the Unix socket `path`.
-void drive(const std::string& path, int first_gear, const Look& look, std::ostream& lines,
+void drive(const std::string& path, const Gears& gears, const Look& look, std::ostream& lines,
            bool is_shown);
 
 }  // namespace gamepad

@@ -1,6 +1,7 @@
 // A person drives a unit of `crgsim serve` with a gamepad (docs/crgsim.md):
-//   gamepad SOCKET [GEAR]
+//   gamepad SOCKET [GEAR [GEARS]]
 // SOCKET: the --socket of crgsim serve. GEAR: the one in which the car begins, 1 unless stated.
+// GEARS: how many the car has, 6 unless stated.
 #include <unistd.h>
 
 #include <charconv>
@@ -12,19 +13,28 @@
 #include "drive.h"
 #include "pads.h"
 
+namespace {
+
+bool read(std::string_view word, int& out) {
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), out);
+  return error == std::errc() && end == word.data() + word.size();
+}
+
+}  // namespace
+
 int main(int count, char** words) {
-  int gear = 1;
-  const std::string_view said = count == 3 ? words[2] : "1";
-  const auto [end, error] = std::from_chars(said.data(), said.data() + said.size(), gear);
-  if ((count != 2 && count != 3) || error != std::errc() || end != said.data() + said.size() ||
-      gear < -1 || gear > 6) {
-    std::fprintf(stderr, "gamepad: wanted SOCKET [GEAR], a gear from -1 to 6\n");
+  gamepad::Gears gears;
+  const bool is_read = count >= 2 && count <= 4 && (count < 3 || read(words[2], gears.first)) &&
+                       (count < 4 || read(words[3], gears.count));
+  if (!is_read || gears.count < 1 || gears.first < -1 || gears.first > gears.count) {
+    std::fprintf(stderr,
+                 "gamepad: wanted SOCKET [GEAR [GEARS]], a gear from -1 to the car's last\n");
     return 2;
   }
   try {
     gamepad::Pads pads;
     gamepad::drive(
-        words[1], gear, [&] { return pads.look(); }, std::cout, ::isatty(STDOUT_FILENO) == 1);
+        words[1], gears, [&] { return pads.look(); }, std::cout, ::isatty(STDOUT_FILENO) == 1);
   } catch (const std::exception& failure) {
     std::fprintf(stderr, "gamepad: %s\n", failure.what());
     return 1;

@@ -127,7 +127,7 @@ def main(library, unit, cars=100, decisions=100):
     if abs(again[speed] - 30.0) > 1.0:
         raise SystemExit("a reset did not begin anew")
     # One that refuses its gear stands until it is reset; the others drive on.
-    gym.step(actions, [9] + gears[1:])
+    gym.step(actions, [11] + gears[1:])
     failed = gym.failed
     gym.reset(0)
     gym.step(actions, gears)

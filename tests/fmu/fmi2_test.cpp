@@ -226,7 +226,7 @@ TEST(Fmi2, LiesAreErrorsWithALineInTheLog) {
   EXPECT_EQ(car.set("input.throttle", 1.5), kWarning);
   EXPECT_THAT(car.log.back(), HasSubstr("1 input.throttle = 1.5, wanted 0 to 1; 1 is taken"));
   EXPECT_EQ(car.get("input.throttle"), 1.0);
-  EXPECT_EQ(car.set_whole("input.gear", 7), kError);
+  EXPECT_EQ(car.set_whole("input.gear", 11), kError);
   EXPECT_EQ(car.set_whole("input.wake.active", 2, "fmi2SetBoolean"), kError);
   EXPECT_EQ(car.set("parameter.chassis.mass_kg", -1), kError);
   EXPECT_EQ(car.set("wheel.fl.fz", 1), kError);

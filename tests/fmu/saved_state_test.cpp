@@ -124,7 +124,7 @@ TEST(SavedState, RefusesWhatIsNone) {
       EXPECT_NE(message(flipped), "taken") << at << ", bit " << bit;
     }
   SavedState wrong = some_state();
-  wrong.simulation.discrete.gear = 7;
+  wrong.simulation.discrete.gear = 11;
   EXPECT_THAT(message(fmu::to_bytes(wrong, "{a}")), HasSubstr("a gear"));
   wrong = some_state();
   wrong.simulation.discrete.step = -1;

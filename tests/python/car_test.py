@@ -67,6 +67,18 @@ def test_a_car_that_is_driven_step_by_step_obeys_newton(car, straight):
     assert set(drive.telemetry) >= {"time_s", "x_m", "fz_fl_n"}
 
 
+def test_a_car_of_eight_gears_drives_in_the_last(straight, tmp_path):
+    sheet = subprocess.run([os.environ["CRGDRIVE"], "new", "--example"], check=True, capture_output=True, text=True).stdout
+    (tmp_path / "car.yaml").write_text(sheet + "gears: 8\n", encoding="utf-8")
+    subprocess.run([os.environ["CRGDRIVE"], "new", tmp_path / "car.yaml", "-o", tmp_path / "car", "--quiet"], check=True)
+    drive = kerbstone.Car.read(tmp_path / "car" / "vehicle.yaml").start(straight, u_m=20.0, speed_mps=50.0, gear=7)
+    drive.step(throttle=0.5, gear=7, steps=10)
+    seventh = drive["engine_radps"]
+    drive.step(throttle=0.5, gear=8, steps=1000)
+    assert drive["gear"] == 8
+    assert drive["engine_radps"] < 0.95 * seventh
+
+
 def test_the_same_steps_give_the_same_numbers(car, straight):
     def run():
         drive = car.start(straight, u_m=20.0, speed_mps=40.0, gear=3)
@@ -136,7 +148,7 @@ def test_errors_say_what_was_wanted(car, straight):
         car.start(straight, u_m=30000.0)
     with pytest.raises(ValueError, match="no number"):
         car.start(straight, u_m=20.0).step(throttle=math.nan)
-    for odd in ({"throttle": 5.0}, {"throttle": -0.1}, {"clutch": 2.0}, {"gear": 9}, {"brake_pa": [-1.0, 0, 0, 0]}):
+    for odd in ({"throttle": 5.0}, {"throttle": -0.1}, {"clutch": 2.0}, {"gear": 11}, {"brake_pa": [-1.0, 0, 0, 0]}):
         with pytest.raises(ValueError, match="wanted"):
             car.start(straight, u_m=20.0).step(**odd)
     car.start(straight, u_m=20.0).step(throttle=1.0 + 1e-10)  # what rounding leaves

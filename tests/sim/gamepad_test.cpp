@@ -70,7 +70,7 @@ TEST(Gamepad, WithoutAPadNothingIsSaidAndTheEndOfTheRunIsSeen) {
   wait_for(options.socket_path);
   std::ostringstream lines;
   gamepad::drive(
-      options.socket_path, 1, [] { return std::nullopt; }, lines, false);
+      options.socket_path, {}, [] { return std::nullopt; }, lines, false);
   serves.join();
   EXPECT_EQ(lines.str(), "there is no pad; plug one in\nthe run has ended\n");
   EXPECT_EQ(run.counts.commands, 0u);
@@ -83,7 +83,7 @@ TEST(Gamepad, WhereNobodyServesItSaysSo) {
     std::string why;
     try {
       gamepad::drive(
-          path, 1, [] { return std::nullopt; }, lines, false);
+          path, {}, [] { return std::nullopt; }, lines, false);
     } catch (const std::exception& error) {
       why = error.what();
     }
@@ -174,7 +174,7 @@ TEST(Gamepad, APersonDrivesAndWithoutThePadTheSafeInputActs) {
       return pads.look();
     };
     std::ostringstream lines;
-    gamepad::drive(options.socket_path, 2, person, lines, false);
+    gamepad::drive(options.socket_path, {2, 6}, person, lines, false);
     EXPECT_EQ(lines.str(),
               "the pad drives\nthe pad is gone: nothing is said, so that the safe input of crgsim "
               "acts; plug one in to drive on\nthe pad drives\nended\n");
@@ -228,10 +228,10 @@ TEST(Gamepad, APersonDrivesAndWithoutThePadTheSafeInputActs) {
 TEST(Gamepad, TheProgramRefusesInOneLine) {
   const support::TemporaryFolder folder;
   for (const std::vector<std::string>& words :
-       {std::vector<std::string>{}, {"s", "x"}, {"s", "7"}, {"s", "1", "2"}}) {
+       {std::vector<std::string>{}, {"s", "x"}, {"s", "7"}, {"s", "9", "8"}, {"s", "1", "2", "3"}}) {
     const auto run = support::run_tool(EXAMPLE_GAMEPAD, words);
     EXPECT_EQ(run.code, 2);
-    EXPECT_THAT(run.err, HasSubstr("SOCKET [GEAR]"));
+    EXPECT_THAT(run.err, HasSubstr("SOCKET [GEAR [GEARS]]"));
   }
   const auto run = support::run_tool(EXAMPLE_GAMEPAD, {folder.path("none")});
   EXPECT_EQ(run.code, 1);

@@ -78,7 +78,7 @@ TEST(OddCommands, AreRefusedWithTheReasonAndChangeNothing) {
     const Driver driver(options.socket_path);
     EXPECT_EQ(answer(driver, R"({"sequence": 1, "set": {"input.throttle": 0.5}})").at("time_s"),
               0.005);
-    expect_refused(driver, R"({"sequence": 2, "set": {"input.gear": 9}})", "-1 to 6 wanted");
+    expect_refused(driver, R"({"sequence": 2, "set": {"input.gear": 11}})", "-1 to 10 wanted");
     expect_refused(driver, R"({"sequence": 2, "set": {"input.gear": 2.5, "input.throttle": 1}})",
                    "input.gear = 2.5; a whole number");
     expect_refused(driver, R"({"sequence": 2, "reset": {"start.speed": 999}})", "-50 to 120");
@@ -107,7 +107,7 @@ TEST(OddCommands, AreRefusedWithTheReasonAndChangeNothing) {
   EXPECT_EQ(run.counts.clipped, 1u);
   EXPECT_EQ(run.counts.resets, 0u);
   ASSERT_EQ(log.size(), 11u) << "all that was said is kept";
-  EXPECT_EQ(log[0], R"({"refused":"input.gear = 9; a number from -1 to 6 wanted","sequence":2,)"
+  EXPECT_EQ(log[0], R"({"refused":"input.gear = 11; a number from -1 to 10 wanted","sequence":2,)"
                     R"("time_s":0.005,"resets":0})");
 }
 
@@ -231,9 +231,9 @@ TEST(OddCommands, AnErrorOfAnyUnitParksItAndAResetBringsItBack) {
 TEST(OddCommands, ASafeInputBeyondItsBoundsIsRefusedAtTheBegin) {
   const support::TemporaryFolder folder;
   sim::ServeOptions options = car_options(folder);
-  options.safe = {{"input.gear", 9.0}};
+  options.safe = {{"input.gear", 11.0}};
   EXPECT_THAT([&] { sim::serve_unit(vehicle(), options); },
-              ::testing::ThrowsMessage<base::Error>(HasSubstr("safe input: input.gear = 9")));
+              ::testing::ThrowsMessage<base::Error>(HasSubstr("safe input: input.gear = 11")));
 }
 
 /// Each is answered, and then the car drives as one that nobody disturbed.

@@ -180,6 +180,81 @@ TEST(OwnCar, TheToolTakesItWithARoad) {
   EXPECT_THAT(info.out, HasSubstr("input.steering"));
 }
 
+/// A straight with a ledge of 5 cm up, 20 m from its begin.
+std::string write_ledge(const support::TemporaryFolder& folder) {
+  crg::ReferenceLine line;
+  crg::Grid grid;
+  line.u_step_m = grid.u_step_m = 0.05;
+  grid.v_m = {-4, -2, 0, 2, 4};
+  for (int i = 0; i <= 1200; ++i) {
+    line.x_m.push_back(0.05 * i), line.y_m.push_back(0.0), line.heading_rad.push_back(0.0);
+    grid.z_m.insert(grid.z_m.end(), 5, i >= 400 ? 0.05f : 0.0f);
+  }
+  crg::write(crg::make_crg(line, grid), folder.path("ledge.crg"), crg::Format::KRBI);
+  return folder.path("ledge.crg");
+}
+
+const auto kSaysTheLedge =
+    ::testing::AllOf(::testing::StartsWith("ledges: "),
+                     ::testing::ContainsRegex(R"([0-9.]+ kJ\) at u = (19|20)\.)"));
+
+// By a vehicle file and by units of both versions; a road without a ledge is said nothing of.
+TEST(OwnCar, SaysWhereALedgeHeldBackEnergy) {
+  const support::TemporaryFolder folder;
+  const std::string road = write_ledge(folder);
+  sim::UnitRunOptions options;
+  options.starts = {{"start.speed", "20"}, {"input.gear", "0"}, {"start.u", "10"}};
+  options.record = {"car.vx"};
+  options.stop_s = 1.0;
+  EXPECT_THAT(sim::run_unit(vehicle(), options).log, ::testing::IsEmpty());
+  fmu::ExportOptions exported;
+  exported.vehicle_path = vehicle();
+  exported.road_path = road;
+  exported.binary_path = places::kerbstone_car();
+  folder.file("2.fmu", fmu::export_unit(exported).bytes);
+  exported.version = fmu::Version::kFmi3;
+  folder.file("3.fmu", fmu::export_unit(exported).bytes);
+  for (const std::string& unit : {folder.path("2.fmu"), folder.path("3.fmu"), vehicle()}) {
+    if (unit == vehicle()) options.starts.insert(options.starts.begin(), {"road", road});
+    EXPECT_THAT(sim::run_unit(unit, options).log, ::testing::ElementsAre(kSaysTheLedge)) << unit;
+  }
+  options.starts.emplace_back("parameter.environment.gravity_mps2", "0");
+  options.starts.emplace_back("term.aero_downforce", "0");
+  options.stop_s = 60.0;  // it flies away
+  EXPECT_THAT([&] { sim::run_unit(vehicle(), options); },
+              ::testing::ThrowsMessage<base::Error>(
+                  ::testing::ContainsRegex("; the unit says: ledges: .* kJ")));
+}
+
+// Served: each run until a reset says its own, at its end and in what is kept of the run.
+TEST(OwnCar, SaysLedgesOfEachRunThatIsServed) {
+  const support::TemporaryFolder folder;
+  sim::ServeOptions options;
+  options.socket_path = folder.path("s");
+  options.commands = {"input.throttle"};
+  options.measurements = {"car.x"};
+  options.starts = {
+      {"road", write_ledge(folder)}, {"start.speed", "20"}, {"input.gear", "0"}, {"start.u", "10"}};
+  options.lockstep = true;
+  options.every = 1000;
+  std::vector<std::string> remarks;
+  options.keep_remark = [&](std::string_view line) { remarks.emplace_back(line); };
+  std::thread drives([&] {
+    const sim_tests::Driver driver(options.socket_path);
+    for (const char* const text :
+         {R"({"sequence": 1})", R"({"sequence": 2, "reset": {}})", R"({"sequence": 3})"}) {
+      driver.say(text);
+      driver.hear();
+    }
+    driver.say(R"({"sequence": 4, "end": true})");
+  });
+  const sim::ServeRun run = sim::serve_unit(vehicle(), options);
+  drives.join();
+  EXPECT_THAT(run.log, ::testing::ElementsAre(kSaysTheLedge, kSaysTheLedge));
+  EXPECT_THAT(remarks, ::testing::ElementsAre(HasSubstr(R"({"said":"ledges: )"),
+                                              HasSubstr(R"({"said":"ledges: )")));
+}
+
 TEST(OwnCar, RefusesInOneLineAsAUnitDoes) {
   const support::TemporaryFolder folder;
   const auto refusal = [](const std::string& path, const sim::UnitRunOptions& options) {

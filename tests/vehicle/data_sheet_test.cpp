@@ -93,7 +93,7 @@ TEST(DataSheet, RefusesWithTheNumberAndWhatIsPlausible) {
   EXPECT_THAT(refusal(with("track_m: [1.5, 1.5, 1.5]")), HasSubstr("has 3 numbers, wanted two"));
   EXPECT_THAT(refusal(with("tyres: wide")), HasSubstr("'wide' is no size of a tyre"));
   EXPECT_THAT(refusal(with("kind: truck")), HasSubstr("wanted one of: road, race, formula, kart"));
-  EXPECT_THAT(refusal(with("gears: 8")), HasSubstr("gears = 8, wanted 1 to 6"));
+  EXPECT_THAT(refusal(with("gears: 11")), HasSubstr("gears = 11, wanted 1 to 10"));
   EXPECT_THAT(refusal(with("gears: [1, 2]")), HasSubstr("gears has 2 behind 1"));
   EXPECT_THAT(refusal(with("gears: [3, 2]")), HasSubstr("final_drive is missing"));
   EXPECT_THAT(refusal(with("colour: red")), HasSubstr("'colour' is not a key of a data sheet"));

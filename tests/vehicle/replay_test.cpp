@@ -165,13 +165,14 @@ TEST_F(Replay, HoldsTheSpeedOfAWholeLapAndTellsWhatThatTakes) {
   EXPECT_THAT(held.problems, ::testing::IsEmpty());
   const ChannelError along = error_of(held, "along_m"), speed = error_of(held, "vx_mps");
   // Drag of the difference at the driven speeds; ride heights and yaw change it by less than 1 %.
+  // The own car needs a little push, too: he does not steer to the millimetre as in the lap.
   double expected_n = 0.0, pushed_n = 0.0;
   const std::vector<double>& vx_mps = *held.telemetry.find("vx_mps");
   const std::vector<double>& hold_n = *held.telemetry.find("hold_n");
   for (std::size_t i = 0; i < vx_mps.size(); ++i) {
     expected_n +=
         0.5 * draggy.parameters[Parameter::aero_density_kgpm3] * more_m2 * vx_mps[i] * vx_mps[i];
-    pushed_n += hold_n[i];
+    pushed_n += hold_n[i] - own.hold_mean_n;
   }
   std::printf(
       "own push mean %.1f rms %.1f N; more drag: mean %.1f N of %.1f N; along %.2f m, without %.1f "
@@ -181,8 +182,8 @@ TEST_F(Replay, HoldsTheSpeedOfAWholeLapAndTellsWhatThatTakes) {
   EXPECT_GT(away_m, 5.0);                         // measured 10.2
   EXPECT_LT(along.max, 0.1);                      // 0.04
   EXPECT_LT(speed.rmse, 0.03);                    // 0.011
-  EXPECT_NEAR(pushed_n / expected_n, 1.0, 0.02);  // 1.003
-  EXPECT_LT(std::abs(own.hold_mean_n), 5.0);      // 1.7, root mean square 38
+  EXPECT_NEAR(pushed_n / expected_n, 1.0, 0.02);  // 0.992
+  EXPECT_LT(std::abs(own.hold_mean_n), 5.0);      // 2.4, root mean square 34
   options.driver = true;
   EXPECT_THROW(replay(other, Road(*surface_), recording, options), Error);
 }

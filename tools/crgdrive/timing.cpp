@@ -90,7 +90,7 @@ int timing(const TimingCommand& command, Terminal& terminal) {
     begin.speed_mps = line.speed_mps[0];
   }
   const vehicle::Road road = surface ? vehicle::Road(*surface) : vehicle::Road();
-  begin.gear = vehicle::choose_gear(car, begin.speed_mps, 6);
+  begin.gear = vehicle::choose_gear(car, begin.speed_mps, vehicle::kMostGears);
   auto sim = vehicle::start(car, road, begin);
   vehicle::Driver driver;
   driver.gear = begin.gear;

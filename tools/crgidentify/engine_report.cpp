@@ -72,7 +72,7 @@ std::string engine_cells_csv(const EngineFit& fit) {
   add("torque_nm", [](const EngineCell& c) { return c.unseen.empty() ? c.torque_nm : kEmpty; });
   add("within_90_nm", [](const EngineCell& c) { return c.unseen.empty() ? c.within_nm : kEmpty; });
   add("vehicle_file_nm", [](const EngineCell& c) { return c.stated_nm; });
-  for (std::size_t g = 0; g < 6; ++g)
+  for (std::size_t g = 0; !fit.cells.empty() && g < fit.cells.front().gear_s.size(); ++g)
     add(fmt::format("gear_{}_s", g + 1), [g](const EngineCell& c) { return c.gear_s[g]; });
   return recording::format_table(out, 6);
 }

@@ -57,6 +57,7 @@ int run(const RunCommand& command, Terminal& terminal) {
                                                           {"step_s", run.step_s},
                                                           {"reached_s", reached_s},
                                                           {"ended_early", run.ended_early},
+                                                          {"unit_says", run.log},
                                                           {"file", command.out_path}}));
   else
     terminal.print(fmt::format("{} rows of {} columns, to {:g} s in steps of {:g} s\n", run.rows(),

@@ -120,6 +120,7 @@ nlohmann::ordered_json json_of(const sim::ServeRun& run) {
           {"old_commands", c.old},
           {"clipped_commands", c.clipped},
           {"parked", c.parked},
+          {"unit_says", run.log},
           {"flooded_steps", c.flooded},
           {"safe_steps", c.safe_steps},
           {"resets", c.resets},
@@ -169,6 +170,11 @@ std::vector<std::string> remarks_of(const sim::ServeRun& run) {
         fmt::format("the unit failed {} times and stood still until a reset, the first "
                     "time because of {}",
                     c.parked, run.first_parked));
+  constexpr std::size_t kMostLines = 10;
+  for (std::size_t k = 0; k < std::min(run.log.size(), kMostLines); ++k)
+    out.push_back("the unit says: " + run.log[k]);
+  if (run.log.size() > kMostLines)
+    out.push_back(fmt::format("the unit says {} more lines", run.log.size() - kMostLines));
   if (run.failed.empty() && !run.refused.empty()) out.push_back(refused_remark(run.refused));
   if (!run.not_finite.empty())
     out.push_back(run.not_finite + ", the first value that is no finite number");

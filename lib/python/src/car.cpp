@@ -1,6 +1,7 @@
 // The simulated car for Python: laps by the built-in driver, and single steps by the caller's.
 #include "car.h"
 
+#include <fmt/format.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -83,7 +84,8 @@ class Drive {
         throw py::value_error("throttle, clutch: 0 to 1 wanted");
       *x = std::clamp(*x, 0.0, 1.0);
     }
-    if (gear < -1 || gear > 6) throw py::value_error("gear: -1 to 6 wanted");
+    if (gear < -1 || gear > vehicle::kMostGears)
+      throw py::value_error(fmt::format("gear: -1 to {} wanted", vehicle::kMostGears));
     if (*std::min_element(brake_pa.begin(), brake_pa.end()) < 0)
       throw py::value_error("brake_pa: 0 or more wanted");
     vehicle::Controls<double> controls;
@@ -169,9 +171,9 @@ void add_car(py::module_& m) {
       .def("step", &Drive::step,
            "On by `steps` steps with these commands: angle at the steering wheel (left positive), "
            "throttle 0 to 1, brake\n"
-           "pressures fl, fr, rl, rr in Pa, gear 1 to 6 (0 neutral, -1 reverse), clutch 0 to 1. "
-           "Raises Error when the\n"
-           "car cannot go on, and says why.",
+           "pressures fl, fr, rl, rr in Pa, gear 1 to the car's last (0 neutral, -1 reverse), "
+           "clutch 0 to 1. Raises Error\n"
+           "when the car cannot go on, and says why.",
            py::kw_only(), "steer_rad"_a = 0.0, "throttle"_a = 0.0,
            "brake_pa"_a = std::array<double, 4>{}, "gear"_a = 1, "clutch"_a = 0.0, "steps"_a = 1)
       .def("__getitem__", &Drive::channel,

@@ -24,10 +24,10 @@ Gears gears_of(const Signals& s, const vehicle::Vehicle& car, double radius_m) {
     const double speed = s.x[kVx][i];
     if (has(kGear)) {
       const double gear = s.x[kGear][i];
-      bool shifting = !(gear >= 1 && gear <= 6);
+      bool shifting = !(gear >= 1 && gear <= vehicle::kMostGears);
       for (std::size_t k = i > 5 ? i - 5 : 0; k < std::min(s.n, i + 4); ++k)
         shifting = shifting || s.x[kGear][k] != gear;
-      if (gear >= 1 && gear <= 6) now = static_cast<int>(gear);
+      if (gear >= 1 && gear <= vehicle::kMostGears) now = static_cast<int>(gear);
       out.shifting[i] = shifting;
     } else if (has(kEngine) && std::isfinite(speed)) {
       // Between two gears the clutch is open.
@@ -36,7 +36,7 @@ Gears gears_of(const Signals& s, const vehicle::Vehicle& car, double radius_m) {
       const double ratio = s.x[kEngine][i] / std::max(1.0, wheel);
       double nearest = 1e300;
       int gear = now;
-      for (int k = 1; k <= 6; ++k) {
+      for (int k = 1; k <= vehicle::kMostGears; ++k) {
         const double stated = vehicle::overall_ratio(p, k);
         const double off = stated > 0 ? std::abs(std::log(ratio / stated)) : 1e300;
         if (off < nearest) nearest = off, gear = k;

@@ -15,7 +15,7 @@ struct Lead {
   std::vector<double> throttle, brake_front_pa, brake_rear_pa;  ///< empty: none
   std::vector<double> brake_front_apart_pa,
       brake_rear_apart_pa;           ///< left minus right; empty: no difference
-  std::vector<int> gear;             ///< 1 to 6
+  std::vector<int> gear;             ///< 1 to vehicle::kMostGears
   std::vector<double> gravity_mps2;  ///< with what crests, dips and banked turns add
   std::vector<double> fuel_kg;       ///< on board
   double reserve_kg = 0.0;           ///< of the stated mass that can burn: so much more is on board

@@ -49,7 +49,7 @@ std::array<double, 2> floor_at(const vehicle::Vehicle& stated,
   vehicle::StartOptions begin;
   begin.speed_mps = speed_mps;
   begin.fuel_kg = 0;
-  begin.gear = vehicle::choose_gear(car, speed_mps, 6);
+  begin.gear = vehicle::choose_gear(car, speed_mps, vehicle::kMostGears);
   auto sim = vehicle::start(car, flat, begin);
   vehicle::Detail<double> detail;
   vehicle::Controls<double> controls;

@@ -35,6 +35,9 @@ class Instance {
   void leave_initialisation();
   void terminate();
   void reset();
+  /// What is to be said of a run that ends, once for each: where ledges held energy back. Empty:
+  /// nothing, or it was said.
+  std::string closing_remark();
 
   /// Outputs are those of the time reached; before the first step those of the begin.
   double number(std::uint32_t reference, Type type);
@@ -94,6 +97,7 @@ class Instance {
   std::optional<vehicle::RoadTracker> tracker_;
   std::vector<double> telemetry_;
   std::vector<double> exported_;  ///< starts of all numbers, by value reference
+  bool has_closed_ = false;       ///< the closing remark was asked for
   bool changed_ = true;           ///< something was set since the car was made of the parameters
 };
 

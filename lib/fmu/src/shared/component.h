@@ -70,6 +70,9 @@ inline Status told(Component& c, const std::string& remark) {
   return Status::kWarning;
 }
 
+/// Before the run that there was is over.
+inline void close_run(Component& c) { told(c, c.instance->closing_remark()); }
+
 /// A copy of the state in *handle, which is one of ours or null.
 inline Status keep_state(Component& c, void** handle) {
   want(handle != nullptr, "no place for the state was given");

@@ -101,6 +101,10 @@ FMU_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2Str
 }
 
 FMU_EXPORT void fmi2FreeInstance(fmi2Component component) {
+  guarded(component, [](Component& c) {
+    close_run(c);
+    return Status::kOk;
+  });
   delete static_cast<Component*>(component);
 }
 
@@ -129,12 +133,14 @@ FMU_EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component component) {
 FMU_EXPORT fmi2Status fmi2Terminate(fmi2Component component) {
   return code(guarded(component, [](Component& c) {
     c.instance->terminate();
+    close_run(c);
     return Status::kOk;
   }));
 }
 
 FMU_EXPORT fmi2Status fmi2Reset(fmi2Component component) {
   return code(guarded(component, [](Component& c) {
+    close_run(c);
     c.instance->reset();
     c.begin_s = 0.0;
     return Status::kOk;

@@ -124,6 +124,10 @@ FMU_EXPORT fmi3Instance fmi3InstantiateScheduledExecution(
 }
 
 FMU_EXPORT void fmi3FreeInstance(fmi3Instance component) {
+  guarded(component, [](Component& c) {
+    close_run(c);
+    return Status::kOk;
+  });
   delete static_cast<Component*>(component);
 }
 
@@ -143,11 +147,13 @@ FMU_EXPORT fmi3Status fmi3ExitInitializationMode(fmi3Instance component) {
 FMU_EXPORT fmi3Status fmi3Terminate(fmi3Instance component) {
   return code(guarded(component, [](Component& c) {
     c.instance->terminate();
+    close_run(c);
     return Status::kOk;
   }));
 }
 FMU_EXPORT fmi3Status fmi3Reset(fmi3Instance component) {
   return code(guarded(component, [](Component& c) {
+    close_run(c);
     c.instance->reset();
     return Status::kOk;
   }));

@@ -48,6 +48,7 @@ Instance::Instance(std::string resources, const std::string& token)
 
 /// Everything as after loading.
 void Instance::start_again() {
+  has_closed_ = false;
   now_ = SavedState{};
   now_.texts = unit_.texts;
   now_.numbers.assign(count_values(list_) - kTextCount, 0.0);
@@ -251,6 +252,11 @@ void Instance::terminate() {
 
 void Instance::reset() { start_again(); }
 
+std::string Instance::closing_remark() {
+  if (std::exchange(has_closed_, true)) return {};
+  return vehicle::ledge_warning(now_.simulation.discrete.ledges);
+}
+
 double Instance::number(std::uint32_t reference, Type type) {
   // Between steps, when everything shows already: what an importer asks hundreds of times.
   if (!changed_ && reference < type_of_.size() && type_of_[reference] == type &&
@@ -354,6 +360,7 @@ void Instance::restore(const SavedState& state) {
     throw;
   }
   changed_ = now_.phase <= Phase::kInitialising;
+  has_closed_ = false;
   tracker_.reset();
   if (!now_.started) return;
   if (files_->surface) {

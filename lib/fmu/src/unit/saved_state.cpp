@@ -69,7 +69,8 @@ void require_sane(const SavedState& state, const std::vector<Variable>& list) {
   want(state.numbers.size() == numbers && state.given.size() == numbers, "a count of values");
   want(state.phase >= Phase::kInstantiated && state.phase <= Phase::kFailed, "a phase");
   want(state.started || state.phase < Phase::kStepping, "it steps without a car");
-  want(d.gear >= -1 && d.gear <= 6 && d.gear_wanted >= -1 && d.gear_wanted <= 6, "a gear");
+  const auto is_gear = [](int gear) { return gear >= -1 && gear <= vehicle::kMostGears; };
+  want(is_gear(d.gear) && is_gear(d.gear_wanted), "a gear");
   want(d.step >= 0 && d.step < std::int64_t{1} << 52, "a count of steps");
   want(std::isfinite(d.shift_left_s) && std::isfinite(state.begin_s), "a time");
   for (const signed char given : state.given)

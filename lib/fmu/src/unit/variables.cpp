@@ -166,8 +166,8 @@ void add_inputs(List& list) {
       "mean road wheel angle asked for times steering.ratio, left positive");
   add("throttle", "1", Type::kReal, 1, 0, 0, 1, "opening asked for");
   add("brake.*", "Pa", Type::kReal, 4, 0, 0, 1e8, "pressure asked for at this wheel's brake");
-  add("gear", "", Type::kInteger, 1, 1, -1, 6,
-      "gear asked for: 1 to 6, 0 neutral, -1 reverse; at the start the one engaged");
+  add("gear", "", Type::kInteger, 1, 1, -1, vehicle::kMostGears,
+      "gear asked for: 1 to the car's last, 0 neutral, -1 reverse; at the start the one engaged");
   add("clutch", "1", Type::kReal, 1, 0, 0, 1,
       "clutch pedal: 0 released, as the clutch does by itself, to 1, no torque");
   add("wake.active", "", Type::kBoolean, 1, 0, 0, 1,

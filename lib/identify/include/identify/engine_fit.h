@@ -29,7 +29,7 @@ struct EngineCell {
   double engine_radps = 0.0, throttle = 0.0;
   double torque_nm = 0.0, sd_nm = 0.0, within_nm = 0.0;  ///< half the 90 % interval
   double stated_nm = 0.0;                                ///< the vehicle file's
-  std::array<double, 6> gear_s{};                        ///< seconds near it in each gear
+  std::vector<double> gear_s;                            ///< seconds near it in each gear
   std::string unseen;                                    ///< why it is not observable; empty: it is
 };
 

@@ -25,7 +25,6 @@ using vehicle::Term;
 // Standard deviations of what no file states: of the front side force, by steering and lateral
 // acceleration; of a gear against the others (its own losses).
 constexpr double kSideShare = 0.1, kGearShare = 0.02;
-constexpr int kGears = 6;
 
 /// Places of the map: those of the vehicle file, and halves of the widest gaps where these are few.
 std::vector<double> axis_of(std::vector<double> places, std::size_t least) {
@@ -99,8 +98,8 @@ MatrixXd granted_of(const Asked& a, const EngineSolved& s, const MatrixXd& held)
 }
 
 /// Windows in each gear.
-std::array<std::size_t, 6> driven_in(const EngineWindows& windows) {
-  std::array<std::size_t, 6> out{};
+std::vector<std::size_t> driven_in(const EngineWindows& windows) {
+  std::vector<std::size_t> out(windows.gears);
   for (const EngineWindow& e : windows.windows) ++out[static_cast<std::size_t>(e.gear - 1)];
   return out;
 }
@@ -112,13 +111,14 @@ MatrixXd engine_held_by(const vehicle::Map2& stated, const EngineWindows& window
   VectorXd size(static_cast<Index>(stated.z.size()));
   for (Index k = 0; k < size.size(); ++k)
     size(k) = std::abs(stated.z[static_cast<std::size_t>(k)]) + 0.1 * most;
-  MatrixXd out = MatrixXd::Zero(size.size() + kGears, size.size() + kGears);
+  const auto gears = static_cast<Index>(windows.gears);
+  MatrixXd out = MatrixXd::Zero(size.size() + gears, size.size() + gears);
   out.topLeftCorner(size.size(), size.size()) = map_covariance(stated.x, stated.y, size, {});
   const auto in_gear = driven_in(windows);
   const auto driven = static_cast<double>(
       std::count_if(in_gear.begin(), in_gear.end(), [](std::size_t n) { return n > 0; }));
-  for (Index g = 0; g < kGears; ++g)
-    for (Index h = 0; h < kGears; ++h) {
+  for (Index g = 0; g < gears; ++g)
+    for (Index h = 0; h < gears; ++h) {
       const bool both = in_gear[static_cast<std::size_t>(g)] > 0 &&
                         in_gear[static_cast<std::size_t>(h)] > 0 && driven > 1.0;
       out(size.size() + g, size.size() + h) =
@@ -137,7 +137,7 @@ EngineSolved solve_engine(const Asked& a, const vehicle::Map2& stated) {
   for (int round = 0; round < 3; ++round) {
     EngineEquations e = engine_equations(a.car, a.windows, s.torque_nm, a.by_speed, a.is);
     // The prior is about the stated map: what the last round added counts as wanted again.
-    VectorXd before(places + kGears);
+    VectorXd before(held.rows());
     before.setZero();
     for (Index k = 0; k < places; ++k)
       before(k) =
@@ -174,6 +174,7 @@ void find_places(const EngineSolved& s, const vehicle::Map2& stated, const Engin
     cell.engine_radps = stated.x[k / stated.y.size()];
     cell.throttle = stated.y[k % stated.y.size()];
     cell.stated_nm = stated.z[k];
+    cell.gear_s.resize(windows.gears);
     cell.torque_nm = stated.z[k] + s.fit.value(i);
     const double drive = s.fit.noise(i, i), file = s.fit.prior_left(i, i) + s.granted(i, i);
     cell.sd_nm = std::sqrt(drive + file);
@@ -199,7 +200,7 @@ void find_places(const EngineSolved& s, const vehicle::Map2& stated, const Engin
 /// The found over the stated map, and each gear over the map of all.
 void find_factors(const EngineSolved& s, const EngineWindows& windows, EngineFit& out) {
   const auto places = static_cast<Index>(out.cells.size());
-  VectorXd slope = VectorXd::Zero(places + kGears);
+  VectorXd slope = VectorXd::Zero(places + static_cast<Index>(windows.gears));
   double square = 0.0;
   for (Index k = 0; k < places; ++k) {
     const EngineCell& cell = out.cells[static_cast<std::size_t>(k)];

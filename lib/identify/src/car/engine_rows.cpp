@@ -59,6 +59,7 @@ class EngineCollector {
     vx_ = table.find("vx_mps");
     out_.engine_speed = engine_ != nullptr;
     out_.wheel_speed = left_ != nullptr;
+    out_.gears = static_cast<std::size_t>(vehicle::top_gear(car.parameters));
     out_.pressures = table.find("brake_pa") != nullptr || table.find("brake_fl_pa") != nullptr;
     for (const recording::Stretch& stretch : recording.stretches) charge(stretch);
   }
@@ -125,7 +126,7 @@ class EngineCollector {
     const int gear = gear_of(car_, w).value_or(0);
     if (braked(w)) return void(++out_.braked);
     if (turns(w)) return void(++out_.turning);
-    if (gear < 1 || gear > 6 || !(overall_ratio(car_.parameters, gear) > 0.0) || !in_gear(w, gear))
+    if (gear < 1 || !(overall_ratio(car_.parameters, gear) > 0.0) || !in_gear(w, gear))
       return void(++out_.gear_unknown);
     EngineWindow out{&w, gear, 0.0, 0.0, 0.0, {}};
     const auto& p = car_.parameters;
@@ -203,8 +204,9 @@ EngineEquations engine_equations(const vehicle::Car<double>& car, const EngineWi
   const auto& p = car.parameters;
   const double share = car.terms[Term::turbo_lag] * p[P::turbo_share];
   const auto places = static_cast<Index>(torque_nm.z.size());
-  EngineEquations out{Eigen::MatrixXd::Zero(static_cast<Index>(windows.windows.size()), places + 6),
-                      Eigen::VectorXd::Zero(static_cast<Index>(windows.windows.size()))};
+  const auto count = static_cast<Index>(windows.windows.size());
+  EngineEquations out{Eigen::MatrixXd::Zero(count, places + static_cast<Index>(windows.gears)),
+                      Eigen::VectorXd::Zero(count)};
   for (Index r = 0; r < out.rows.rows(); ++r) {
     const EngineWindow& e = windows.windows[static_cast<std::size_t>(r)];
     const DriveWindow& w = *e.window;

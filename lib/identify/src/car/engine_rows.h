@@ -31,6 +31,7 @@ struct EngineWindows {
   bool engine_speed = false;  ///< recorded; else by the driven wheels, or by the car's speed
   bool wheel_speed = false;
   bool pressures = false;  ///< of the brakes were recorded
+  std::size_t gears = 0;   ///< that the car has
   std::size_t braked = 0, turning = 0, gear_unknown = 0, out_of_step = 0, limited = 0;
 };
 
@@ -45,7 +46,7 @@ struct EngineGranted {
 };
 
 /// rows * deviations = wanted, N: the first unknowns are the torques of the map's places less
-/// `torque_nm`, the last six the factors of the gears less 1.
+/// `torque_nm`, the last the factors of the gears less 1.
 struct EngineEquations {
   Eigen::MatrixXd rows;
   Eigen::VectorXd wanted;

@@ -118,7 +118,7 @@ std::optional<int> gear_of(const vehicle::Car<double>& car, const DriveWindow& w
   if (std::isfinite(w.gear)) return static_cast<int>(std::lround(w.gear));
   if (w.gear_recorded) return std::nullopt;  // it changed
   std::optional<int> only;
-  for (int gear = 1; gear <= 6; ++gear) {
+  for (int gear = 1; gear <= vehicle::kMostGears; ++gear) {
     if (!(overall_ratio(car.parameters, gear) > 0.0)) continue;
     if (only) return std::nullopt;
     only = gear;

@@ -174,7 +174,9 @@ std::vector<int> gears(const recording::Recording& recording, const vehicle::Car
       if (std::isfinite(g) && !std::isfinite(last)) last = g;
     for (std::size_t k = 0; k < out.size(); ++k) {
       if (std::isfinite((*gear)[k])) last = (*gear)[k];
-      out[k] = std::isfinite(last) ? std::clamp(static_cast<int>(std::lround(last)), -1, 6) : 1;
+      out[k] = std::isfinite(last)
+                   ? std::clamp(static_cast<int>(std::lround(last)), -1, vehicle::kMostGears)
+                   : 1;
     }
     return out;
   }
@@ -183,14 +185,14 @@ std::vector<int> gears(const recording::Recording& recording, const vehicle::Car
   const bool speeds = !engine.empty() && !left.empty() && !right.empty();
   said.emplace_back(speeds ? "no gear was recorded: it is told by the speeds of engine and wheels"
                            : "no gear was recorded: the one that the built-in driver would choose");
-  int now = vehicle::choose_gear(car, vx.front(), 6);
+  int now = vehicle::choose_gear(car, vx.front(), vehicle::kMostGears);
   for (std::size_t k = 0; k < out.size(); ++k) {
     if (!speeds) {
       now = vehicle::choose_gear(car, vx[k], now);
     } else {
       const double turning = 0.5 * (left[k] + right[k]);
       double nearest = 0.08;
-      for (int g = 1; g <= 6; ++g) {
+      for (int g = 1; g <= vehicle::kMostGears; ++g) {
         const double ratio = vehicle::overall_ratio(car.parameters, g);
         if (ratio <= 0.0 || turning < 1.0) continue;
         const double off = std::abs(engine[k] / (ratio * turning) - 1.0);

@@ -81,7 +81,7 @@ Simulation<double> begin(const Car<double>& car, double speed_mps, double fuel_k
   vehicle::StartOptions options;
   options.speed_mps = speed_mps;
   options.fuel_kg = fuel_kg;
-  options.gear = vehicle::choose_gear(car, speed_mps, 6);
+  options.gear = vehicle::choose_gear(car, speed_mps, vehicle::kMostGears);
   return vehicle::start(car, vehicle::Road(), options);
 }
 
@@ -227,7 +227,7 @@ double top_speed(const Car<double>& car) {
       0.5 * p[P::aero_density_kgpm3] * p[P::aero_drag_area_m2] * car.terms[T::aero_drag];
   double v = 5.0;
   for (; v < 110.0; v += 0.5) {
-    const int gear = vehicle::choose_gear(car, v, 6);
+    const int gear = vehicle::choose_gear(car, v, vehicle::kMostGears);
     const double ratio = vehicle::overall_ratio(p, gear);
     const double engine = ratio * v / car.static_radius_m[1];
     if (engine > p[P::engine_limit_radps]) break;

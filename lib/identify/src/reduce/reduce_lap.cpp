@@ -45,7 +45,7 @@ std::vector<LapRow> drive_lap(const vehicle::Car<double>& car, const vehicle::Ro
   begin.z_near_m = road.surface()->z_at_uv(
       line.u_begin_m + line.u_step_m * static_cast<double>(first), line.v_m[first]);
   begin.speed_mps = line.speed_mps[first];
-  begin.gear = vehicle::choose_gear(car, begin.speed_mps, 6);
+  begin.gear = vehicle::choose_gear(car, begin.speed_mps, vehicle::kMostGears);
   begin.fuel_kg = fuel_kg;
   vehicle::Simulation<double> sim = vehicle::start(car, road, begin);
   vehicle::Driver driver;

@@ -40,12 +40,15 @@ struct UnitRunOptions {
   UnitLimits limits;      ///< not of a vehicle file, whose car is trusted
 };
 
+/// Of what a unit says, so many lines are kept.
+constexpr std::size_t kMostLogLines = 1000;
+
 struct UnitRun {
   std::vector<std::string> columns;  ///< time_s first
   /// Row after row: after initialisation and after each step; empty with keep_row.
   std::vector<double> values;
   std::size_t row_count = 0;
-  std::vector<std::string> log;  ///< of the unit, at most 1000 lines
+  std::vector<std::string> log;  ///< of the unit, at most kMostLogLines
   double step_s = 0.0, stop_s = 0.0, reached_s = 0.0;
   bool ended_early = false;  ///< by the unit's wish
   std::string refused;       ///< calls that its sandbox refused the unit; empty: none

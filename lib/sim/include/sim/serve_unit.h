@@ -90,9 +90,10 @@ struct ServeRun {
   std::string first_broken;  ///< why the first broken command was refused
   std::string first_parked;  ///< the first error of the unit after which it stood still
   ServeCounts counts;
-  std::string refused;     ///< calls that its sandbox refused the unit; empty: none
-  std::string not_finite;  ///< the first recorded value that is no finite number; empty: none
-  std::string failed;      ///< of several units: the error or crash that ended this one
+  std::vector<std::string> log;  ///< what the unit said at ends and resets, at most kMostLogLines
+  std::string refused;           ///< calls that its sandbox refused the unit; empty: none
+  std::string not_finite;        ///< the first recorded value that is no finite number; empty: none
+  std::string failed;            ///< of several units: the error or crash that ended this one
 
   std::size_t rows() const { return row_count; }
 };

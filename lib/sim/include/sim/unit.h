@@ -19,11 +19,11 @@ struct Watch;
 class Unit {
  public:
   /// Loads the binary of this platform and instantiates it; of a vehicle file, makes its car. `log`
-  /// gets the unit's messages, one line each. Throws Error when there is no binary for this
-  /// platform, functions are missing, or the unit refuses; the message ends with what the unit
-  /// logged. `watch` learns when the unit is at work.
+  /// gets the unit's messages, one line each, and whether a run of it ends. Throws Error when there
+  /// is no binary for this platform, functions are missing, or the unit refuses; the message ends
+  /// with what the unit logged. `watch` learns when the unit is at work.
   Unit(const UnpackedUnit& files, UnitDescription description,
-       std::function<void(const std::string&)> log = {}, Watch* watch = nullptr);
+       std::function<void(const std::string&, bool closes)> log = {}, Watch* watch = nullptr);
   Unit(const Unit&) = delete;
   Unit& operator=(const Unit&) = delete;
   ~Unit();  ///< ends and frees the instance

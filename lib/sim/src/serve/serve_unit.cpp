@@ -119,10 +119,16 @@ class Served {
         place,
         [&, k](const std::function<void(Words)>& say, Watch* watch) {
           const Connection by = *std::exchange(connection, {});
-          Unit unit(*files_, description_, {}, watch);
-          for (const auto& [name, text] : options_.starts) set_start(unit, path_, name, text);
-          unit.initialise(0.0, options_.stop_s);
-          serve_by(by, unit, path_, options_, together, k, say);
+          std::vector<std::string> lines;  // errors are told as they come
+          const auto keep = [&](const std::string& line, bool closes) {
+            if (closes && lines.size() < kMostLogLines) lines.push_back(line);
+          };
+          std::optional<Unit> unit(std::in_place, *files_, description_, keep, watch);
+          for (const auto& [name, text] : options_.starts) set_start(*unit, path_, name, text);
+          unit->initialise(0.0, options_.stop_s);
+          serve_by(by, *unit, path_, options_, together, k, say);
+          unit.reset();
+          for (const std::string& line : lines) say({'L', line});
         },
         [&] {
           std::error_code ignored;
@@ -153,6 +159,11 @@ class Served {
     if (kind == 'K') run_.first_parked = base::visible(bytes);
     if (kind == 'P') options_.keep_sight(bytes);
     if (kind == 'M') options_.keep_remark(bytes);
+    if (kind == 'L' && run_.log.size() < kMostLogLines) {
+      run_.log.push_back(base::visible(bytes));
+      const Remark said{"said", run_.log.back(), {}, run_.reached_s, run_.counts.resets};
+      if (options_.keep_remark) options_.keep_remark(write_remark(said, false));
+    }
     if (kind == 'S' && bytes.size() == sizeof run_.counts)
       std::memcpy(&run_.counts, bytes.data(), sizeof run_.counts);
     if (kind != 'R' || bytes.size() != run_.columns.size() * sizeof(double)) return true;

@@ -49,11 +49,15 @@ struct OwnCar {
     done([&] { made = std::make_unique<fmu::Instance>(resources, description.token); });
     return made.release();
   }
-  static void release(void* instance) { delete static_cast<fmu::Instance*>(instance); }
+  void release(void* instance) const {
+    guarded([&] { return of(instance).closing_remark(); });
+    delete static_cast<fmu::Instance*>(instance);
+  }
   Status terminate(void* instance) const {
     return done([&] { of(instance).terminate(); });
   }
   Status reset(void* instance) const {
+    guarded([&] { return of(instance).closing_remark(); });
     return done([&] { of(instance).reset(); });
   }
 

@@ -23,18 +23,18 @@ namespace sim {
 namespace {
 
 constexpr double kUsualStop_s = 10.0, kUsualStep_s = 0.001;
-constexpr std::size_t kMostRunValues = 100'000'000, kMostLines = 1000;
+constexpr std::size_t kMostRunValues = 100'000'000;
 
-/// What is said between the processes: 'C' names of columns, 'R' a row, 'L' a line of the log, 'X'
-/// that the unit wants to end.
+/// What is said between the processes: 'C' names of columns, 'R' a row, 'L' a line of the log, 'Z'
+/// one at the run's end, 'X' that the unit wants to end.
 void work(const UnpackedUnit& files, const UnitDescription& description,
           const UnitRunOptions& options, double start_s, double stop_s, double step_s,
           const std::vector<const UnitVariable*>& recorded, const std::function<void(Words)>& say,
           Watch* watch) {
   Unit unit(
       files, description,
-      [&](const std::string& line) {
-        say({'L', line});
+      [&](const std::string& line, bool closes) {
+        say({closes ? 'Z' : 'L', line});
       },
       watch);
   for (const auto& [name, text] : options.starts) set_start(unit, files.path(), name, text);
@@ -118,7 +118,7 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
                     path, rows, run.columns.size()));
 
   const UnpackedUnit files(path, road_path);
-  std::string refused;
+  std::string refused, closing;
   std::vector<double> row(run.columns.size());
   ApartPlace place{files.folder(), options.limits};
   place.limits.trusted = place.limits.trusted || is_vehicle_file(path);
@@ -134,7 +134,8 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
       [&](Words words) {
         if (words.kind == 'E') refused = base::visible(words.bytes);
         if (words.kind == 'X') run.ended_early = true;
-        if (words.kind == 'L' && run.log.size() < kMostLines)
+        if (words.kind == 'Z') closing = base::visible(words.bytes);
+        if ((words.kind == 'L' || words.kind == 'Z') && run.log.size() < kMostLogLines)
           run.log.push_back(base::visible(words.bytes));
         if (words.kind != 'R' || words.bytes.size() != run.columns.size() * sizeof(double)) return;
         std::memcpy(row.data(), words.bytes.data(), words.bytes.size());
@@ -149,6 +150,7 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
       });
   if (refused.empty())
     refused = crash_of(path, ending, run.rows() == 0 ? std::nullopt : std::optional(run.reached_s));
+  if (!refused.empty() && !closing.empty()) refused += "; the unit says: " + closing;
   if (!refused.empty()) throw base::Error(refused + refused_to(ending));
   run.refused = ending.refused;
   return run;

@@ -73,6 +73,7 @@ struct Unit::Loaded {
 
   void free() {
     if (instance == nullptr) return;
+    log.closes = true;
     const auto with = [&](const auto& of_version) {
       for (auto& [name, state] : states)
         if (!is_broken) of_version.free_state(instance, &state);
@@ -80,6 +81,7 @@ struct Unit::Loaded {
       of_version.release(instance);
     };
     std::visit(with, functions);
+    log.closes = false;
     states.clear();
     instance = nullptr;
     is_ready = false;
@@ -117,7 +119,10 @@ struct Unit::Loaded {
     };
     is_ready = is_broken = false;
     try {
-      want(std::visit([&](auto& of) { return of.reset(instance); }, functions), "reset");
+      log.closes = true;
+      const Status status = std::visit([&](auto& of) { return of.reset(instance); }, functions);
+      log.closes = false;
+      want(status, "reset");
       begin();
     } catch (...) {
       if (before != nullptr)
@@ -140,7 +145,7 @@ struct Unit::Loaded {
 };
 
 Unit::Unit(const UnpackedUnit& files, UnitDescription description,
-           std::function<void(const std::string&)> log, Watch* watch)
+           std::function<void(const std::string&, bool closes)> log, Watch* watch)
     : loaded_(std::make_unique<Loaded>()) {
   Loaded& unit = *loaded_;
   unit.watch = watch;

@@ -4,6 +4,7 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -25,14 +26,15 @@ constexpr Status kWarning = 1, kError = 3;
 
 /// What a unit said, for messages; units may log from threads of their own.
 struct Log {
-  std::function<void(const std::string&)> take;
+  std::function<void(const std::string&, bool closes)> take;
+  std::atomic<bool> closes = false;  ///< a run of the unit ends
   std::string last;
   std::mutex mutex;
 
   void add(const char* text) {
     const std::lock_guard lock(mutex);
     last = base::one_line(text == nullptr ? "" : text);
-    if (take) take(last);
+    if (take) take(last, closes);
   }
 };
 

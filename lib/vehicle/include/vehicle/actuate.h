@@ -18,7 +18,7 @@ struct Controls {
   T steer_command_rad = T(0);  ///< mean road wheel angle times steering.ratio, or by its map
   T throttle_command = T(0);   ///< 0 to 1
   std::array<T, kWheels> brake_command_pa{};
-  int gear_command = 1;     ///< 1 to 6, 0 neutral, -1 reverse
+  int gear_command = 1;     ///< 1 to kMostGears, 0 neutral, -1 reverse
   T clutch_command = T(0);  ///< see Inputs
   T hold_n = T(0);          ///< see Inputs
   bool opponent = false;

@@ -50,16 +50,23 @@ struct Parameters {
   bool operator==(const Parameters&) const = default;
 };
 
+/// The most forward gears that a car can have.
+inline constexpr int kMostGears = static_cast<int>(Parameter::gearbox_ratio_10) -
+                                  static_cast<int>(Parameter::gearbox_ratio_1) + 1;
+
 /// Engine speed over that of the mean driven wheel, final drive included: below 0 in reverse (gear
 /// -1), 0 where nothing is engaged or the car has no such gear.
 template <class T>
 T overall_ratio(const Parameters<T>& p, int gear) {
   if (gear == -1) return T(-p[Parameter::gearbox_ratio_reverse] * p[Parameter::gearbox_final]);
-  if (gear < 1 || gear > 6) return T(0);
+  if (gear < 1 || gear > kMostGears) return T(0);
   return p[static_cast<Parameter>(static_cast<std::size_t>(Parameter::gearbox_ratio_1) +
                                   static_cast<std::size_t>(gear) - 1)] *
          p[Parameter::gearbox_final];
 }
+
+/// The highest forward gear that a car has; 0: it has none.
+int top_gear(const Parameters<double>& p);
 
 /// The defaults of the list.
 Parameters<double> default_parameters();

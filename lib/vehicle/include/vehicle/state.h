@@ -75,7 +75,7 @@ struct Inputs {
   T steer_rate_radps = T(0);          ///< of that angle; only turn slip asks for it
   T throttle = T(0);                  ///< 0 to 1
   std::array<T, kWheels> brake_pa{};  ///< pressure at each wheel's brake
-  int gear = 0;                       ///< 1 to 6; 0: nothing engaged; -1: reverse
+  int gear = 0;                       ///< 1 to kMostGears; 0: nothing engaged; -1: reverse
   int next_gear = 0;                  ///< while a shift has nothing engaged: the gear to come
   T clutch = T(0);  ///< pedal: 0 released (as the clutch does by itself) to 1, no torque
   T hold_n = T(0);  ///< a push from outside, forward, at the design centre of mass

@@ -28,6 +28,12 @@ std::optional<Parameter> find_parameter(std::string_view name) {
   return std::nullopt;
 }
 
+int top_gear(const Parameters<double>& p) {
+  int gear = kMostGears;
+  while (gear > 0 && !(overall_ratio(p, gear) > 0.0)) --gear;
+  return gear;
+}
+
 Parameters<double> default_parameters() {
   Parameters<double> out{};
   for (std::size_t i = 0; i < kParameterCount; ++i) out.value[i] = kParameters[i].value;

@@ -10,11 +10,7 @@
 namespace vehicle {
 namespace {
 
-double ratio_of(const Car<double>& car, int gear) {
-  const auto first = static_cast<std::size_t>(Parameter::gearbox_ratio_1);
-  return car.parameters.value[first + static_cast<std::size_t>(gear) - 1] *
-         car.parameters[Parameter::gearbox_final];
-}
+double ratio_of(const Car<double>& car, int gear) { return overall_ratio(car.parameters, gear); }
 
 /// Value of `values` at arc length s between stations; `lap` is what one round adds to it.
 double at_length(const RacingLine& line, const std::vector<double>& values, double s_m,
@@ -71,27 +67,37 @@ void find_place(Driver& driver, const RacingLine& line, const State<double>& sta
   driver.s_m = s;
 }
 
-/// Steering per lateral acceleration that the axles' stiffness costs, in rad s2/m.
-double understeer_of(const Car<double>& car, const Detail<double>& detail) {
+/// How far apart the axles of a car without slip would be that turns by an angle of its road wheels
+/// as this one does at a speed, m. Loads are those of steady driving: what bumps and brakes make of
+/// them for a moment would shake the wheels, or turn them out of a bend that is braked into.
+double turning_base_m(const Car<double>& car, double vx_mps) {
   using P = Parameter;
+  constexpr double kLeast = 0.3;  // of the wheelbase, however much the car oversteers
   const Parameters<double>& p = car.parameters;
   const double wheelbase = p[P::chassis_wheelbase_m];
-  const double rear = wheelbase - p[P::chassis_cog_behind_front_m];
-  double front_stiffness = 1.0, rear_stiffness = 1.0;
+  const double front = p[P::chassis_cog_behind_front_m], rear = wheelbase - front;
+  std::array<Stiffness<double>, 2> axle{};
   for (std::size_t a = 0; a < 2; ++a) {
-    double sum = 0.0;
-    for (std::size_t i = 2 * a; i < 2 * a + 2; ++i)
-      sum += std::abs(tyre_stiffness(car.files->tyre[a], std::max(detail.wheel[i].fz_n, 500.0), 0.0)
-                          .cornering_npr);
-    (a == 0 ? front_stiffness : rear_stiffness) = sum;
+    const double air_n = 0.25 * p[P::aero_density_kgpm3] * car.terms[Term::aero_downforce] *
+                         p.axle(a, P::front_lift_area_m2) * vx_mps * vx_mps;
+    const Stiffness<double> wheel =
+        tyre_stiffness(car.files->tyre[a],
+                       std::max(car.static_load_n[a] + air_n, 0.2 * car.static_load_n[a]), 0.0);
+    axle[a] = {2.0 * std::abs(wheel.slip_n), std::max(1.0, 2.0 * std::abs(wheel.cornering_npr))};
   }
-  return p[P::chassis_mass_kg] / wheelbase *
-         (rear / front_stiffness - p[P::chassis_cog_behind_front_m] / rear_stiffness);
+  const double understeer = p[P::chassis_mass_kg] / wheelbase *
+                            (rear / axle[0].cornering_npr - front / axle[1].cornering_npr);
+  // The wheels of a locked axle slip along their way in a bend: the tyres turn the car against
+  // them.
+  const double half_m = 0.5 * p[P::rear_track_m];
+  const double scrub = car.terms[Term::locked_differential] * axle[1].slip_n * half_m * half_m /
+                       wheelbase * (1.0 / axle[0].cornering_npr + 1.0 / axle[1].cornering_npr);
+  return scrub + std::max(kLeast * wheelbase, wheelbase + understeer * vx_mps * vx_mps);
 }
 
 /// The arc through a point ahead, seen from the rear axle, and what understeer costs.
 double steer(const Driver& driver, const RacingLine& line, const Car<double>& car,
-             const State<double>& state, const Detail<double>& detail) {
+             const State<double>& state) {
   using P = Parameter;
   const Parameters<double>& p = car.parameters;
   const DriverOptions& o = driver.options;
@@ -106,12 +112,10 @@ double steer(const Driver& driver, const RacingLine& line, const Car<double>& ca
   const double arc = 2.0 * across / std::max(1.0, along * along + across * across) -
                      o.drift_gain * driver.drift_m2 / (ahead * ahead * ahead);
   const double wheelbase = p[P::chassis_wheelbase_m];
-  const double understeer = understeer_of(car, detail);
   // A tail that comes round turns the car faster than the arc asks: he steers against it.
   const double against = o.yaw_damping * wheelbase * (arc - state[kYawRate] / std::max(vx, 5.0));
-  return laws::steering_command(
-      car.files->steering, p[P::steering_ratio],
-      std::clamp(arc * (wheelbase + understeer * vx * vx) + against, -0.45, 0.45));
+  return laws::steering_command(car.files->steering, p[P::steering_ratio],
+                                std::clamp(arc * turning_base_m(car, vx) + against, -0.45, 0.45));
 }
 
 /// What the road leaves of the slips he allows wheels: a tyre's stiffness does not change with the
@@ -203,10 +207,9 @@ double press_clutch(const Driver& driver, const RacingLine& line, const Car<doub
 int choose_gear(const Car<double>& car, double vx_mps, int gear_now) {
   const double limit = car.parameters[Parameter::engine_limit_radps];
   const double wheel = std::max(0.0, vx_mps) / car.static_radius_m[1];
-  int gear = std::clamp(gear_now, 1, 6);
+  int gear = std::clamp(gear_now, 1, kMostGears);
   while (gear > 1 && !(ratio_of(car, gear) > 0.0)) --gear;  // no such gear
-  while (gear < 6 && ratio_of(car, gear + 1) > 0.0 && wheel * ratio_of(car, gear) > 0.95 * limit)
-    ++gear;
+  while (ratio_of(car, gear + 1) > 0.0 && wheel * ratio_of(car, gear) > 0.95 * limit) ++gear;
   while (gear > 1 && wheel * ratio_of(car, gear - 1) < 0.80 * limit) --gear;
   return gear;
 }
@@ -219,7 +222,7 @@ Controls<double> drive(Driver& driver, const RacingLine& line, const Car<double>
   find_place(driver, line, state);
   const double s = driver.s_m;
   Controls<double> out;
-  out.steer_command_rad = steer(driver, line, car, state, detail);
+  out.steer_command_rad = steer(driver, line, car, state);
 
   // Speed: the profile a moment ahead, and its own slope.
   const double look = 0.10 * std::max(vx, 1.0);

@@ -86,7 +86,7 @@ Begin begin_on(const RacingLine& line, const crg::Surface& surface, const Car<do
       surface.z_at_uv(line.u_begin_m + line.u_step_m * static_cast<double>(first), line.v_m[first]);
   begin.yaw_rad = heading_rad;
   begin.speed_mps = options.standing ? 0.0 : line.speed_mps[first];
-  begin.gear = choose_gear(car, begin.speed_mps, 6);
+  begin.gear = choose_gear(car, begin.speed_mps, kMostGears);
   begin.fuel_kg = options.fuel_kg;
   begin.tyre_k = options.tyre_k;
   begin.disc_k = options.disc_k;

@@ -139,7 +139,7 @@ ManoeuvreResult run_manoeuvre(const Car<double>& car, const Manoeuvre& m) {
   begin.x_m = 20.0;
   begin.speed_mps = m.speed_mps;
   begin.fuel_kg = m.fuel_kg;
-  begin.gear = in_neutral(m) ? 0 : choose_gear(car, m.speed_mps, 6);
+  begin.gear = in_neutral(m) ? 0 : choose_gear(car, m.speed_mps, kMostGears);
   const bool backward = m.kind == ManoeuvreKind::kReverse;
   if (backward) {
     if (overall_ratio(car.parameters, -1) == 0.0)

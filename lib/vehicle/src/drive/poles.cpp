@@ -57,7 +57,7 @@ Linearisation linearise(const Car<double>& car, double speed_mps,
   const Road road;
   StartOptions begin;
   begin.speed_mps = speed_mps;
-  begin.gear = speed_mps < 3.0 ? 0 : choose_gear(car, speed_mps, 6);
+  begin.gear = speed_mps < 3.0 ? 0 : choose_gear(car, speed_mps, kMostGears);
   Simulation<double> sim = start(car, road, begin);
   Detail<double> detail;
   Controls<double> controls;

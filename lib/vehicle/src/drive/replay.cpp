@@ -95,8 +95,8 @@ StartOptions start_of(const Replay& replay, const Window& window) {
   begin.yaw_rad = motion.yaw_rad[row];
   begin.speed_mps = std::max(0.0, motion.vx_mps[row]);
   begin.gear = replay.commands.gear.empty()
-                   ? choose_gear(replay.car, begin.speed_mps, 6)
-                   : std::clamp(static_cast<int>(replay.commands.gear[row]), -1, 6);
+                   ? choose_gear(replay.car, begin.speed_mps, kMostGears)
+                   : std::clamp(static_cast<int>(replay.commands.gear[row]), -1, kMostGears);
   begin.fuel_kg = replay.options.fuel_kg;
   begin.tyre_k = replay.options.tyre_k;
   begin.disc_k = replay.options.disc_k;

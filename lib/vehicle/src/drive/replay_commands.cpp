@@ -159,7 +159,7 @@ Controls<double> controls_at(const Commands& commands, const std::vector<double>
     if (!commands.brake_command_pa[i].empty())
       c.brake_command_pa[i] = std::max(0.0, at(commands.brake_command_pa[i], time, row, t));
   gear = commands.gear.empty() ? choose_gear(car, vx_mps, gear)
-                               : std::clamp(static_cast<int>(commands.gear[row]), -1, 6);
+                               : std::clamp(static_cast<int>(commands.gear[row]), -1, kMostGears);
   c.gear_command = gear;
   c.opponent = !commands.wake_x_m.empty() && !commands.wake_y_m.empty();
   if (c.opponent) {

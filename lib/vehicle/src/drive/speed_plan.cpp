@@ -1,5 +1,6 @@
 // How fast a car can go along a line.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -13,6 +14,12 @@
 
 namespace vehicle {
 namespace {
+
+constexpr double kOfAxle = 0.9;   ///< share of an axle's own grip that a turn may take
+constexpr double kOfScrub = 0.9;  ///< and of a wheel's that a locked axle may take, at most
+
+/// Of the axles, their inner and outer wheels.
+using PerWheel = std::array<std::array<double, 2>, 2>;
 
 /// What the car can do at each station of a line.
 class SpeedLimits {
@@ -45,9 +52,7 @@ class SpeedLimits {
                       {}, {.moments = false});
       mu = std::min(mu, std::abs(lateral ? f.mu_y : f.mu_x) * p_.axle(a, P::front_tyre_grip));
     }
-    const double road = 1.0 + car_.terms[Term::road_friction] *
-                                  (p_[P::environment_road_grip] * line_.friction[i] - 1.0);
-    return mu * warmth_ * road * options_.grip_usage;
+    return mu * warmth_ * road_grip(i) * options_.grip_usage;
   }
 
   double load(std::size_t i, double v) const {
@@ -68,6 +73,32 @@ class SpeedLimits {
     return mass_ * std::abs(v * v * line_.curvature_1pm[i] + g_ * line_.bank[i]);
   }
 
+  /// Whether each axle can take its part of the turn at v. The car's grip as a whole does not tell:
+  /// loads of the wheels of an axle differ, the air may press the other axle more, and the wheels
+  /// of a locked axle slip along their way, which turns the car out of the bend.
+  bool balances(std::size_t i, double v) const {
+    const double side_n = lateral(i, v), wheelbase_m = p_[P::chassis_wheelbase_m];
+    const PerWheel fz_n = wheel_loads(load(i, v), side_n, v);
+    const double scrub = 0.5 * car_.terms[Term::locked_differential] *
+                         p_.axle(1, P::front_track_m) * std::abs(line_.curvature_1pm[i]);
+    std::array<double, 2> most_n{};
+    double out_nm = 0.0;
+    for (std::size_t a = 0; a < 2; ++a)
+      for (const double fz : fz_n[a]) {
+        const double grip_n = kOfAxle * wheel_grip(a, fz) * road_grip(i);
+        double along_n = 0.0;
+        if (a == 1 && scrub > 0.0)
+          along_n = std::min(kOfScrub * grip_n,
+                             scrub * std::abs(tyre_stiffness(car_.files->tyre[a], fz,
+                                                             p_.axle(a, P::front_tyre_pressure_pa))
+                                                  .slip_n));
+        most_n[a] += std::sqrt(grip_n * grip_n - along_n * along_n);
+        out_nm += 0.5 * p_.axle(a, P::front_track_m) * along_n;
+      }
+    const double pair_n = out_nm / wheelbase_m;
+    return share(0) * side_n + pair_n <= most_n[0] && share(1) * side_n - pair_n <= most_n[1];
+  }
+
   /// Share of the grip that cornering leaves.
   double spare(std::size_t i, double v) const {
     const double used = lateral(i, v) / std::max(1.0, friction(i, true, v) * load(i, v));
@@ -77,9 +108,8 @@ class SpeedLimits {
   double engine_force(double v) const {
     const double radius = car_.static_radius_m[1];
     double best = 0.0;
-    for (std::size_t k = 0; k < 6; ++k) {
-      const double ratio =
-          p_.value[static_cast<std::size_t>(P::gearbox_ratio_1) + k] * p_[P::gearbox_final];
+    for (int gear = 1; gear <= kMostGears; ++gear) {
+      const double ratio = overall_ratio(p_, gear);
       const double speed_e = ratio * v / radius;
       if (ratio <= 0.0 || speed_e > p_[P::engine_limit_radps]) continue;
       best = std::max(best, laws::map_torque(p_[P::engine_torque], engine_map(car_, line_),
@@ -92,7 +122,9 @@ class SpeedLimits {
   /// Largest speed with grip to spare; a bank alone never asks for a minimum speed here.
   double cornering_speed(std::size_t i) const {
     double fast = options_.top_mps, slow = 3.0;
-    const auto holds = [&](double v) { return lateral(i, v) <= friction(i, true, v) * load(i, v); };
+    const auto holds = [&](double v) {
+      return lateral(i, v) <= friction(i, true, v) * load(i, v) && balances(i, v);
+    };
     if (holds(fast)) return fast;
     for (int k = 0; k < 40; ++k) {
       const double v = 0.5 * (fast + slow);
@@ -103,6 +135,52 @@ class SpeedLimits {
 
  private:
   using P = Parameter;
+
+  /// Of the car's weight, on an axle.
+  double share(std::size_t a) const {
+    return car_.static_load_n[a] / (car_.static_load_n[0] + car_.static_load_n[1]);
+  }
+
+  double road_grip(std::size_t i) const {
+    return 1.0 + car_.terms[Term::road_friction] *
+                     (p_[P::environment_road_grip] * line_.friction[i] - 1.0);
+  }
+
+  /// What a wheel of an axle can give sideways on a road of grip 1.
+  double wheel_grip(std::size_t a, double fz_n) const {
+    if (!(fz_n > 0.0)) return 0.0;
+    return fz_n * warmth_ * p_.axle(a, P::front_tyre_grip) *
+           std::abs(
+               peak_friction(car_.files->tyre[a], fz_n, p_.axle(a, P::front_tyre_pressure_pa)).y);
+  }
+
+  /// Loads of the wheels where the tyres give `side_n`: the side force acts on the body through the
+  /// roll centres, and springs and bars share what tilts it, each axle by its stiffness.
+  PerWheel wheel_loads(double load_n, double side_n, double v) const {
+    std::array<double, 2> held_nmprad{}, link_nm{}, air_n{};
+    for (std::size_t a = 0; a < 2; ++a) {
+      const double track_m = p_.axle(a, P::front_track_m);
+      held_nmprad[a] = track_m * track_m *
+                       (0.5 * p_.axle(a, P::front_spring_npm) +
+                        car_.terms[Term::anti_roll_bar] * p_.axle(a, P::front_anti_roll_npm));
+      link_nm[a] = share(a) * side_n * p_.axle(a, P::front_roll_centre_m);
+      air_n[a] = half_density_ * car_.terms[Term::aero_downforce] *
+                 p_.axle(a, P::front_lift_area_m2) * v * v;
+    }
+    const double body_nm = side_n * p_[P::chassis_cog_height_m] - link_nm[0] - link_nm[1];
+    const double all_nmprad = std::max(1.0, held_nmprad[0] + held_nmprad[1]);
+    PerWheel out{};
+    for (std::size_t a = 0; a < 2; ++a) {
+      const double half_n =
+          0.5 * std::max(0.0, share(a) * (load_n - air_n[0] - air_n[1]) + air_n[a]);
+      const double moved_n = std::clamp(
+          (link_nm[a] + held_nmprad[a] / all_nmprad * body_nm) / p_.axle(a, P::front_track_m),
+          -half_n, half_n);
+      out[a] = {half_n - moved_n, half_n + moved_n};
+    }
+    return out;
+  }
+
   const RacingLine& line_;
   const Car<double>& car_;
   const Parameters<double>& p_;

@@ -11,6 +11,7 @@
 #include "base/settings.h"
 #include "tyre_size.h"
 #include "vehicle/error.h"
+#include "vehicle/parameters.h"
 
 namespace vehicle {
 namespace {
@@ -208,21 +209,19 @@ void read_sheet_gears(const Sheet& sheet, DataSheet& out) {
   const std::string at = sheet.where("gears");
   if (gears->kind == base::Setting::Kind::kWord) {
     const double count = base::to_number(gears->word, at, "gears");
-    if (!(count >= 1.0 && count <= 6.0 && count == std::round(count)))
+    if (!(count >= 1.0 && count <= kMostGears && count == std::round(count)))
       throw Error(
-          fmt::format("{}: gears = {:g}, wanted 1 to 6, or their ratios; of more gears, "
-                      "leave out some between the first and the last",
-                      at, count));
+          fmt::format("{}: gears = {:g}, wanted 1 to {}, or their ratios", at, count, kMostGears));
     out.gear_count = count;
     return;
   }
   for (const std::string& word : sheet.top().words("gears"))
     out.gear_ratios.push_back(sheet.plausible("gears", word, at));
-  if (out.gear_ratios.empty() || out.gear_ratios.size() > 6)
+  if (out.gear_ratios.empty() || out.gear_ratios.size() > kMostGears)
     throw Error(
-        fmt::format("{}: gears has {} ratios, wanted 1 to 6; of more gears, leave out some "
+        fmt::format("{}: gears has {} ratios, wanted 1 to {}; of more gears, leave out some "
                     "between the first and the last",
-                    at, out.gear_ratios.size()));
+                    at, out.gear_ratios.size(), kMostGears));
   for (std::size_t i = 1; i < out.gear_ratios.size(); ++i)
     if (!(out.gear_ratios[i] < out.gear_ratios[i - 1]))
       throw Error(
@@ -332,7 +331,7 @@ power_rpm: 7000
 # torque_points: {1000: 150, 3700: 250, 7000: 236}   # rpm: N m, in place of these four
 # limit_rpm: 7500
 # turbo: true                  # half of the torque comes late
-# gears: [3.626, 2.188, 1.541, 1.213, 1.0, 0.767]    # ratios, or how many: 1 to 6
+# gears: [3.626, 2.188, 1.541, 1.213, 1.0, 0.767]    # ratios, or how many: 1 to 10
 # final_drive: 4.1
 # differential: limited_slip   # open, limited_slip or locked; driven are the rear wheels
 # cog_height_m: 0.46           # centre of mass above the ground

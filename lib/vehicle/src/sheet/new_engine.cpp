@@ -87,9 +87,11 @@ void add_gears(const Basis& b) {
                       "{:g} is the most; check power_kw, torque_nm and mass_kg",
                       s.path, s.mass_kg, ratios.front(), most));
   }
-  for (std::size_t i = 0; i < 6; ++i) {
+  for (std::size_t i = 0; i < kMostGears; ++i) {
     const auto gear = static_cast<P>(static_cast<std::size_t>(P::gearbox_ratio_1) + i);
-    if (i >= ratios.size())
+    const bool is_there = i < ratios.size();
+    if (!is_there && parameter_list()[static_cast<std::size_t>(gear)].value == 0.0) break;
+    if (!is_there)
       b.lines.stated(gear, 0.0);
     else if (!s.gear_ratios.empty())
       b.lines.stated(gear, ratios[i]);

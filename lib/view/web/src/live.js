@@ -7,7 +7,7 @@ import { kBrake_pa, kMostSteer_rad, makeGauges } from './gauges.js';
 import { makeDriverHelp, pedalsToHold } from './driver_help.js';
 import { makeLiveScene } from './live_scene.js';
 import { makeTouchPad, padNow } from './pads.js';
-import { makeParameters } from './parameters.js';
+import { gearsOf, infoOf, makeParameters } from './parameters.js';
 import { makeSights } from './sights.js';
 import { makeUnitQuestion } from './unit_question.js';
 import { makeWeather } from './weather.js';
@@ -30,9 +30,9 @@ export function pedalsOf(before, keys, pad, speed_mps, dt_s, target_mps = 0) {
 }
 
 /// The next gear up near the limit of the engine, the next down below half of it; not twice within 0.4 s.
-export function gearOf(gear, engine_radps, limit_radps, since_s) {
+export function gearOf(gear, engine_radps, limit_radps, since_s, gears) {
   if (since_s < 0.4) return gear;
-  if (engine_radps > 0.92 * limit_radps && gear < 6) return gear + 1;
+  if (engine_radps > 0.92 * limit_radps && gear < gears) return gear + 1;
   if (engine_radps < 0.5 * limit_radps && gear > 1) return gear - 1;
   return gear;
 }
@@ -107,13 +107,14 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     } catch (error) { say(error.message, 'bad'); buttons(); return; }
     if (agreed === null || unit !== of || drive !== null) { say('Not started.'); buttons(); return; }
     say('Starting …');
-    drive = { sequence: 0, pedals: { steer: 0, throttle: 0, brake: 0 }, gear: 1, shifted: 0, last: performance.now(), paused: false, lapBegin: null, lapU: null, times: [], job: null, result: null, wants: {} };
+    drive = { sequence: 0, pedals: { steer: 0, throttle: 0, brake: 0 }, gear: 1, gears: 6, shifted: 0, last: performance.now(), paused: false, lapBegin: null, lapU: null, times: [], job: null, result: null, wants: {} };
     const mine = drive;
     sights.clear();
     buttons();
     (isFlat() ? canvas : space.canvas).focus();
     run({ do: 'drive', unit: of, agreed, parameters: parameters.chosen(), ...(sensorsBox.value ? { devices: sensorsBox.value, road: roadBox.value } : {}) }, (begun) => {
       mine.job = begun.id;
+      infoOf(of).then((info) => { mine.gears = gearsOf(info); }).catch((error) => say(error.message, 'warn'));
       mine.result = begun.result;
       say('Driving.');
       timer = setInterval(() => step(mine), kEvery_ms);
@@ -191,7 +192,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     const now = performance.now(), dt = Math.min(0.1, (now - mine.last) / 1000), seen = mine.seen?.values ?? {};
     mine.last = now;
     mine.pedals = pedalsOf(mine.pedals, keys, touchNow() ?? padNow(), seen['car.vx'] ?? 0, dt, help.target_mps());
-    const gear = gearOf(mine.gear, seen['car.engine'] ?? 0, seen['parameter.engine.limit_radps'] ?? 800, (now - mine.shifted) / 1000);
+    const gear = gearOf(mine.gear, seen['car.engine'] ?? 0, seen['parameter.engine.limit_radps'] ?? 800, (now - mine.shifted) / 1000, mine.gears);
     if (gear !== mine.gear) { mine.gear = gear; mine.shifted = now; }
     waits = true;
     const measured = await send(mine);

@@ -10,6 +10,16 @@ const ofWeather = /^parameter\.environment\.(wind_mps|wind_heading_rad|road_grip
 /// Of what `crgsim info --json` tells: numbers that may be set during a run.
 export const tunableOf = (info) => info.variables.filter(({ name, causality, variability, type, values }) => causality === 'parameter' && variability === 'tunable' && type === 'float64' && values === 1 && !ofWeather.test(name));
 
+/// Forward gears of its car, by their ratios; of another unit six.
+export const gearsOf = (info) => info.variables.filter(({ name, start }) => /^parameter\.gearbox\.ratio_\d+$/.test(name) && Number(start) > 0).length || 6;
+
+/// What `crgsim info --json` tells of a unit. Throws Error where it cannot be read.
+export async function infoOf(unit) {
+  const job = await run({ do: 'info', unit });
+  if (job.exit_code !== 0) throw new Error(job.messages || 'The unit could not be read.');
+  return JSON.parse(new TextDecoder().decode(await getBytes('output', { job: job.id })));
+}
+
 export function makeParameters({ say }) {
   let unit = null, known = [], of = null, isDriving = false, wanted = {};
   const rows = new Map();  // name -> {box, now, variable}, of those that were chosen
@@ -25,10 +35,17 @@ export function makeParameters({ say }) {
     const asked = unit;
     if (asked === null || of === asked) return;
     of = asked;
-    const job = await run({ do: 'info', unit: asked }).catch((error) => ({ exit_code: 1, messages: error.message }));
+    let info;
+    try {
+      info = await infoOf(asked);
+    } catch (error) {
+      if (unit !== asked) return;
+      of = null;
+      say(error.message, 'bad');
+      return;
+    }
     if (unit !== asked) return;
-    if (job.exit_code !== 0) { of = null; say(job.messages || 'The unit could not be read.', 'bad'); return; }
-    known = tunableOf(JSON.parse(new TextDecoder().decode(await getBytes('output', { job: job.id }))));
+    known = tunableOf(info);
     names.replaceChildren(...known.map(({ name, description, unit: words }) => el('option', { value: name }, `${description}${words ? `, ${words}` : ''}`)));
     root.dataset.known = known.length;
   }
