@@ -209,18 +209,6 @@ KerbedScans scans_of(const KerbedRoad& road, const KerbedDrive& drive) {
 
 namespace {
 
-/// Of some nodes.
-struct Tally {
-  double nodes = 0.0, square_m2 = 0.0, inside = 0.0;
-
-  void add(double error_m, double stddev_m) {
-    ++nodes, square_m2 += error_m * error_m;
-    inside += std::abs(error_m) < 1.645 * stddev_m ? 1.0 : 0.0;
-  }
-  double rmse_m() const { return nodes > 0.0 ? std::sqrt(square_m2 / nodes) : 0.0; }
-  double share() const { return nodes > 0.0 ? inside / nodes : 1.0; }
-};
-
 /// Across the nodes of a row that rest on the base, of what was added to it.
 double steepest_ramp_of(const crg::Grid& refined, const crg::Grid& base, const crg::Grid& source,
                         std::size_t row) {
@@ -237,6 +225,25 @@ double steepest_ramp_of(const crg::Grid& refined, const crg::Grid& base, const c
 }
 
 }  // namespace
+
+void Tally::add(double error_m, double stddev_m) {
+  ++nodes, square_m2 += error_m * error_m, stated_m2 += stddev_m * stddev_m;
+  inside += std::abs(error_m) < 1.645 * stddev_m ? 1.0 : 0.0;
+}
+
+void Tally::add(const Tally& other) {
+  nodes += other.nodes, square_m2 += other.square_m2, stated_m2 += other.stated_m2;
+  inside += other.inside;
+}
+
+double Tally::rmse_m() const { return nodes > 0.0 ? std::sqrt(square_m2 / nodes) : 0.0; }
+double Tally::stated_m() const { return nodes > 0.0 ? std::sqrt(stated_m2 / nodes) : 0.0; }
+double Tally::share() const { return nodes > 0.0 ? inside / nodes : 1.0; }
+
+void KerbedTallies::add(const KerbedTallies& other) {
+  road.add(other.road), outer.add(other.outer), kerbs.add(other.kerbs);
+  unmeasured.add(other.unmeasured);
+}
 
 cloud::Cloud placed(const KerbedScans& scans) {
   cloud::Cloud out;
@@ -278,6 +285,7 @@ KerbedError error_of(const KerbedRoad& road, const cloud::MapResult& result) {
         if (std::abs(v_m) > KerbedRoad::kRoad_m - 1.0) outer.add(e, stddev_m);
       } else if (std::abs(v_m) < KerbedRoad::kKerbEnd_m - 0.1) {
         kerb_m.push_back(std::abs(e)), kerbs.add(e, stddev_m);
+        if (measured) out.tallies.kerbs.add(e, stddev_m);
       }
     }
     out.banking_rad = std::max(out.banking_rad, std::abs(ve / vv));
@@ -292,6 +300,7 @@ KerbedError error_of(const KerbedRoad& road, const cloud::MapResult& result) {
   out.outer_rmse_m = outer.rmse_m(), out.unmeasured_rmse_m = unmeasured.rmse_m();
   out.outer_inside = outer.share(), out.unmeasured_inside = unmeasured.share();
   out.lost = lost / asphalt.nodes;
+  out.tallies.road = asphalt, out.tallies.outer = outer, out.tallies.unmeasured = unmeasured;
   out.inside = (asphalt.inside + kerbs.inside) / (asphalt.nodes + kerbs.nodes);
   return out;
 }

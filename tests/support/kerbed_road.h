@@ -49,6 +49,24 @@ KerbedScans scans_of(const KerbedRoad& road, const KerbedDrive& drive);
 /// In the map frame, as the trajectory places them: a registered cloud, without times.
 cloud::Cloud placed(const KerbedScans& scans);
 
+/// Of some nodes.
+struct Tally {
+  double nodes = 0.0, square_m2 = 0.0, stated_m2 = 0.0, inside = 0.0;
+
+  void add(double error_m, double stddev_m);
+  void add(const Tally& other);
+  double rmse_m() const;
+  double stated_m() const;  ///< root of the mean stated variance
+  double share() const;     ///< of these in their 90 % intervals
+};
+
+/// By what they are of; `kerbs`: those with points.
+struct KerbedTallies {
+  Tally road, outer, kerbs, unmeasured;
+
+  void add(const KerbedTallies& other);
+};
+
 /// Of the middle of the road; `lost`: share of its nodes that rest on the base; `inside`: of the
 /// road's and the kerbs' nodes in their 90 % intervals.
 struct KerbedError {
@@ -61,6 +79,7 @@ struct KerbedError {
   double unmeasured_rmse_m = 0.0, unmeasured_inside = 1.0, steepest_ramp = 0.0;
   std::size_t unmeasured_nodes = 0;
   std::size_t road_nodes = 0, kerb_nodes = 0;
+  KerbedTallies tallies;
 };
 /// By points, and not by the base.
 bool is_measured(float source);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/parallel.h"
+#include "base/statistics.h"
 
 namespace cloud {
 namespace {
@@ -192,6 +193,30 @@ Eigen::Vector2d JointProblem::slope_of(std::size_t i, std::size_t j) const {
           j > 0 && j + 1 < across_ ? between(i * across_ + j - 1, i * across_ + j + 1) : 0.0};
 }
 
+void JointProblem::find_slants() {
+  if (!weighed_ || !options_.trust_base) return;
+  base::parallel_for(along_, 64, options_.threads, [&](std::size_t begin, std::size_t end) {
+    std::vector<float> slants;
+    for (std::size_t i = begin; i < end; ++i) {
+      Cell* const row = cells_.data() + i * across_;
+      const auto is_seen = [&](std::size_t j) { return j < across_ && row[j].height_m != 0.0f; };
+      slants.clear();
+      for (std::size_t j = 0; j < across_; ++j) {
+        row[j].slant_m = 0.0f;
+        if (!is_seen(j)) continue;
+        const std::size_t from = is_seen(j - 1) ? j - 1 : j, to = is_seen(j + 1) ? j + 1 : j;
+        if (from == to) continue;
+        row[j].slant_m = (row[to].height_m - row[from].height_m) / static_cast<float>(to - from);
+        slants.push_back(row[j].slant_m);
+      }
+      // A base that is tilted there has the shape that it should have.
+      const float even_m = base::median_or(0.0f, slants);
+      for (std::size_t j = 0; j < across_; ++j)
+        if (is_seen(j) && row[j].slant_m != 0.0f) row[j].slant_m -= even_m;
+    }
+  });
+}
+
 double JointProblem::residual_of(const View& view, const CellNodes& nodes,
                                  const std::vector<Correction>& now) const {
   const Correction& a = at_[view.section];
@@ -254,7 +279,7 @@ void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& 
     cell.height_m = static_cast<float>(mean);
     const double even = even_error(index);
     cell.believed =
-        options_.trust_base ? static_cast<float>(geman_mcclure(mean - even, scales.base_m)) : 0.0f;
+        options_.trust_base ? static_cast<float>(belief(cell, mean - even, scales)) : 0.0f;
     const double prior = static_cast<double>(cell.believed) /
                          (scales.base_stddev_m * scales.base_stddev_m * scales.base_together);
     const double whole = total * view_scale + prior;
@@ -337,6 +362,7 @@ std::vector<Correction> JointProblem::stepped(std::vector<Correction> now,
 
 std::vector<Correction> JointProblem::solve(const std::vector<Correction>& now,
                                             const JointScales& scales) {
+  find_slants();
   Equations equations = assemble_all(now, scales);
   weighed_ = true;
   std::vector<Eigen::Triplet<double>> entries;

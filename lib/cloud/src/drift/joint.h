@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/SparseCholesky>
+#include <cmath>
 
 #include "drift.h"
 
@@ -93,6 +94,7 @@ class JointProblem {
   };
   struct Cell {
     float height_m = 0.0f;  ///< mean of its views
+    float slant_m = 0.0f;   ///< how much of that changes to the next across, beyond what all do
     float believed = 1.0f;  ///< robust weight of the base
   };
   /// The node before a cell, the one after it, the share of the latter; its middle across the road.
@@ -114,6 +116,13 @@ class JointProblem {
   }
   /// Even error of the base at the middle of a cell.
   double even_error(std::size_t cell) const;
+  /// Robust weight of the base at a cell that lies so high over it and its even error.
+  double belief(const Cell& cell, double uneven_m, const JointScales& scales) const {
+    return geman_mcclure(std::hypot(uneven_m, static_cast<double>(cell.slant_m)), scales.base_m);
+  }
+  /// Of all cells, by the heights of the step before. Where the base has another shape, as of a
+  /// kerb, some height agrees with it wherever the poses lie: that moved them aside.
+  void find_slants();
   /// How the even error at a view's own place differs from that at the middle of its cell, by the
   /// height and slope of the node before and of the node after.
   static Eigen::Vector4d within_cell(const View& view, const CellNodes& nodes);

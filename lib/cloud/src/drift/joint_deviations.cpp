@@ -75,7 +75,7 @@ void JointProblem::sample(std::size_t from, std::size_t to, const std::vector<Co
     }
   if (second_pass >= 0)
     out.add(Samples::passes, std::abs(pass_sum[0] / pass_weight[0] - pass_sum[1] / pass_weight[1]));
-  out.believed += geman_mcclure(uneven, scales.base_m) > 0.25 ? 1.0 : 0.0, out.all += 1.0;
+  out.believed += belief(cells_[cell], uneven, scales) > 0.25 ? 1.0 : 0.0, out.all += 1.0;
 }
 
 JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointScales& scales) {

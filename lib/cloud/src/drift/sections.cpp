@@ -19,6 +19,14 @@ constexpr std::size_t kAtOnce = 65'536, kPerThread = 4096;  // points
 
 }  // namespace
 
+std::size_t verge_column(const RoadFrame& frame, double row, double v_m) {
+  const double first_m = frame.v_m().front();
+  const auto along = static_cast<std::size_t>(row * frame.u_step_m() / kVergeStretch_m),
+             column = static_cast<std::size_t>(std::max(0.0, (v_m - first_m) / kSectionCell_m)),
+             across = static_cast<std::size_t>((frame.v_m().back() - first_m) / kSectionCell_m) + 1;
+  return along * across + std::min(column, across - 1);
+}
+
 Sections empty_sections(const RoadFrame& frame, const RoadTrajectory* trajectory) {
   Sections sections;
   if (trajectory == nullptr) {

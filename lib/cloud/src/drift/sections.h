@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -65,6 +66,8 @@ struct Sections {
   /// How much more than the road under the wheels the surface scatters, m^2, by kVergeStretch_m
   /// along and kSectionCell_m across: grass too low to be told from a rough road.
   std::vector<float> excess_m2;
+  /// By the same: grass. What the drift's correction moves onto it is no ground.
+  std::vector<std::uint8_t> grass;
   std::size_t points = 0;         ///< looked at
   std::size_t without_pose = 0;   ///< outside the trajectory's time
   std::size_t off_road = 0;       ///< beside the grid, or on a hole of it
@@ -78,6 +81,9 @@ struct Sections {
   /// The section of a piece in which something was driven.
   std::size_t index_at(int piece, double driven_m) const;
 };
+
+/// Number of the column of kVergeStretch_m by kSectionCell_m that holds a place of the road.
+std::size_t verge_column(const RoadFrame& frame, double row, double v_m);
 
 /// Sections along the trajectory (or along u), with nothing in them yet.
 Sections empty_sections(const RoadFrame& frame, const RoadTrajectory* trajectory);

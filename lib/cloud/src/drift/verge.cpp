@@ -164,7 +164,6 @@ struct Columns {
 
 Where Columns::add(const SectionCell& cell, const Section& section, const RoadFrame& frame) {
   Where where;
-  if (cell.beside) return where;
   const Eigen::Vector3d p = section.position_m + Eigen::Vector3d(static_cast<double>(cell.x_m),
                                                                  static_cast<double>(cell.y_m),
                                                                  static_cast<double>(cell.z_m));
@@ -175,6 +174,7 @@ Where Columns::add(const SectionCell& cell, const Section& section, const RoadFr
   const std::size_t row = std::min(
       static_cast<std::size_t>(place->row * frame.u_step_m() / kVergeStretch_m), along - 1);
   where.column = row * across + static_cast<std::size_t>(b);
+  if (cell.beside) return where;  // judges nothing: feet are in it
   VergeColumn& column = all[where.column];
   column.points += static_cast<double>(cell.points);
   column.relief_m = std::max(column.relief_m, bend_of(frame, *place));
@@ -210,7 +210,7 @@ void Columns::expect_by_lane(const Sections& sections, const std::vector<std::ve
     for (std::size_t k = 0; k < where[s].size(); ++k) {
       const SectionCell& cell = sections.list[s].cells[k];
       const Where& at = where[s][k];
-      if (at.column == Where::kNone) continue;
+      if (at.column == Where::kNone || cell.beside) continue;
       const double expected_m2 =
           static_cast<double>(cell.freedom) * (drifting ? lane.in_bin_m2(cell) : lane.at_m2(cell));
       all[at.column].expected_m2 += expected_m2;
@@ -251,14 +251,14 @@ void Columns::count_scattering(const Sections& sections,
                                const std::vector<std::vector<Where>>& where) {
   for (std::size_t s = 0; s < sections.list.size(); ++s)
     for (std::size_t k = 0; k < where[s].size(); ++k) {
-      if (where[s][k].column == Where::kNone) continue;
-      VergeColumn& column = all[where[s][k].column];
       const SectionCell& cell = sections.list[s].cells[k];
+      if (where[s][k].column == Where::kNone || cell.beside) continue;
+      VergeColumn& column = all[where[s][k].column];
       const auto own = static_cast<double>(cell.freedom);
       if (static_cast<double>(cell.square_m2) >
           own * (kTimesBeside * column.expected_m2 / std::max(1.0, column.freedom) +
                  kFloorBeside_m * kFloorBeside_m))
-        column.scattering += own;
+        column.scattering += own, column.scattering_m2 += static_cast<double>(cell.square_m2);
     }
 }
 
@@ -280,10 +280,16 @@ std::vector<float> excess_of(const std::vector<VergeColumn>& columns, bool thin)
     const VergeColumn& column = columns[k];
     excess[k] = static_cast<float>(column.excess_m2);
     if (column.is != VergeColumn::calm || column.freedom < kEnoughFreedom) continue;
-    const double times = 1.2 + (thin ? 2.0 * std::sqrt(2.0 / column.freedom) : 0.0);
-    if (column.excess_m2 == 0.0)
-      excess[k] = static_cast<float>(std::max(0.0, column.square_m2 - times * column.expected_m2) /
-                                     column.freedom);
+    if (column.excess_m2 != 0.0) continue;
+    // A few cells that scatter much are no grass: the others say how high it stands.
+    const bool few =
+        column.square_m2 > kTimes * column.expected_m2 + kFloor_m * kFloor_m * column.freedom;
+    const double left = few ? std::max(0.0, column.freedom - column.scattering) : column.freedom;
+    if (left < kEnoughFreedom) continue;
+    const double square_m2 = column.square_m2 - (few ? column.scattering_m2 : 0.0),
+                 times = 1.2 + (thin ? 2.0 * std::sqrt(2.0 / left) : 0.0);
+    excess[k] = static_cast<float>(
+        std::max(0.0, square_m2 / left - times * column.expected_m2 / column.freedom));
   }
   return excess;
 }
@@ -339,6 +345,8 @@ std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool dri
   }
   road.each_row(follow_grass);
   sections.excess_m2 = excess_of(road.all, thin);
+  sections.grass.clear();
+  for (const VergeColumn& column : road.all) sections.grass.push_back(column.grass ? 1 : 0);
   return take_out(where, road.all, sections);
 }
 

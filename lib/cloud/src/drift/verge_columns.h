@@ -12,8 +12,9 @@ constexpr double kRelief_m = 0.004;  // bend of the base over 0.25 m to both sid
 /// kVergeStretch_m along the road and kSectionCell_m across it.
 struct VergeColumn {
   double freedom = 0.0, square_m2 = 0.0, expected_m2 = 0.0, points = 0.0;
-  double lane = 0.0;        ///< points of the lane
-  double scattering = 0.0;  ///< freedom of cells that scatter by themselves
+  double lane = 0.0;           ///< points of the lane
+  double scattering = 0.0;     ///< freedom of cells that scatter by themselves
+  double scattering_m2 = 0.0;  ///< the square of these
   double doubtful_freedom = 0.0, doubtful_m2 = 0.0;  ///< of that: cells that blades hang over
   double overhung = 0.0;                             ///< points that were cut off over ground
   double relief_m = 0.0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace cloud {
@@ -12,6 +13,10 @@ constexpr float kFar = std::numeric_limits<float>::infinity();
 
 bool rests_on(const MapResult& result, std::size_t k, NodeSource source) {
   return result.source.z_m[k] == static_cast<float>(source);
+}
+
+bool is_measured(const MapResult& result, std::size_t k) {
+  return rests_on(result, k, NodeSource::lidar) || rests_on(result, k, NodeSource::interpolated);
 }
 
 /// 1 beside what was measured, 0 from the width on; smooth.
@@ -35,13 +40,10 @@ Nearest measured_nodes(const crg::Grid& base, const MapResult& result, std::ptrd
   Nearest out;
   out.distance_m.assign(static_cast<std::size_t>(rows * columns), kFar);
   out.moved_m.assign(out.distance_m.size(), 0.0f);
-  const auto is_measured = [&](std::size_t k) {
-    return rests_on(result, k, NodeSource::lidar) || rests_on(result, k, NodeSource::interpolated);
-  };
   for (std::ptrdiff_t i = 0; i < rows; ++i)
     for (std::ptrdiff_t j = 0; j < columns; ++j) {
       const auto k = static_cast<std::size_t>(i * columns + j);
-      if (!is_measured(k)) continue;
+      if (!is_measured(result, k)) continue;
       out.distance_m[k] = 0.0f;
       float sum = 0.0f, count = 0.0f;  // single nodes are noisy
       for (std::ptrdiff_t a = std::max<std::ptrdiff_t>(0, i - 1); a <= std::min(i + 1, rows - 1);
@@ -49,23 +51,25 @@ Nearest measured_nodes(const crg::Grid& base, const MapResult& result, std::ptrd
         for (std::ptrdiff_t b = std::max<std::ptrdiff_t>(0, j - 1);
              b <= std::min(j + 1, columns - 1); ++b) {
           const auto n = static_cast<std::size_t>(a * columns + b);
-          if (is_measured(n)) sum += result.grid.z_m[n] - base.z_m[n], count += 1.0f;
+          if (is_measured(result, n)) sum += result.grid.z_m[n] - base.z_m[n], count += 1.0f;
         }
       out.moved_m[k] = sum / count;
     }
   return out;
 }
 
-/// Carries distances from row to row.
+/// From node to node, forth and back over the road; on a closed one on over the seam. Rows that
+/// are as far from anything measured as `widest_m` are passed over.
 class Sweep {
  public:
-  Sweep(const RoadFrame& frame, std::ptrdiff_t rows, float widest_m, Nearest& nearest)
+  Sweep(const RoadFrame& frame, std::ptrdiff_t rows, float widest_m,
+        const std::vector<float>& distance_m)
       : closed_(frame.closed()),
         rows_(rows),
         columns_(frame.columns()),
         u_step_m_(static_cast<float>(frame.u_step_m())),
         widest_m_(widest_m),
-        nearest_(nearest) {
+        distance_m_(distance_m) {
     for (std::size_t j = 0; j + 1 < columns_; ++j) {
       const auto across = static_cast<float>(frame.v_m()[j + 1] - frame.v_m()[j]);
       aside_m_.push_back(across);
@@ -73,59 +77,112 @@ class Sweep {
     }
   }
 
+  /// Calls take(node, the one before it, the way between them).
+  template <typename Take>
+  void operator()(const Take& take) const {
+    const auto beyond =
+        closed_ ? std::min(rows_, static_cast<std::ptrdiff_t>(widest_m_ / u_step_m_) + 2)
+                : std::ptrdiff_t{0};
+    for (std::ptrdiff_t step = 0; step < rows_ + beyond; ++step)
+      row(step % rows_, step % rows_ - 1, true, take);
+    for (std::ptrdiff_t step = rows_ + beyond; step-- > 0;)
+      row(step % rows_, step % rows_ + 1, false, take);
+  }
+
+ private:
+  bool is_near(std::ptrdiff_t i) const {
+    const auto row = distance_m_.begin() + i * static_cast<std::ptrdiff_t>(columns_);
+    return std::any_of(row, row + static_cast<std::ptrdiff_t>(columns_),
+                       [&](float far) { return far < widest_m_; });
+  }
   /// A row from the one `before` it, and along itself. Unless one of them is near enough to
   /// something measured, nothing in it can be.
-  void operator()(std::ptrdiff_t i, std::ptrdiff_t before, bool forth) {
+  template <typename Take>
+  void row(std::ptrdiff_t i, std::ptrdiff_t before, bool forth, const Take& take) const {
     if (closed_) before = (before + rows_) % rows_;
     const bool has_before = before >= 0 && before < rows_;
     if (!is_near(i) && !(has_before && is_near(before))) return;
     const std::size_t here = static_cast<std::size_t>(i) * columns_,
                       there = static_cast<std::size_t>(before) * columns_;
+    const auto from_left = [&](std::size_t from, std::size_t j, const std::vector<float>& step_m) {
+      if (j > 0) take(here + j, from + j - 1, step_m[j - 1]);
+    };
+    const auto from_right = [&](std::size_t from, std::size_t j, const std::vector<float>& step_m) {
+      if (j + 1 < columns_) take(here + j, from + j + 1, step_m[j]);
+    };
     const auto from_before = [&](std::size_t j) {
       if (!has_before) return;
-      if (forth) from_left(here, there, j, aslant_m_);
-      if (!forth) from_right(here, there, j, aslant_m_);
+      if (forth) from_left(there, j, aslant_m_);
+      if (!forth) from_right(there, j, aslant_m_);
       take(here + j, there + j, u_step_m_);
-      if (forth) from_right(here, there, j, aslant_m_);
-      if (!forth) from_left(here, there, j, aslant_m_);
+      if (forth) from_right(there, j, aslant_m_);
+      if (!forth) from_left(there, j, aslant_m_);
     };
     if (forth)
-      for (std::size_t j = 0; j < columns_; ++j) from_before(j), from_left(here, here, j, aside_m_);
+      for (std::size_t j = 0; j < columns_; ++j) from_before(j), from_left(here, j, aside_m_);
     for (std::size_t j = columns_; j-- > 0;) {
       if (!forth) from_before(j);
-      from_right(here, here, j, aside_m_);
+      from_right(here, j, aside_m_);
     }
     if (!forth)
-      for (std::size_t j = 0; j < columns_; ++j) from_left(here, here, j, aside_m_);
-  }
-
- private:
-  bool is_near(std::ptrdiff_t i) const {
-    const auto row = nearest_.distance_m.begin() + i * static_cast<std::ptrdiff_t>(columns_);
-    return std::any_of(row, row + static_cast<std::ptrdiff_t>(columns_),
-                       [&](float far) { return far < widest_m_; });
-  }
-  void take(std::size_t k, std::size_t from, float step_m) {
-    std::vector<float>& distance = nearest_.distance_m;
-    if (distance[from] + step_m < distance[k])
-      distance[k] = distance[from] + step_m, nearest_.moved_m[k] = nearest_.moved_m[from];
-  }
-  void from_left(std::size_t here, std::size_t there, std::size_t j,
-                 const std::vector<float>& step_m) {
-    if (j > 0) take(here + j, there + j - 1, step_m[j - 1]);
-  }
-  void from_right(std::size_t here, std::size_t there, std::size_t j,
-                  const std::vector<float>& step_m) {
-    if (j + 1 < columns_) take(here + j, there + j + 1, step_m[j]);
+      for (std::size_t j = 0; j < columns_; ++j) from_left(here, j, aside_m_);
   }
 
   bool closed_;
   std::ptrdiff_t rows_;
   std::size_t columns_;
   float u_step_m_, widest_m_;
-  Nearest& nearest_;
+  const std::vector<float>& distance_m_;
   std::vector<float> aside_m_, aslant_m_;  // from a column to the next, in a row and to the next
 };
+
+/// A height that a node must reach so that no ramp from a measured one is too steep, and how far
+/// that one is.
+struct Reach {
+  float height_m = 0.0f, far_m = kFar;
+};
+
+/// Between measured nodes that lie closer to each other than a ramp of such steepness needs:
+/// straight from one to the other. Returns which nodes do.
+std::vector<std::uint8_t> go_straight(const Sweep& sweep, const MapResult& result,
+                                      std::vector<float>& added_m) {
+  std::vector<Reach> least(added_m.size(), Reach{-kFar, kFar}),
+      most(added_m.size(), Reach{kFar, kFar});
+  for (std::size_t k = 0; k < added_m.size(); ++k)
+    if (is_measured(result, k)) least[k] = most[k] = {added_m[k], 0.0f};
+  sweep([&](std::size_t k, std::size_t from, float step_m) {
+    if (is_measured(result, k)) return;
+    const float low_m = least[from].height_m - kSteepest * step_m,
+                high_m = most[from].height_m + kSteepest * step_m;
+    if (low_m > least[k].height_m) least[k] = {low_m, least[from].far_m + step_m};
+    if (high_m < most[k].height_m) most[k] = {high_m, most[from].far_m + step_m};
+  });
+  std::vector<std::uint8_t> straight(added_m.size(), 0);
+  for (std::size_t k = 0; k < added_m.size(); ++k) {
+    if (is_measured(result, k)) continue;
+    const Reach &low = least[k], &high = most[k];
+    straight[k] = low.height_m > high.height_m ? 1 : 0;
+    if (straight[k] != 0)
+      added_m[k] =
+          (low.height_m * high.far_m + high.height_m * low.far_m) / (low.far_m + high.far_m);
+    else
+      added_m[k] = std::min(std::max(added_m[k], low.height_m), high.height_m);
+  }
+  return straight;
+}
+
+/// What is added to nodes that were not measured, without steps where the nearest measured one is
+/// another: half way between the lowest and the highest that has no steeper ramp.
+void take_out_steps(const Sweep& sweep, const MapResult& result, std::vector<float>& added_m) {
+  const std::vector<std::uint8_t> straight = go_straight(sweep, result, added_m);
+  std::vector<float> low_m = added_m, high_m = added_m;
+  sweep([&](std::size_t k, std::size_t from, float step_m) {
+    if (is_measured(result, k) || straight[k] != 0) return;
+    low_m[k] = std::min(low_m[k], low_m[from] + kSteepest * step_m);
+    high_m[k] = std::max(high_m[k], high_m[from] - kSteepest * step_m);
+  });
+  for (std::size_t k = 0; k < added_m.size(); ++k) added_m[k] = 0.5f * (low_m[k] + high_m[k]);
+}
 
 }  // namespace
 
@@ -137,21 +194,31 @@ void blend(const RoadFrame& frame, const crg::Grid& base, const MapOptions& opti
   const auto width = static_cast<float>(options.blend_m);
   float widest = width;
   for (const float m : nearest.moved_m) widest = std::max(widest, width_m(m, width));
-  // Forth and back; on a closed road on over the seam.
-  const auto beyond =
-      frame.closed() ? std::min(rows, static_cast<std::ptrdiff_t>(widest / frame.u_step_m()) + 2)
-                     : std::ptrdiff_t{0};
-  Sweep sweep(frame, rows, widest, nearest);
-  for (std::ptrdiff_t step = 0; step < rows + beyond; ++step)
-    sweep(step % rows, step % rows - 1, true);
-  for (std::ptrdiff_t step = rows + beyond; step-- > 0;) sweep(step % rows, step % rows + 1, false);
-  for (std::size_t k = 0; k < nearest.distance_m.size(); ++k) {
+  const Sweep sweep(frame, rows, widest, nearest.distance_m);
+  sweep([&](std::size_t k, std::size_t from, float step_m) {
+    std::vector<float>& distance_m = nearest.distance_m;
+    if (distance_m[from] + step_m < distance_m[k])
+      distance_m[k] = distance_m[from] + step_m, nearest.moved_m[k] = nearest.moved_m[from];
+  });
+  std::vector<float> wanted_m(nearest.distance_m.size(), 0.0f);
+  for (std::size_t k = 0; k < wanted_m.size(); ++k) {
     const float moved = nearest.moved_m[k];
-    if (!rests_on(result, k, NodeSource::base) || nearest.distance_m[k] == kFar) continue;
-    const float share = fading(nearest.distance_m[k], width_m(moved, width));
-    if (!(share > 0.0f)) continue;
-    result.stddev.z_m[k] = std::hypot(result.stddev.z_m[k], std::sqrt(share) * moved);
-    result.grid.z_m[k] = base.z_m[k] + share * moved;
+    if (!rests_on(result, k, NodeSource::base))
+      wanted_m[k] = result.grid.z_m[k] - base.z_m[k];
+    else if (nearest.distance_m[k] < kFar)
+      wanted_m[k] = fading(nearest.distance_m[k], width_m(moved, width)) * moved;
+  }
+  std::vector<float> added_m = wanted_m;
+  take_out_steps(sweep, result, added_m);
+  for (std::size_t k = 0; k < added_m.size(); ++k) {
+    if (!rests_on(result, k, NodeSource::base) || added_m[k] == 0.0f) continue;
+    const float moved = nearest.moved_m[k],
+                share = nearest.distance_m[k] < kFar
+                            ? fading(nearest.distance_m[k], width_m(moved, width))
+                            : 0.0f;
+    result.stddev.z_m[k] =
+        std::hypot(result.stddev.z_m[k], std::sqrt(share) * moved, added_m[k] - wanted_m[k]);
+    result.grid.z_m[k] = base.z_m[k] + added_m[k];
     result.source.z_m[k] = static_cast<float>(NodeSource::blended);
   }
 }

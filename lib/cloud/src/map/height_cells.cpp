@@ -81,6 +81,8 @@ HeightCells cells_of(const Sections& sections, const std::vector<Correction>& co
         const std::optional<GridPlace> place = frame.project(p.x(), p.y(), section.row);
         std::size_t i = 0, j = 0;
         if (!place || !cells.cell_of(*place, i, j) || !cells.holds(i, j, section.pass)) continue;
+        const std::size_t column = verge_column(frame, place->row, place->v_m);
+        if (column < sections.grass.size() && sections.grass[column] != 0) continue;
         const double height = p.z() - frame.z_origin_m() - frame.height(*place);
         if (std::isfinite(height))
           found[k].push_back({static_cast<std::uint32_t>(i * cells.across + j),

@@ -154,13 +154,7 @@ NodeHeight between_neighbours(const NodeSums& sums, std::size_t row, std::size_t
 
 double variance_of_grass(const Sections& sections, const RoadFrame& frame, std::size_t row,
                          double v_m) {
-  const auto along = static_cast<std::size_t>(static_cast<double>(row) * frame.u_step_m() /
-                                              kVergeStretch_m),
-             column = static_cast<std::size_t>((v_m - frame.v_m().front()) / kSectionCell_m),
-             across = static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) /
-                                               kSectionCell_m) +
-                      1;
-  const std::size_t k = along * across + std::min(column, across - 1);
+  const std::size_t k = verge_column(frame, static_cast<double>(row), v_m);
   // Blades from nothing to twice their mean stand 1.7 deviations above the ground on average.
   return k < sections.excess_m2.size() ? 3.0 * static_cast<double>(sections.excess_m2[k]) : 0.0;
 }
