@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/SparseCholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "drift.h"
@@ -118,7 +119,10 @@ class JointProblem {
   double even_error(std::size_t cell) const;
   /// Robust weight of the base at a cell that lies so high over it and its even error.
   double belief(const Cell& cell, double uneven_m, const JointScales& scales) const {
-    return geman_mcclure(std::hypot(uneven_m, static_cast<double>(cell.slant_m)), scales.base_m);
+    constexpr double kNoise = 0.65;  // of the base's scale: sparse cells slant as much by chance
+    const double slant_m =
+        std::max(0.0, std::abs(static_cast<double>(cell.slant_m)) - kNoise * scales.base_m);
+    return geman_mcclure(std::hypot(uneven_m, slant_m), scales.base_m);
   }
   /// Of all cells, by the heights of the step before. Where the base has another shape, as of a
   /// kerb, some height agrees with it wherever the poses lie: that moved them aside.

@@ -19,6 +19,7 @@ constexpr double kAxOff = 0.15;       ///< of ax_mps2 against the change of vx_m
 constexpr double kStraight_mps2 = 3;  ///< more of it is turning
 constexpr double kUnbraked_pa = 5e4;
 constexpr std::size_t kLeastWindows = 20;
+constexpr std::size_t kLeastRatios = 10;  ///< each of them tells the radius within a per cent
 
 /// Sums of pairs, for what one is over the other.
 struct Pairs {
@@ -56,7 +57,7 @@ void doubt_radius(const vehicle::Car<double>& car, const DriveWindows& drive,
     const double radius = force_arm(rolling, w, 0, car.parameters[P::chassis_mass_kg]);
     shares.push_back(w.vx_mps / (turns * radius) - 1.0);
   }
-  if (shares.size() < kLeastWindows) return;
+  if (shares.size() < kLeastRatios) return;
   const double off = base::median(shares);
   if (std::abs(off) > kRadiusOff)
     out.push_back(
