@@ -70,9 +70,10 @@ TEST_F(Folders, TellCloudsFromMeshesAndTilesFromOtherFiles) {
 TEST_F(Folders, TellCarsAndTheirMapsFromRecipesAndDrives) {
   fs::create_directories(folder_.path("shown/car"));
   folder_.file("shown/car/vehicle.yaml",
-               "name: one\ntyres:\n  front: front.tir\nengine.map: engine.csv\n");
+               "name: one\ntyres:\n  front: front.tir  # as in lap.csv\nengine.map: engine.csv\n");
   folder_.file("shown/car/engine.csv", "engine_radps:throttle,0,1\n");
   folder_.file("shown/car/lap.csv", "time_s,x_m\n");
+  folder_.file("shown/car/gine.csv", "time_s,x_m\n");
   folder_.file("shown/engine.csv", "time_s,x_m\n");
   folder_.file("shown/mapping.yaml", "version: 1\ncolumns:\n  time_s: t\n");
   std::map<std::string, std::string> kinds;
@@ -81,6 +82,7 @@ TEST_F(Folders, TellCarsAndTheirMapsFromRecipesAndDrives) {
   EXPECT_EQ(kinds["0/car/vehicle.yaml"], "car");
   EXPECT_EQ(kinds.count("0/car/engine.csv"), 0u);
   EXPECT_EQ(kinds["0/car/lap.csv"], "table");
+  EXPECT_EQ(kinds["0/car/gine.csv"], "table");
   EXPECT_EQ(kinds["0/engine.csv"], "table");
   EXPECT_EQ(kinds.count("0/mapping.yaml"), 0u);
 }

@@ -45,6 +45,27 @@ bool is_cloud(const fs::path& path) {
          head.find("element face") == std::string::npos;
 }
 
+std::string without_remarks(const std::string& yaml) {
+  std::string out;
+  bool remark = false;
+  for (const char c : yaml) {
+    remark = c != '\n' && (remark || c == '#');
+    if (!remark) out += c;
+  }
+  return out;
+}
+
+/// Whether a file of this name stands there, not as the end of a longer name.
+bool names(const std::string& text, const std::string& file) {
+  for (std::size_t at = text.find(file); at != std::string::npos; at = text.find(file, at + 1)) {
+    const char before = at == 0 ? ' ' : text[at - 1];
+    if (std::isspace(static_cast<unsigned char>(before)) != 0 || before == '"' || before == '\'' ||
+        before == '/' || before == '[')
+      return true;
+  }
+  return false;
+}
+
 /// What a .yaml is by its keys, as far as this reads: sensors that look at the road, a car, a
 /// recipe. Mappings, sheets, circuits and others are nothing that the page opens.
 std::optional<Kind> kind_of_yaml(const std::string& text) {
@@ -109,19 +130,20 @@ Folders::Folders(const std::vector<std::string>& paths) {
 }
 
 void Folders::leave_out_maps(std::vector<Entry>& entries) const {
-  std::map<fs::path, std::string> cars;  // what is written in each folder's cars
+  // What is written in each folder's cars, but for remarks, which name recordings, too.
+  std::map<fs::path, std::string> cars;
   for (const Entry& entry : entries)
     if (entry.kind == Kind::car) {
       const fs::path below = entry.id.substr(entry.id.find('/') + 1);
       const std::size_t number = std::stoul(entry.id);
       cars[fs::path(entry.id).parent_path()] +=
-          head_of(fs::path(roots_[number]) / below, kMostYaml);
+          without_remarks(head_of(fs::path(roots_[number]) / below, kMostYaml));
     }
   std::erase_if(entries, [&](const Entry& entry) {
     const fs::path id = entry.id;
     const auto car = cars.find(id.parent_path());
     return entry.kind == Kind::table && car != cars.end() &&
-           car->second.find(id.filename().string()) != std::string::npos;
+           names(car->second, id.filename().string());
   });
 }
 
