@@ -1,7 +1,7 @@
 // Damaged files of every kind, each read by the real program with the memory of a small machine:
 // it ends in time with a code that is documented, says in one line what is wrong, and where it
 // succeeds it writes numbers. 3 files of each kind, and in the slow suite 300, 1,000 with
-// KERBSTONE_HEAVY=1, any number with KERBSTONE_MUTANTS (docs/fuzzing.md).
+// KERBSTONE_HEAVY=1, any number with KERBSTONE_MUTANTS (docs/dev/fuzzing.md).
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

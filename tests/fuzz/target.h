@@ -1,5 +1,5 @@
 // What every fuzz target shares. A target is one source file that defines fuzz::run(); driver.cpp
-// runs it under libFuzzer and, without, over a corpus and mutants of it (docs/fuzzing.md).
+// runs it under libFuzzer and, without, over a corpus and mutants of it (docs/dev/fuzzing.md).
 #pragma once
 
 #include <unistd.h>

@@ -196,7 +196,7 @@ TEST(Recipe, MutatedRecipesNeverCrash) {
   int read = 0;
   std::mt19937 random(1);
   const std::string alphabet = "[]{}:,-&*!|>'\"%@`#?\n\t 019.e\\()+$ax\x80\xff";
-  // 10,000 with KERBSTONE_MUTATIONS=10000 (docs/fuzzing.md).
+  // 10,000 with KERBSTONE_MUTATIONS=10000 (docs/dev/fuzzing.md).
   const char* wanted = std::getenv("KERBSTONE_MUTATIONS");
   const int rounds = wanted == nullptr ? 1000 : std::atoi(wanted);
   for (int round = 0; round < rounds; ++round) {
