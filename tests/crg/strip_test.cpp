@@ -9,6 +9,7 @@
 
 #include "crg/surface.h"
 #include "roads.h"
+#include "support/figure.h"
 
 namespace crg {
 namespace strip_test {
@@ -72,7 +73,7 @@ TEST(Strip, AgreesWithSingleQueriesAnywhereAndInAnyDirection) {
   // Measured 6.5e-6 on radii from 25 m: the segments of the line are straight, the quadratic is
   // not.
   EXPECT_LT(worst, 1e-5);
-  RecordProperty("worst_m", std::to_string(worst));
+  support::figure("worst_m", worst);
 }
 
 TEST(Strip, WideStripsAreSplit) {

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "mesh/error.h"
+#include "support/figure.h"
 #include "support/temporary_folder.h"
 
 namespace align_test {
@@ -137,9 +138,7 @@ TEST(Align, FindsOutliersOfAFreeMotion) {
     for (const Eigen::Vector3d& p : around_a_track())
       worst_m = std::max(worst_m, (placed(report, p) - tilted(p, 1.02)).norm());
   }
-  std::printf(
-      "free rotation and scale from 12 points with 3 cm noise, two 5 m off: within %.3f m\n",
-      worst_m);
+  support::figure("worst_m", worst_m);
   EXPECT_LE(worst_m, 0.08);  // measured 0.071: a tilt and a scale are three more numbers to find
                              // than a rotation about z
 }
@@ -240,7 +239,7 @@ TEST(Align, NamesTwoOutliersAmongTwelveAndPutsTheTrackWithinThreeCentimetres) {
     }
   }
   EXPECT_LT(worst_m, 0.03);  // 0.02 measured over 40 seeds
-  RecordProperty("worst_m", std::to_string(worst_m));
+  support::figure("worst_m", worst_m);
 }
 
 TEST(Align, KeepsHonestPointsAndReportsTiltAndScaleOfTheMesh) {

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "test_roads.h"
@@ -185,7 +186,7 @@ TEST(Lap, KeepsItsEnergyBalance) {
     return r;
   };
   const LapResult whole = drive(v.terms);
-  RecordProperty("whole", std::to_string(residual(whole)));
+  support::figure("whole", residual(whole));
   EXPECT_LT(residual(whole), 1e-3);
   for (std::size_t i = 0; i < kTermCount; ++i) {
     Amplitudes<double> terms = v.terms;
@@ -196,10 +197,10 @@ TEST(Lap, KeepsItsEnergyBalance) {
     EXPECT_LT(share, 1e-3) << "without " << term_list()[i].name;
     worst = std::max(worst, share);
   }
-  RecordProperty("worst", std::to_string(worst));
+  support::figure("worst", worst);
   options.step.integrator = Integrator::kExplicitEuler;
   const double explicit_euler = residual(drive(v.terms));
-  RecordProperty("explicit", std::to_string(explicit_euler));
+  support::figure("explicit", explicit_euler);
   EXPECT_LT(explicit_euler, 1e-3);
   options.step = {0.0005, Integrator::kSemiImplicit};
   EXPECT_LT(residual(drive(v.terms)), 0.7 * residual(whole));

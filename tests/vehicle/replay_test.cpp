@@ -11,6 +11,7 @@
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "test_roads.h"
+#include "support/figure.h"
 #include "vehicle/error.h"
 #include "vehicle/lap.h"
 #include "vehicle/vehicle_file.h"
@@ -62,9 +63,9 @@ TEST_F(Replay, RepeatsItsOwnRecording) {
   const ReplayResult r = replay(*car_, Road(*surface_), recording::make_recording(*lap_, "lap"));
   EXPECT_THAT(r.problems, ::testing::IsEmpty());
   EXPECT_GE(r.windows, 10u);
-  RecordProperty("along_m", std::to_string(error_of(r, "along_m").rmse));
-  RecordProperty("lateral_m", std::to_string(error_of(r, "lateral_m").rmse));
-  RecordProperty("vx_mps", std::to_string(error_of(r, "vx_mps").rmse));
+  support::figure("along_m", error_of(r, "along_m").rmse);
+  support::figure("lateral_m", error_of(r, "lateral_m").rmse);
+  support::figure("vx_mps", error_of(r, "vx_mps").rmse);
   EXPECT_LT(error_of(r, "along_m").rmse, 0.05);
   EXPECT_LT(error_of(r, "lateral_m").rmse, 0.05);
   EXPECT_LT(error_of(r, "vx_mps").rmse, 0.05);

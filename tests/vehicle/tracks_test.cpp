@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "vehicle/lap.h"
@@ -57,6 +58,7 @@ TEST_P(Tracks, AreDrivenHotColdAndByExplicitEuler) {
   LapOptions options;
   options.record_every = 0;
   const LapResult hot = drive("hot", options);
+  support::figure("lap_s", hot.lap_s.at(0));
   if (std::string(GetParam()) == "aalborg") {
     EXPECT_EQ(drive("hot again", options).lap_s, hot.lap_s);
   }
