@@ -31,7 +31,10 @@ std::string refusal(const std::string& path) {
 TEST(Unpack, TakesWhatThisPlatformNeedsAndLeavesNothing) {
   const support::TemporaryFolder folder;
   folder.file("u.fmu", fmu::make_archive({{"modelDescription.xml", "<x/>"},
+                                          {"resources/", ""},
                                           {"resources/deep/a.txt", "a"},
+                                          {"resources/deep/a.txt", "a"},
+                                          {"resources/", ""},
                                           {"binaries/linux64/u.so", "so"},
                                           {"binaries/win64/u.dll", "dll"},
                                           {"documentation/index.html", "doc"}}));

@@ -13,7 +13,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
-#include <set>
+#include <map>
 #include <string_view>
 #include <vector>
 
@@ -59,7 +59,9 @@ class Zip {
   ~Zip() { unzClose(file_); }
 
   void each(const std::function<void(const std::string& name)>& take) {
-    std::set<std::string> names;
+    using Contents = std::pair<std::uint64_t, std::uint64_t>;
+    std::map<std::string, Contents> names;
+    std::size_t entries = 0;
     for (int code = unzGoToFirstFile(file_); code != UNZ_END_OF_LIST_OF_FILE;
          code = unzGoToNextFile(file_)) {
       want(code, "its list of files");
@@ -73,11 +75,14 @@ class Zip {
       if (leads_out(name))
         throw base::Error(fmt::format("{}: the file '{}' would lie outside of the unit's folder",
                                       path_, base::visible(name.substr(0, 80))));
-      if (!names.insert(name).second)
+      const Contents contents{info.uncompressed_size, info.crc};
+      // Programs that pack folders one by one may name a file or folder twice.
+      const auto [known, is_new] = names.emplace(name, contents);
+      if (known->second != contents)
         throw base::Error(path_ + ": two files are called '" + base::visible(name) + "'");
-      if (names.size() > kMostFiles)
+      if (++entries > kMostFiles)
         throw base::Error(fmt::format("{}: more than {} files", path_, kMostFiles));
-      take(name);
+      if (is_new) take(name);
     }
   }
 
