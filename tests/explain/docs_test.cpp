@@ -30,7 +30,7 @@ std::string commands() {
   return script;
 }
 
-TEST(ExplainDocs, EveryCommandOfTheTourRuns) {
+TEST(SlowExplainDocs, EveryCommandOfTheTourRuns) {
   namespace fs = std::filesystem;
   const cli::Folder folder;
   support::put_demo_circuit(folder.path());

@@ -34,7 +34,7 @@ std::string commands_of(const std::string& document) {
   return script;
 }
 
-TEST(IdentifyDocs, EveryCommandRuns) {
+TEST(SlowIdentifyDocs, EveryCommandRuns) {
   const cli::Folder folder;
   for (const char* name : {"tracks", "vehicles"})
     fs::create_symlink(fmt::format("{}/{}", places::source(), name), folder / name);
