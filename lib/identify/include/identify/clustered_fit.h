@@ -44,4 +44,10 @@ ClusteredFit clustered_fit(const std::vector<Equation>& equations,
 /// Functions, 26.7.5), within 0.3 % from 3 on.
 double t90(double freedom);
 
+inline constexpr double kNormal90 = 1.645;  ///< the same of the normal distribution
+
+/// Half of the 90 % interval of a number that comes from a drive and from the car's file: the
+/// standard deviations of what each leaves open, the drive's with `freedom` degrees of freedom.
+double half_width_90(double freedom, double sd_drive, double sd_file);
+
 }  // namespace identify

@@ -221,13 +221,13 @@ DriveFit fit_aero(const vehicle::Car<double>& car, const Prior& prior, const Dri
   const auto more = file_variance(car, prior, windows, coasts, by_speed, mass_kg, mass_sd_kg, s);
   out.windows = windows.size();
   out.blocks = s.fit.blocks;
-  const double t = t90(static_cast<double>(s.fit.blocks - 2));
+  const double freedom = static_cast<double>(s.fit.blocks - 2);
   for (std::size_t k = 0; s.drag + k < 2; ++k) {
     Found& f = k == 0 ? drag : rest;
     f.value = s.fit.value[s.drag + k];
     f.sd_drive = s.fit.sd(s.drag + k);
     f.sd = std::hypot(f.sd_drive, std::sqrt(more[k]));
-    f.within = std::hypot(t * f.sd_drive, 1.645 * std::sqrt(more[k]));
+    f.within = half_width_90(freedom, f.sd_drive, std::sqrt(more[k]));
   }
   if (drag.within > options.most_share * std::abs(drag.value))
     drag.unseen = fmt::format("its 90 % interval would be {:.3g} either way; {}", drag.within,

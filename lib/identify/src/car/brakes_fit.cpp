@@ -72,8 +72,8 @@ Found factor(const BrakesBase& base, const std::string& name, const Windows& win
   }
   f.unseen.clear();
   f.sd = std::hypot(f.sd_drive, std::sqrt(square));
-  f.within = std::hypot(t90(static_cast<double>(fit->blocks - fit->value.size())) * f.sd_drive,
-                        1.645 * std::sqrt(square));
+  f.within = half_width_90(static_cast<double>(fit->blocks - fit->value.size()), f.sd_drive,
+                           std::sqrt(square));
   if (f.within > most_share * std::abs(f.value))
     f.unseen = fmt::format("its 90 % interval would be {:.2g} either way{}", f.within,
                            apart ? ": front and rear pressures go together" : "");

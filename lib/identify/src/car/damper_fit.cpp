@@ -255,9 +255,8 @@ void find_dampers(const vehicle::Car<double>& car, const Collected& axle, std::s
       f.sd_drive = fit.sd(k) / share * stated;
       const double model = f.value * std::hypot(options.model_share, 0.3 * (1.0 - share));
       f.sd = std::hypot(f.sd_drive, model);
-      f.within = std::hypot(
-          t90(static_cast<double>(fit.blocks) - static_cast<double>(kColumns)) * f.sd_drive,
-          1.645 * model);
+      f.within = half_width_90(static_cast<double>(fit.blocks) - static_cast<double>(kColumns),
+                               f.sd_drive, model);
       if (!(f.within < options.most_share * std::abs(f.value)))
         f.unseen = fmt::format(
             "its 90 % interval would be {:.3g} either way; rates vary by {:.0f} "

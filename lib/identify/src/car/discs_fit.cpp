@@ -203,7 +203,7 @@ void find_discs(const vehicle::Car<double>& car, double share_sd, const Model& m
   if (!spread) why = spread.refusal().message;
   if (!why.empty()) return empty_axle(model.axle, car, why, out);
   const ClusteredFit& fit = *spread;
-  const double t = t90(static_cast<double>(fit.blocks) - static_cast<double>(unknowns.size()));
+  const double freedom = static_cast<double>(fit.blocks) - static_cast<double>(unknowns.size());
   for (std::size_t k = 0; k < kOf.size(); ++k) {
     const double stated = car.parameters.axle(model.axle, kOf[k]);
     Found f{fmt::format("{}_{}", kAxleNames[model.axle], kKeys[k]),
@@ -216,7 +216,7 @@ void find_discs(const vehicle::Car<double>& car, double share_sd, const Model& m
             {}};
     const double heat = f.value * std::hypot(options.torque_sd, share_sd);
     f.sd = std::hypot(f.sd_drive, heat);
-    f.within = std::hypot(t * f.sd_drive, 1.645 * heat);
+    f.within = half_width_90(freedom, f.sd_drive, heat);
     if (f.within > options.most_share * f.value)
       f.unseen = fmt::format("its 90 % interval would be {:.3g} either way", f.within);
     else if (unknowns[k].value < 0.11 || unknowns[k].value > 9.9)

@@ -178,8 +178,8 @@ void find_places(const EngineSolved& s, const vehicle::Map2& stated, const Engin
     cell.torque_nm = stated.z[k] + s.fit.value(i);
     const double drive = s.fit.noise(i, i), file = s.fit.prior_left(i, i) + s.granted(i, i);
     cell.sd_nm = std::sqrt(drive + file);
-    cell.within_nm = std::hypot(t90(static_cast<double>(s.fit.blocks) - 2.0) * std::sqrt(drive),
-                                1.645 * std::sqrt(file));
+    cell.within_nm =
+        half_width_90(static_cast<double>(s.fit.blocks) - 2.0, std::sqrt(drive), std::sqrt(file));
     out.cells.push_back(cell);
   }
   std::vector<std::set<std::size_t>> from;
@@ -208,14 +208,14 @@ void find_factors(const EngineSolved& s, const EngineWindows& windows, EngineFit
     slope(k) = cell.stated_nm;
     square += cell.stated_nm * cell.stated_nm;
   }
-  const double t = t90(static_cast<double>(s.fit.blocks) - 2.0);
+  const double freedom = static_cast<double>(s.fit.blocks) - 2.0;
   const auto found = [&](std::string name, const VectorXd& by) {
     Found f{std::move(name), "1", 1.0 + by.dot(s.fit.value), 0, 0, 0, 1.0, {}};
     const double drive = by.dot(s.fit.noise * by),
                  file = by.dot((s.fit.prior_left + s.granted) * by);
     f.sd_drive = std::sqrt(drive);
     f.sd = std::sqrt(drive + file);
-    f.within = std::hypot(t * f.sd_drive, 1.645 * std::sqrt(file));
+    f.within = half_width_90(freedom, f.sd_drive, std::sqrt(file));
     return f;
   };
   Found all = found("torque", square > 0.0 ? VectorXd(slope / square) : slope);
@@ -227,7 +227,7 @@ void find_factors(const EngineSolved& s, const EngineWindows& windows, EngineFit
                     VectorXd::Unit(slope.size(), places + static_cast<Index>(g)));
     if (in_gear[g] < 6)
       f.unseen = fmt::format("{} windows in this gear, wanted 6", in_gear[g]);
-    else if (f.within > 0.8 * 1.645 * kGearShare)
+    else if (f.within > 0.8 * kNormal90 * kGearShare)
       f.unseen = "gears and places of the map go together: no more is known of it than before";
     out.fit.found.push_back(std::move(f));
   }

@@ -326,13 +326,13 @@ base::Answer<DriveFit> try_fit_mass(const vehicle::Car<double>& car,
   if (drive.normal != NormalFrom::kMeasured)
     of_file[0] += std::pow(
         value[0] * 0.5 * prior[static_cast<std::size_t>(P::environment_gravity_mps2)], 2.0);
-  const double t = t90(static_cast<double>(l.fit.blocks - l.columns));
+  const double freedom = static_cast<double>(l.fit.blocks - l.columns);
   std::array<Found, 6> found = named(car, options.fuel_kg);
   for (std::size_t k = 0; k < 6; ++k) {
     found[k].value = value[k];
     found[k].sd_drive = sd_drive[k];
     found[k].sd = std::hypot(sd_drive[k], std::sqrt(of_file[k]));
-    found[k].within = std::hypot(t * sd_drive[k], 1.645 * std::sqrt(of_file[k]));
+    found[k].within = half_width_90(freedom, sd_drive[k], std::sqrt(of_file[k]));
   }
   hide_unseen(drive, length, options, found);
   DriveFit out;

@@ -86,14 +86,14 @@ MatrixXd pads_held_by(const vehicle::Map2& stated) {
 
 void find(const Windows& windows, const vehicle::Map2& stated, const MapFit& fit,
           const MatrixXd& granted, double seconds, const PadMapOptions& options, PadMapFit& out) {
-  const double t = t90(static_cast<double>(fit.blocks) - 2.0);
+  const double freedom = static_cast<double>(fit.blocks) - 2.0;
   std::vector<std::set<std::size_t>> from(stated.z.size());
   for (std::size_t k = 0; k < stated.z.size(); ++k) {
     const auto i = static_cast<Index>(k);
     const double drive = fit.noise(i, i), file = fit.prior_left(i, i) + granted(i, i);
     out.cells.push_back({stated.x[k / stated.y.size()], stated.y[k % stated.y.size()],
                          stated.z[k] + fit.value(i), std::sqrt(drive + file),
-                         std::hypot(t * std::sqrt(drive), 1.645 * std::sqrt(file)), stated.z[k],
+                         half_width_90(freedom, std::sqrt(drive), std::sqrt(file)), stated.z[k],
                          0.0, std::string()});
   }
   for (const DriveWindow* w : windows)
@@ -117,8 +117,8 @@ void find(const Windows& windows, const vehicle::Map2& stated, const MapFit& fit
     Found f{a == 0 ? "front_pads" : "rear_pads", "1", 1.0 + fit.value(i), 0, 0, 0, 1.0, {}};
     f.sd_drive = std::sqrt(drive);
     f.sd = std::sqrt(drive + file);
-    f.within = std::hypot(t * f.sd_drive, 1.645 * std::sqrt(file));
-    if (f.within > 0.8 * 1.645 * kAxleShare * std::sqrt(0.5))
+    f.within = half_width_90(freedom, f.sd_drive, std::sqrt(file));
+    if (f.within > 0.8 * kNormal90 * kAxleShare * std::sqrt(0.5))
       f.unseen = "front and rear pressures go together: no more is known of it than before";
     out.fit.found.push_back(std::move(f));
   }

@@ -130,7 +130,7 @@ void find_springs(const vehicle::Car<double>& car, const Windows& windows, const
                   const SuspensionFitOptions& options, DriveFit& out) {
   const auto& p = car.parameters;
   const std::string name = kAxleNames[axle];
-  const double t = t90(static_cast<double>(fit.blocks) - static_cast<double>(kHeave));
+  const double freedom = static_cast<double>(fit.blocks) - static_cast<double>(kHeave);
   const Spread spread = spread_of(windows, axle);
   const double k = fit.value[spring_at(axle)], in_roll = fit.value[roll_at(axle)];
   Found spring{name + "_spring_npm",
@@ -143,7 +143,7 @@ void find_springs(const vehicle::Car<double>& car, const Windows& windows, const
                {}};
   const double model = options.spring_share * std::abs(k);
   spring.sd = std::hypot(spring.sd_drive, model);
-  spring.within = std::hypot(t * spring.sd_drive, 1.645 * model);
+  spring.within = half_width_90(freedom, spring.sd_drive, model);
   const std::string heaves = fmt::format("both travels together vary by {:.1f} mm",
                                          1e3 * spread.heave_m),
                     rolls = fmt::format("left against right by {:.1f} mm", 1e3 * spread.roll_m);
@@ -164,7 +164,7 @@ void find_springs(const vehicle::Car<double>& car, const Windows& windows, const
   for (const ClusteredFit& m : moved)
     square += std::pow(0.5 * (m.value[roll_at(axle)] - in_roll), 2.0);
   bar.sd = std::hypot(bar.sd_drive, std::sqrt(square));
-  bar.within = std::hypot(t * bar.sd_drive, 1.645 * std::sqrt(square));
+  bar.within = half_width_90(freedom, bar.sd_drive, std::sqrt(square));
   if (!spring.unseen.empty()) bar.unseen = "the spring beside it is not";
   if (spread.roll_m < 0.002) bar.unseen = rolls + ", wanted 2";
   // A bar may be weak: what counts is how well it is known beside the whole rate in roll.

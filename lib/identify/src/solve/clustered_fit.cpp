@@ -138,4 +138,8 @@ double t90(double freedom) {
              (384.0 * n * n * n);
 }
 
+double half_width_90(double freedom, double sd_drive, double sd_file) {
+  return std::hypot(t90(freedom) * sd_drive, kNormal90 * sd_file);
+}
+
 }  // namespace identify
