@@ -15,6 +15,18 @@ using namespace vehicle;  // NOLINT: a test of this library
 using P = Parameter;
 
 constexpr int kRandomStates = 20;
+constexpr P kSplits[] = {P::front_camber_split_rad, P::rear_toe_split_rad,
+                         P::front_spring_split_npm, P::rear_perch_split_n};
+
+/// A car for ovals: left wheels set otherwise than right ones.
+Parameters<double> oval_parameters() {
+  Parameters<double> p = test_parameters();
+  p[P::front_camber_split_rad] = 0.02;
+  p[P::rear_toe_split_rad] = -0.003;
+  p[P::front_spring_split_npm] = 20000.0;
+  p[P::rear_perch_split_n] = 400.0;
+  return p;
+}
 
 template <class T>
 struct Answer {
@@ -60,7 +72,7 @@ TEST(Dynamics, ChangesItsEnergyByItsPowersOnly) {
   for (int trial = 0; trial < kRandomStates; ++trial) {
     Amplitudes<double> terms = default_amplitudes();
     terms[Term::locked_differential] = trial % 2;
-    const Car<double> car = make_car(files, test_parameters(), terms);
+    const Car<double> car = make_car(files, oval_parameters(), terms);
     const State<double> s = random_state(random);
     const Inputs<double> in = random_inputs(random);
     const Answer<double> a = answer(car, s, in);
@@ -80,9 +92,11 @@ TEST(Dynamics, ChangesItsEnergyByItsPowersOnly) {
 
 TEST(Dynamics, IsMirrorSymmetric) {
   const CarFiles files = test_car_files();
-  Parameters<double> p = test_parameters();
+  Parameters<double> p = oval_parameters();
   p[P::environment_wind_heading_rad] = 0.0;
   const Car<double> car = make_car(files, p, default_amplitudes());
+  for (const P split : kSplits) p[split] = -p[split];
+  const Car<double> mirrored = make_car(files, p, default_amplitudes());
   std::mt19937 random(2);
   for (int trial = 0; trial < kRandomStates; ++trial) {
     const State<double> s = random_state(random);
@@ -102,7 +116,7 @@ TEST(Dynamics, IsMirrorSymmetric) {
     std::swap(other.brake_pa[0], other.brake_pa[1]);
     std::swap(other.brake_pa[2], other.brake_pa[3]);
     const State<double> expected = mirror(answer(car, s, in, Road(0.03, 0.02)).rate);
-    const State<double> got = answer(car, mirror(s), other, Road(0.03, -0.02)).rate;
+    const State<double> got = answer(mirrored, mirror(s), other, Road(0.03, -0.02)).rate;
     for (std::size_t i = 0; i < kStateSize; ++i)
       EXPECT_NEAR(got[i], expected[i], 1e-9 * (std::abs(expected[i]) + 10.0)) << state_name(i);
   }
@@ -172,7 +186,7 @@ TEST(Dynamics, DifferentiatesLikeCentralDifferences) {
   std::mt19937 random(4);
   const State<double> s = random_state(random);
   const Inputs<double> in = random_inputs(random);
-  const Parameters<double> p = test_parameters();
+  const Parameters<double> p = oval_parameters();
   const Car<double> car = make_car(files, p, terms);
   const State<double> plain = answer(car, s, in).rate;
   State<Jet> lifted_state{lifted<Jet>(s.value)};

@@ -117,6 +117,35 @@ TEST(Step, StandsOnSlopeAndBankWithTheLoadsOfStatics) {
   }
 }
 
+// Loads that move by d from one diagonal to the other, under a body that stays where it is: a tyre
+// t gives by d / t, so its spring k is longer or shorter by as much, and the perch adds d + k d /
+// t.
+TEST(Step, PerchesMoveCrossWeightAsStaticsSay) {
+  CarFiles files = straight_files();
+  for (TyreCoefficients& tyre : files.tyre) tyre.qfz2 = 0.0;
+  const double moved_n = 150.0, tyre_npm = files.tyre[0].vertical_stiffness_npm;
+  Parameters<double> p = straight_parameters();
+  p[P::rear_track_m] = p[P::front_track_m];
+  p[P::front_perch_split_n] = moved_n * (1.0 + p[P::front_spring_npm] / tyre_npm);
+  p[P::rear_perch_split_n] = -moved_n * (1.0 + p[P::rear_spring_npm] / tyre_npm);
+  Amplitudes<double> terms = default_amplitudes();
+  for (const Term off : {Term::suspension_kinematics, Term::tyre_moments, Term::anti_roll_bar})
+    terms[off] = 0.0;
+  StartOptions begin;
+  begin.fuel_kg = 0.0;
+  begin.gear = 0;
+  Ride run(files, p, terms, begin);
+  Controls<double> hold;
+  hold.gear_command = 0;
+  hold.brake_command_pa = {3e6, 3e6, 3e6, 3e6};
+  run.drive(6.0, hold);
+  const double shares[] = {1.0, -1.0, -1.0, 1.0};
+  for (std::size_t i = 0; i < kWheels; ++i)
+    EXPECT_NEAR(run.detail.wheel[i].fz_n, run.car.static_load_n[axle_of(i)] + shares[i] * moved_n,
+                0.002 * moved_n);
+  EXPECT_NEAR(run.sim.state[kRoll], 0.0, 1e-6);
+}
+
 TEST(Step, CoastsDownAsTheClosedForm) {
   const CarFiles files = straight_files();
   Parameters<double> p = straight_parameters();

@@ -62,13 +62,31 @@ TEST(Suspension, AckermannsWheelsPointToOneCentre) {
 TEST(Suspension, SpringsBarsAndStopsAddUp) {
   const Parameters<double> p = default_parameters();
   const auto force = [&](double bar, double stops, double travel, double other) {
-    return laws::spring_force<double>(p, {bar, stops}, 0, 1500, travel, other);
+    return laws::spring_force<double>(p, {bar, stops}, 0, 1, 1500, travel, other);
   };
   EXPECT_NEAR(force(0, 0, 0.01, -0.01), -1500 - 1500, 1e-9);
   EXPECT_NEAR(force(1, 0, 0.01, -0.01), -3000 - 1800, 1e-9);
   EXPECT_NEAR(force(0, 1, 0.027, 0), -1500 - 4050 - 120, 1e-9);  // 3e7 (2 mm)^2
   EXPECT_NEAR(force(0, 0.5, 0.027, 0), -1500 - 4050 - 60, 1e-9);
   EXPECT_NEAR(force(0, 1, -0.043, 0), -1500 + 6450 + 270, 1e-9);  // 3e7 (3 mm)^2
+}
+
+// 150 N/mm, left 20 more and right 20 less; perches 400 N; 1 cm of travel.
+TEST(Suspension, LeftAndRightAreSetApart) {
+  Parameters<double> p = default_parameters();
+  p[P::front_spring_split_npm] = 20000;
+  p[P::front_perch_split_n] = 400;
+  p[P::front_camber_split_rad] = 0.06;
+  p[P::rear_toe_split_rad] = -0.003;
+  const auto force = [&](double side) {
+    return laws::spring_force<double>(p, {0, 0}, 0, side, 1500, 0.01, 0);
+  };
+  EXPECT_NEAR(force(1), -1500 - 400 - 1700, 1e-9);
+  EXPECT_NEAR(force(-1), -1500 + 400 - 1300, 1e-9);
+  EXPECT_NEAR(laws::wheel_motion<double>(p, {}, 0, 0, 1, 0).camber_rad, 0.015, 1e-12);
+  EXPECT_NEAR(laws::wheel_motion<double>(p, {}, 0, 0, -1, 0).camber_rad, -0.105, 1e-12);
+  EXPECT_NEAR(laws::wheel_motion<double>(p, {}, 0, 1, 1, 0).toe_rad, -0.001, 1e-12);
+  EXPECT_NEAR(laws::wheel_motion<double>(p, {}, 0, 1, -1, 0).toe_rad, 0.005, 1e-12);
 }
 
 // Slow travel: the stated damping; far beyond the knee: the fast share of it; odd but for the

@@ -39,8 +39,9 @@ T energy(const Car<T>& car, const State<T>& s) {
     const T& m = p.axle(a, P::front_unsprung_mass_kg);
     total += m * (0.5 * dot(v, v) + g * height(centre));
     total += 0.5 * p.axle(a, P::front_wheel_inertia_kgm2) * s[kSpin + i] * s[kSpin + i];
-    total += (car.static_load_n[a] - m * g) * travel +
-             0.5 * p.axle(a, P::front_spring_npm) * travel * travel;
+    const laws::CornerSpring<T> own = laws::corner_spring(p, a, is_left(i) ? 1.0 : -1.0);
+    total += (car.static_load_n[a] - m * g + own.preload_n) * travel +
+             0.5 * own.rate_npm * travel * travel;
     if (is_left(i)) {
       const T twist = travel - s[kTravel + i + 1];
       total +=

@@ -20,7 +20,8 @@ void press_springs(Evaluation<T, Built>& e) {
     const T& rate = e.s[kTravelRate + i];
     const T& unsprung_kg = e.p.axle(a, P::front_unsprung_mass_kg);
     const T spring = laws::spring_force(
-        e.p, amount, a, T(e.car.static_load_n[a] - unsprung_kg * e.p[P::environment_gravity_mps2]),
+        e.p, amount, a, is_left(i) ? 1.0 : -1.0,
+        T(e.car.static_load_n[a] - unsprung_kg * e.p[P::environment_gravity_mps2]),
         e.s[kTravel + i], e.s[kTravel + (i ^ 1u)]);
     const T damper = e.files.damper_n[a].empty() ? laws::damper_force(e.p, a, rate)
                                                  : evaluate(e.files.damper_n[a], rate);

@@ -29,8 +29,9 @@ WheelMotion<T> wheel_motion(const Parameters<T>& p, const WheelPath& path, const
                             std::size_t axle, double side, const T& travel_m) {
   using P = Parameter;
   WheelMotion<T> out;
-  out.camber_rad = p.axle(axle, P::front_camber_rad);
-  out.toe_rad = p.axle(axle, P::front_toe_rad);
+  out.camber_rad =
+      p.axle(axle, P::front_camber_rad) + side * p.axle(axle, P::front_camber_split_rad);
+  out.toe_rad = p.axle(axle, P::front_toe_rad) + side * p.axle(axle, P::front_toe_split_rad);
   if (is_exactly_zero(amount)) return out;
   if (path.given()) {
     const auto at = [&](const WheelPath::Coefficients& c) {
@@ -88,14 +89,29 @@ struct SpringAmounts {
   T bar, stops;
 };
 
+/// Rate of a wheel's spring, N/m, and what its perch adds to the preload, N; `side` 1 left,
+/// -1 right.
+template <class T>
+struct CornerSpring {
+  T rate_npm, preload_n;
+};
+
+template <class T>
+CornerSpring<T> corner_spring(const Parameters<T>& p, std::size_t axle, double side) {
+  using P = Parameter;
+  return {p.axle(axle, P::front_spring_npm) + side * p.axle(axle, P::front_spring_split_npm),
+          side * p.axle(axle, P::front_perch_split_n)};
+}
+
 /// Force along the travel, N, positive in bump: the spring with the preload that carries
 /// `sprung_n` at design travel, the anti-roll bar against the other wheel, and stops whose force
 /// grows with the square of their compression.
 template <class T>
 T spring_force(const Parameters<T>& p, const SpringAmounts<T>& amount, std::size_t axle,
-               const T& sprung_n, const T& travel_m, const T& other_travel_m) {
+               double side, const T& sprung_n, const T& travel_m, const T& other_travel_m) {
   using P = Parameter;
-  T spring = -sprung_n - p.axle(axle, P::front_spring_npm) * travel_m;
+  const CornerSpring<T> own = corner_spring(p, axle, side);
+  T spring = -sprung_n - own.preload_n - own.rate_npm * travel_m;
   if (!is_exactly_zero(amount.bar))
     spring -= amount.bar * p.axle(axle, P::front_anti_roll_npm) * (travel_m - other_travel_m);
   if (!is_exactly_zero(amount.stops)) {
