@@ -14,7 +14,7 @@ using P = Parameter;
 TEST(TyreHeat, GripsFullyInItsWindow) {
   const Parameters<double> p = default_parameters();
   const auto grip = [&](double tread_k, double amount = 1) {
-    return laws::tread_factors<double>(p, amount, tread_k).grip;
+    return laws::tread_factors<double>(p, {}, amount, tread_k).grip;
   };
   EXPECT_EQ(grip(p[P::tyre_window_begin_k]), 1.0);
   EXPECT_EQ(grip(0.5 * (p[P::tyre_window_begin_k] + p[P::tyre_window_end_k])), 1.0);
@@ -28,11 +28,24 @@ TEST(TyreHeat, GripsFullyInItsWindow) {
               1e-12);
 }
 
+// A measured map takes the place of the window: linear between its places, flat outside.
+TEST(TyreHeat, GripsAsItsMapSays) {
+  const Parameters<double> p = default_parameters();
+  const Map1 map{{300, 350, 400}, {0.8, 1.0, 0.9}};
+  const auto grip = [&](double k, double amount) {
+    return laws::tread_factors<double>(p, map, amount, k).grip;
+  };
+  EXPECT_NEAR(grip(325, 1), 0.9, 1e-12);
+  EXPECT_NEAR(grip(280, 1), 0.8, 1e-12);
+  EXPECT_NEAR(grip(500, 1), 0.9, 1e-12);
+  EXPECT_NEAR(grip(325, 0.5), 0.95, 1e-12);
+}
+
 // Exponential: the same ratio over the same distance, 1 at the window's begin.
 TEST(TyreHeat, SoftensExponentially) {
   const Parameters<double> p = default_parameters();
   const double begin = p[P::tyre_window_begin_k];
-  const auto soft = [&](double k) { return laws::tread_factors<double>(p, 1.0, k).stiffness; };
+  const auto soft = [&](double k) { return laws::tread_factors<double>(p, {}, 1.0, k).stiffness; };
   EXPECT_EQ(soft(begin), 1.0);
   EXPECT_NEAR(soft(begin + 20) / soft(begin), soft(begin) / soft(begin - 20), 1e-12);
   EXPECT_LT(soft(begin + 20), 1.0);

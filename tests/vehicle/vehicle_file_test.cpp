@@ -58,6 +58,16 @@ class VehicleFile : public ::testing::Test {
   fs::path folder_;
 };
 
+TEST_F(VehicleFile, ReadsAMapOfGripOverTemperature) {
+  base::write_file(path("grip.csv"), "tread_k,factor\n300,0.8\n350,1\n");
+  EXPECT_EQ(refusal(text() + "  tyre_grip: grip.csv\n"), "");
+  const Vehicle v = read_vehicle(path("vehicle.yaml"));
+  EXPECT_NEAR(evaluate(v.files.tyre_grip, 325.0), 0.9, 1e-12);
+  base::write_file(path("grip.csv"), "tread_k,factor\n300,80\n350,100\n");
+  EXPECT_THAT(refusal(text() + "  tyre_grip: grip.csv\n"),
+              HasSubstr("tyre grip map: 80, wanted 0 to 2"));
+}
+
 TEST_F(VehicleFile, ReadsATurbochargerAndItsMaps) {
   base::write_file(path("flow.csv"),
                    "shaft_radps:pressure_ratio,1,2\n10000,0.2,0.1\n16000,0.3,0.2\n");

@@ -98,8 +98,8 @@ std::vector<LapRow> drive_lap(const vehicle::Car<double>& car, const vehicle::Ro
 void warm(const vehicle::Car<double>& car, const CarMoment& m, PlanarState& in) {
   if (!(car.terms[T::tyre_thermal] > 0.0)) return;
   for (std::size_t a = 0; a < 2; ++a) {
-    const auto f =
-        vehicle::laws::tread_factors(car.parameters, car.terms[T::tyre_thermal], m.tyre_k[a]);
+    const auto f = vehicle::laws::tread_factors(car.parameters, car.files->tyre_grip,
+                                                car.terms[T::tyre_thermal], m.tyre_k[a]);
     in.grip[a] = f.grip;
     in.stiffness[a] = f.stiffness;
   }

@@ -43,6 +43,7 @@ struct CarFiles {
   Map1 yaw_drag_factor, yaw_lift_factor;     ///< over |yaw angle of the air|, rad; empty: 1
   Map2 wake_drag_factor, wake_lift_factor;   ///< over the opponent's x and y, m; empty: 1
   std::array<WheelPath, 2> wheel_path;  ///< from hardpoints; not given: camber_gain and its kin
+  Map1 tyre_grip;     ///< factor over tread temperature, K; empty: the window of the parameters
   Map2 pad_friction;  ///< over pressure Pa and surface temperature K; empty: constant
 };
 

@@ -77,6 +77,7 @@ void check_maps(const CarFiles& files) {
   check_map(files.yaw_lift_factor, "lift over yaw map");
   check_map(files.wake_drag_factor, "slipstream drag map");
   check_map(files.wake_lift_factor, "slipstream lift map");
+  check_map(files.tyre_grip, "tyre grip map");
   check_map(files.pad_friction, "pad friction map");
   check_map(files.compressor_kgps, "compressor flow map");
   check_map(files.compressor_efficiency, "compressor efficiency map");
@@ -89,6 +90,7 @@ void check_maps(const CarFiles& files) {
       if (!(value >= low && value <= high))
         throw Error(fmt::format("{}: {}, wanted {:g} to {:g}", what, value, low, high));
   };
+  within(files.tyre_grip.y, 0.0, 2.0, "tyre grip map");
   within(files.compressor_efficiency.z, 0.05, 1.0, "compressor efficiency map");
   within(files.turbine_efficiency.z, 0.0, 1.0, "turbine efficiency map");
   // 0.5: a nozzle of 4 mm; a map in kg sqrt(K)/(s kPa) lies below it.

@@ -155,7 +155,7 @@ void read_maps(const base::Section& maps, const std::string& path, Vehicle& vehi
               "front_lift_factor", "rear_lift_factor", "yaw_drag_factor", "yaw_lift_factor",
               "wake_drag_factor", "wake_lift_factor", "pad_friction", "compressor_kgps",
               "compressor_efficiency", "compressor_surge_kgps", "turbine_flow",
-              "turbine_efficiency", "steering"});
+              "turbine_efficiency", "steering", "tyre_grip"});
   CarFiles& f = vehicle.files;
   const auto map1 = [&](Map1& map, const char* key, const char* x, const char* value) {
     if (maps.has(key)) map = read_map1(file_beside(path, maps.text(key), vehicle), x, value);
@@ -184,6 +184,7 @@ void read_maps(const base::Section& maps, const std::string& path, Vehicle& vehi
   map2(f.turbine_flow, "turbine_flow", kReduced, "expansion_ratio", "flow_kgps_root_k_per_mpa");
   map2(f.turbine_efficiency, "turbine_efficiency", kReduced, "expansion_ratio", "efficiency");
   map1(f.steering, "steering", "steer_command_rad", "steer_rad");
+  map1(f.tyre_grip, "tyre_grip", "tread_k", "factor");
 }
 
 }  // namespace

@@ -189,7 +189,9 @@ double coldest_k(const State<double>& state) {
 /// grip nothing keeps tyres warm.
 bool grips_less(const Car<double>& car, const State<double>& state, const SpeedOptions& plan) {
   const auto grip = [&](double tyre_k) {
-    return laws::tread_factors(car.parameters, car.terms[Term::tyre_thermal], tyre_k).grip;
+    return laws::tread_factors(car.parameters, car.files->tyre_grip, car.terms[Term::tyre_thermal],
+                               tyre_k)
+        .grip;
   };
   return grip(coldest_k(state)) < 0.99 * grip(plan.tyre_k);
 }

@@ -30,7 +30,9 @@ void OffLine::look(const Car<double>& car, const State<double>& state, const Det
 
 std::string OffLine::reason(const Car<double>& car, double coldest_k, double plan_k) const {
   const auto grip = [&](double tyre_k) {
-    return laws::tread_factors(car.parameters, car.terms[Term::tyre_thermal], tyre_k).grip;
+    return laws::tread_factors(car.parameters, car.files->tyre_grip, car.terms[Term::tyre_thermal],
+                               tyre_k)
+        .grip;
   };
   const double missing = 1.0 - grip(coldest_k) / grip(plan_k);
   if (lifted_ > 0.05)

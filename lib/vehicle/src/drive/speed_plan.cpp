@@ -27,9 +27,9 @@ class SpeedLimits {
   SpeedLimits(const RacingLine& line, const Car<double>& car, const SpeedOptions& options)
       : line_(line), car_(car), p_(car.parameters), options_(options) {
     if (car.terms[Term::tyre_thermal] > 0.0) {
-      const laws::WindowLoss<double> loss = laws::window_loss(p_, options.tyre_k);
-      warmth_ -= car.terms[Term::tyre_thermal] * loss.cold;
-      warmth_ -= car.terms[Term::tyre_thermal] * loss.hot;
+      warmth_ = laws::tread_factors(p_, car.files->tyre_grip, car.terms[Term::tyre_thermal],
+                                    options.tyre_k)
+                    .grip;
     }
   }
 

@@ -32,8 +32,8 @@ TyreFactors<T> tyre_factors(const Evaluation<T, Built>& e, std::size_t i) {
     factors.grip_y *= road_grip;
   }
   if (e.active(Term::tyre_thermal)) {
-    const laws::TreadFactors<T> tread =
-        laws::tread_factors(e.p, e.amplitude(Term::tyre_thermal), e.s[kTyre + i]);
+    const laws::TreadFactors<T> tread = laws::tread_factors(
+        e.p, e.files.tyre_grip, e.amplitude(Term::tyre_thermal), e.s[kTyre + i]);
     factors.grip_x *= tread.grip;
     factors.grip_y *= tread.grip;
     factors.stiffness_x *= tread.stiffness;

@@ -1,12 +1,13 @@
 // Temperature of a tyre's tread, and what grip and stiffness make of it.
 //
 // One node per tyre: heated by a share of the sliding power, cooled by air and road. A window of
-// full grip with rational flanks and an exponential stiffness: own choice of shapes
-// (docs/vehicle.md says what was looked for); every number is a parameter.
+// full grip with rational flanks, or a measured map, and an exponential stiffness: own choice of
+// shapes (docs/vehicle.md says what was looked for); every number is a parameter.
 #pragma once
 
 #include <cmath>
 
+#include "vehicle/map.h"
 #include "vehicle/parameters.h"
 
 namespace vehicle::laws {
@@ -26,20 +27,26 @@ WindowLoss<T> window_loss(const Parameters<T>& p, const T& tread_k) {
           hot > T(0) ? T(p[P::tyre_hot_loss] * hot * hot / (1.0 + hot * hot)) : T(0)};
 }
 
-/// Factors on grip and on stiffness at a tread temperature, both 1 where `amount` is 0.
+/// Factors on grip and on stiffness at a tread temperature, both 1 where `amount` is 0. Grip is
+/// `grip_map` over the temperature, K, or where that is empty the window.
 template <class T>
 struct TreadFactors {
   T grip, stiffness;
 };
 
 template <class T>
-TreadFactors<T> tread_factors(const Parameters<T>& p, const T& amount, const T& tread_k) {
+TreadFactors<T> tread_factors(const Parameters<T>& p, const Map1& grip_map, const T& amount,
+                              const T& tread_k) {
   using P = Parameter;
   using std::exp;
-  const WindowLoss<T> loss = window_loss(p, tread_k);
   T grip = T(1);
-  grip -= loss.cold;
-  grip -= loss.hot;
+  if (grip_map.empty()) {
+    const WindowLoss<T> loss = window_loss(p, tread_k);
+    grip -= loss.cold;
+    grip -= loss.hot;
+  } else {
+    grip = evaluate(grip_map, tread_k);
+  }
   const T soft = exp(-p[P::tyre_stiffness_slope_1pk] * (tread_k - p[P::tyre_window_begin_k]));
   return {1.0 + amount * (grip - 1.0), 1.0 + amount * (soft - 1.0)};
 }
