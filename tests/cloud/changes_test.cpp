@@ -9,6 +9,7 @@
 #include <random>
 
 #include "cloud/error.h"
+#include "support/figure.h"
 
 namespace cloud {
 namespace changes_test {
@@ -114,6 +115,8 @@ TEST(SlowChanges, TwelveOfTwelveAndNothingElse) {
       for (const ChangeCell& cell : same.cells)
         inside += std::abs(cell.change_m) < 1.645 * cell.stddev_m ? 1 : 0;
       const double share = static_cast<double>(inside) / static_cast<double>(same.cells.size());
+      support::figure_of_case("inside_percent", 100.0 * share);
+      support::figure_of_case("places", static_cast<double>(result.places.size()));
       EXPECT_GT(share, 0.85);
       EXPECT_LT(share, 0.95);
     }

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "cloud/synth.h"
+#include "support/figure.h"
 #include "support/lidar_trial.h"
 #include "support/temporary_folder.h"
 
@@ -65,7 +66,11 @@ TEST(SlowGrass, BesideTheRoadLeavesTheRoadAlone) {
         1e3 * c.grass_mean_m, c.seed, c.cars, c.drift_share, report.converged, 1e3 * error.z_rmse_m,
         1e3 * error.z_p99_m, error.banking_error_rad / 0.017453293, 1e3 * error.kerb_p95_m,
         100.0 * error.within_90, error.road_nodes);
-    std::printf("%s\n", row.c_str()), std::fflush(stdout);
+    support::figure_of_case("z_mm", 1e3 * error.z_rmse_m);
+    support::figure_of_case("z_p99_mm", 1e3 * error.z_p99_m);
+    support::figure_of_case("banking_deg", error.banking_error_rad / 0.017453293);
+    support::figure_of_case("kerb_p95_mm", 1e3 * error.kerb_p95_m);
+    support::figure_of_case("inside_percent", 100.0 * error.within_90);
     SCOPED_TRACE(row + "\n" + support::describe(error));
     EXPECT_TRUE(report.converged);
     EXPECT_GT(error.road_nodes, 100000u);

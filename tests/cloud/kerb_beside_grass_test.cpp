@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "support/figure.h"
 #include "support/kerbed_road.h"
 
 namespace cloud {
@@ -17,10 +18,8 @@ support::KerbedError refine(int passes, double grass_m, std::uint64_t seed) {
   const support::KerbedError out =
       error_of(road, map_clouds([&](const ChunkSink& sink) { sink(Cloud(made.points)); },
                                 road.base(), &made.trajectory));
-  std::printf(
-      "%d passes, grass of %.0f mm: road %.2f mm, banking %.4f deg, kerbs %.2f mm, %.2f %% lost\n",
-      passes, 1e3 * grass_m, 1e3 * out.road_rmse_m, out.banking_rad * 180.0 / M_PI,
-      1e3 * out.kerb_p95_m, 100.0 * out.lost);
+  support::figure_of_case("road_mm", 1e3 * out.road_rmse_m);
+  support::figure_of_case("kerb_p95_mm", 1e3 * out.kerb_p95_m);
   return out;
 }
 

@@ -16,6 +16,7 @@
 #include "cloud/filter.h"
 #include "cloud/ground.h"
 #include "cloud/read_cloud.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/street_scan.h"
 
@@ -280,8 +281,7 @@ TEST_F(Compared, GroundOfTheIsprsSamples) {
     }
     fmt::print("\n");
   }
-  fmt::print("mean: {:.2f} %; {:.2f} %; {:.2f} %; {:.2f} %\n", 100.0 * sums[0], 100.0 * sums[1],
-             100.0 * sums[2], 100.0 * sums[3]);
+  support::figure("pmf_percent", 100.0 * sums[2]);
   EXPECT_LT(sums[0], 0.035);
   EXPECT_LT(sums[0], sums[2]);
 }

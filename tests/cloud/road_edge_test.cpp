@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/random.h"
+#include "support/figure.h"
 #include "support/kerbed_road.h"
 
 namespace cloud {
@@ -34,6 +35,9 @@ TEST(RoadEdge, IsMeasuredBesideAWallInLightRain) {
   support::KerbedDrive drive;
   drive.wall_m = support::KerbedRoad::kRoad_m + 0.1, drive.rain = 0.005;
   const support::KerbedError seen = error_of(road, refine(road, drive));
+  support::figure("road_mm", 1e3 * seen.road_rmse_m);
+  support::figure("outer_mm", 1e3 * seen.outer_rmse_m);
+  support::figure("outer_inside_percent", 100.0 * seen.outer_inside);
   EXPECT_TRUE(seen.converged);
   EXPECT_LT(seen.road_rmse_m, 0.0015);
   EXPECT_LT(seen.outer_rmse_m, 0.0015);
@@ -103,9 +107,8 @@ void expect_told(const support::KerbedRoad& road, const Patch& patch, std::uint6
   };
   const MapResult result = refine(road, drive);
   const PatchError seen = error_of(road, patch, result);
-  std::printf("patch of %.0f x %.1f m, %+.0f mm: in it %.2f mm, beside %.2f (at most %.2f)\n",
-              patch.length_m, patch.width_m, 1e3 * patch.layer_m, 1e3 * seen.in_rmse_m,
-              1e3 * seen.beside_rmse_m, 1e3 * seen.beside_max_m);
+  support::figure_of_case("beside_mm", 1e3 * seen.beside_max_m);
+  support::figure_of_case("places", static_cast<double>(result.report.changed.size()));
   EXPECT_LT(seen.in_rmse_m, 0.002);
   EXPECT_LT(seen.beside_rmse_m, 0.001);
   EXPECT_LT(seen.beside_max_m, 0.002);
@@ -172,8 +175,6 @@ const Kind kKinds[] = {
 TEST(SlowRoadEdge, FortyDrivesByKind) {
   constexpr int kOfEach = 8;
   support::KerbedTallies all;
-  std::printf("%-34s road  outer   kerb  unmeasured, mm; inside: outer  unmeasured; ramp; silent\n",
-              "");
   for (const Kind& kind : kKinds)
     for (int k = 0; k < kOfEach; ++k) {
       base::Random random(static_cast<std::uint64_t>(1000 * (&kind - kKinds) + k));
@@ -185,11 +186,8 @@ TEST(SlowRoadEdge, FortyDrivesByKind) {
       const MapResult result = refine(road, drive);
       const support::KerbedError e = error_of(road, result);
       all.add(e.tallies);
-      std::printf("%-34s %.2f  %.2f  %5.2f  %5.2f              %5.1f  %5.1f %%     %.3f\n",
-                  kind.name, 1e3 * e.road_rmse_m, 1e3 * e.outer_rmse_m, 1e3 * e.kerb_rmse_m,
-                  1e3 * e.unmeasured_rmse_m, 100.0 * e.outer_inside, 100.0 * e.unmeasured_inside,
-                  e.steepest_ramp);
-      std::fflush(stdout);
+      support::figure_of_case("drive_road_mm", 1e3 * e.road_rmse_m);
+      support::figure_of_case("drive_outer_mm", 1e3 * e.outer_rmse_m);
       SCOPED_TRACE(fmt::format("{}, {}: wall {:.2f} m, grass {:.3f} m, {} cars, rain {:.4f}",
                                kind.name, k, drive.wall_m, drive.grass_m, drive.convoy,
                                drive.rain));
@@ -200,12 +198,12 @@ TEST(SlowRoadEdge, FortyDrivesByKind) {
       EXPECT_LT(e.steepest_ramp, std::abs(road.tilt) + 0.035);
     }
   for (const auto& [name, tally] : {std::pair("road", all.road),
-                                    {"outer metre", all.outer},
-                                    {"kerbs with points", all.kerbs},
+                                    {"outer", all.outer},
+                                    {"kerbs", all.kerbs},
                                     {"unmeasured", all.unmeasured}}) {
     SCOPED_TRACE(name);
-    std::printf("%-34s %.0f nodes, %.1f %% inside, rms %.2f mm, stated %.2f\n", name, tally.nodes,
-                100.0 * tally.share(), 1e3 * tally.rmse_m(), 1e3 * tally.stated_m());
+    support::figure(fmt::format("{}_inside_percent", name), 100.0 * tally.share());
+    support::figure(fmt::format("{}_mm", name), 1e3 * tally.rmse_m());
     EXPECT_GT(tally.share(), 0.85);
     EXPECT_LT(tally.share(), 0.95);
   }

@@ -9,6 +9,7 @@
 
 #include "circuit/circuit.h"
 #include "cloud/synth.h"
+#include "support/figure.h"
 #include "support/lidar_trial.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
@@ -78,7 +79,13 @@ std::string row(const char* what, double slope, const Drive& drive, const Outcom
       what, 1e3 * slope, drive.beams, drive.azimuths, drive.laps, drive.seed,
       out.report.converged ? "converged" : "not", out.report.iterations, 1e3 * out.rmse_m,
       100.0 * out.within_90, 1e3 * out.report.base_tilt, 1e3 * out.report.base_tilt_stddev);
-  std::printf("%s\n", text.c_str()), std::fflush(stdout);
+  const std::string at = fmt::format("{} {} mrad ", what,
+                                     slope > 0.0125 ? 25
+                                     : slope == 0.0 ? 0
+                                                    : 12);
+  support::figure_of_case(at + "z_mm", 1e3 * out.rmse_m);
+  support::figure_of_case(at + "inside_percent", 100.0 * out.within_90);
+  support::figure_of_case(at + "stated_mrad", 1e3 * out.report.base_tilt_stddev);
   return text;
 }
 
@@ -148,10 +155,11 @@ TEST(SlowTiltedBase, OnAStraightIntervalsHoldOverBasesAsGoodAsStated) {
     drive.u_begin_m = 20.0, drive.u_end_m = 140.0;
     const double slope = times * deviation;
     const Outcome out = refine(truth, tilted(truth, slope), drive);
-    row("straight", slope, drive, out);
+    support::figure_of_case("road_inside_percent", 100.0 * out.within_90);
     EXPECT_TRUE(out.report.converged) << slope;
     within += out.within_90, count += 1.0;
   }
+  support::figure("inside_percent", 100.0 * within / count);
   EXPECT_GT(within / count, 0.85);
   EXPECT_LT(within / count, 0.95);
 }

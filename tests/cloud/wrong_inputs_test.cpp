@@ -12,6 +12,7 @@
 
 #include "cloud/error.h"
 #include "cloud/synth.h"
+#include "support/figure.h"
 #include "support/lidar_trial.h"
 #include "support/temporary_folder.h"
 
@@ -189,6 +190,8 @@ TEST(SlowWrongInputs, AreRefusedOrNamed) {
       EXPECT_NEAR(std::stod(pitch[1]), -5.0 - mean_pitch_deg(good, truth), 0.05);
     }
   }
+  support::figure("accepted", static_cast<double>(accepted));
+  support::figure("cases", static_cast<double>(cases.size()) - 1.0);
   EXPECT_EQ(accepted, 0u);
 }
 

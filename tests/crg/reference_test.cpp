@@ -11,6 +11,7 @@
 
 #include "crg/surface.h"
 #include "roads.h"
+#include "support/figure.h"
 #include "support/places.h"
 
 namespace crg {
@@ -84,6 +85,7 @@ TEST(Reference, AnswersAgree) {
     }
   }
   std::size_t compared = 0, corners = 0;
+  double z_m = 0.0, place_m = 0.0, heading_rad = 0.0;  // worst
   for (const std::string& name : names) {
     SCOPED_TRACE(name);
     const Case now = case_of(name);
@@ -117,6 +119,7 @@ TEST(Reference, AnswersAgree) {
           EXPECT_TRUE(std::isnan(z)) << text;
         } else {
           EXPECT_NEAR(z, want1, 1e-6) << text;
+          z_m = std::max(z_m, std::abs(z - want1));
         }
       };
       // Decision 7: where both borders are left and v answers zero, zero it is (docs/opencrg.md).
@@ -137,12 +140,14 @@ TEST(Reference, AnswersAgree) {
         const Point2 point = surface.xy_of_uv(a, b);
         EXPECT_NEAR(point.x_m, want1, 1e-9) << text;
         EXPECT_NEAR(point.y_m, want2, 1e-9) << text;
+        place_m = std::max({place_m, std::abs(point.x_m - want1), std::abs(point.y_m - want2)});
         const Sample sample = surface.at_uv(a, b);  // the same whether it has a height or not
         EXPECT_EQ(sample.x_m, point.x_m) << text;
         EXPECT_EQ(sample.y_m, point.y_m) << text;
       } else if (kind == "uv2pk") {
         const Sample sample = surface.at_uv(a, b);
         EXPECT_NEAR(sample.heading_rad, want1, 1e-9) << text;
+        heading_rad = std::max(heading_rad, std::abs(sample.heading_rad - want1));
         EXPECT_NEAR(sample.curvature_1pm, want2, 1e-9) << text;
         EXPECT_EQ(surface.heading_at_uv(a, b).heading_rad, sample.heading_rad) << text;
         EXPECT_EQ(surface.heading_at_uv(a, b).curvature_1pm, sample.curvature_1pm) << text;
@@ -150,6 +155,7 @@ TEST(Reference, AnswersAgree) {
         const UV uv = surface.uv_of_xy(a, b, cursor);
         EXPECT_NEAR(uv.u_m, want1, 1e-9) << text;
         EXPECT_NEAR(uv.v_m, want2, 1e-9) << text;
+        place_m = std::max({place_m, std::abs(uv.u_m - want1), std::abs(uv.v_m - want2)});
         const Sample sample = surface.at_xy(a, b, cursor);
         EXPECT_EQ(sample.u_m, uv.u_m) << text;
         EXPECT_EQ(sample.v_m, uv.v_m) << text;
@@ -163,6 +169,10 @@ TEST(Reference, AnswersAgree) {
     }
   }
   EXPECT_GT(compared, 50000U);
+  support::figure("files", static_cast<double>(names.size()));
+  support::figure("z_m", z_m);
+  support::figure("place_m", place_m);
+  support::figure("heading_rad", heading_rad);
   EXPECT_EQ(corners, names.size() < 36 ? corners : 8U);
 }
 

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "roads.h"
+#include "support/figure.h"
 
 namespace crg {
 namespace surface_test {
@@ -34,13 +35,16 @@ TEST(Surface, RoundTripInsideTheRoad) {
                                               line.u_step_m * static_cast<double>(line.size() - 1)),
       v_of(-6.0, 5.0);
   Cursor cursor;
+  double worst_m = 0.0;
   for (int k = 0; k < 20000; ++k) {
     const double u = u_of(random), v = v_of(random);
     const Point2 p = surface.xy_of_uv(u, v);
     const UV uv = surface.uv_of_xy(p.x_m, p.y_m, cursor);
     ASSERT_NEAR(uv.u_m, u, 1e-9);
     ASSERT_NEAR(uv.v_m, v, 1e-9);
+    worst_m = std::max({worst_m, std::abs(uv.u_m - u), std::abs(uv.v_m - v)});
   }
+  support::figure("worst_m", worst_m);
 }
 
 TEST(Surface, OneCallAgreesWithTheSingleQueries) {
@@ -70,6 +74,7 @@ TEST(Surface, GradientIsTheSlopeOfTheHeights) {
   std::uniform_real_distribution<double> row_of(0.0, static_cast<double>(line.size() - 2)),
       column_of(0.0, 21.9);
   Cursor cursor;
+  double slope = 0.0, normal = 0.0;  // worst
   for (int k = 0; k < 5000; ++k) {
     // Keep the points of the difference quotient within one cell: at its edges there are kinks.
     double row = row_of(random), column = column_of(random);
@@ -79,15 +84,20 @@ TEST(Surface, GradientIsTheSlopeOfTheHeights) {
     const Sample sample = surface.at_xy(p.x_m, p.y_m, cursor);
     const double h = 1e-4;
     const auto z = [&](double x, double y) { return surface.at_xy(x, y, cursor).z_m; };
-    ASSERT_NEAR(sample.dzdx, (z(p.x_m + h, p.y_m) - z(p.x_m - h, p.y_m)) / (2.0 * h), 1e-6);
+    const double dzdx = (z(p.x_m + h, p.y_m) - z(p.x_m - h, p.y_m)) / (2.0 * h);
+    ASSERT_NEAR(sample.dzdx, dzdx, 1e-6);
+    slope = std::max(slope, std::abs(sample.dzdx - dzdx));
     ASSERT_NEAR(sample.dzdy, (z(p.x_m, p.y_m + h) - z(p.x_m, p.y_m - h)) / (2.0 * h), 1e-6);
     const double length =
         std::sqrt(sample.normal_x * sample.normal_x + sample.normal_y * sample.normal_y +
                   sample.normal_z * sample.normal_z);
     ASSERT_NEAR(length, 1.0, 1e-12);
+    normal = std::max(normal, std::abs(length - 1.0));
     ASSERT_NEAR(sample.normal_x + sample.dzdx * sample.normal_z, 0.0, 1e-12);
     ASSERT_GT(sample.normal_z, 0.0);
   }
+  support::figure("slope", slope);
+  support::figure("normal", normal);
 }
 
 TEST(Surface, ClosedTrackHasNoStepAtTheSeam) {

@@ -15,6 +15,7 @@
 #include "crg/file.h"
 #include "crg/patches.h"
 #include "roads.h"
+#include "support/figure.h"
 
 namespace crg {
 namespace write_test {
@@ -74,6 +75,7 @@ TEST(Write, TextFormatsKeepThePrintedDigits) {
   const Crg narrow = read_bytes(to_bytes(crg, Format::LRFI), "memory");
   const Crg wide = read_bytes(to_bytes(crg, Format::LDFI), "memory");
   ASSERT_EQ(narrow.grid.z_m.size(), crg.grid.z_m.size());
+  double worst = 0.0;
   for (std::size_t i = 0; i < crg.grid.z_m.size(); ++i) {
     if (std::isnan(crg.grid.z_m[i])) {
       EXPECT_TRUE(std::isnan(narrow.grid.z_m[i]) && std::isnan(wide.grid.z_m[i]));
@@ -82,8 +84,12 @@ TEST(Write, TextFormatsKeepThePrintedDigits) {
     // Ten characters leave at least five digits for "-0.00012345" in exponent form, seven for
     // values above 0.1; twenty always hold a float.
     EXPECT_NEAR(narrow.grid.z_m[i], crg.grid.z_m[i], 1e-5 * std::abs(crg.grid.z_m[i]));
+    if (crg.grid.z_m[i] != 0.0f)
+      worst =
+          std::max(worst, std::abs(static_cast<double>(narrow.grid.z_m[i]) / crg.grid.z_m[i] - 1));
     EXPECT_EQ(wide.grid.z_m[i], crg.grid.z_m[i]);
   }
+  support::figure("lrfi_share", worst);
   // What has been printed once is printed the same again.
   EXPECT_EQ(to_bytes(narrow, Format::LRFI),
             to_bytes(read_bytes(to_bytes(narrow, Format::LRFI), "memory"), Format::LRFI));

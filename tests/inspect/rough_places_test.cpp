@@ -13,6 +13,7 @@
 #include "make/make_track.h"
 #include "mesh/export_mesh.h"
 #include "support/analytic_roads.h"
+#include "support/figure.h"
 #include "support/mutate_mesh.h"
 #include "support/ring_strips.h"
 #include "support/temporary_folder.h"
@@ -195,8 +196,8 @@ TEST(RoughPlaces, BothDecksOfAFigureOfEightAreRight) {
                        : 0;  // the road climbs 4 % at most: decks are 8.8 m apart
         }
       }
-      std::printf("figure of eight, %s, .%s: %zu of %zu nodes on the wrong deck\n", what, ending,
-                  wrong, nodes);
+      support::figure_of_case("wrong", static_cast<double>(wrong));
+      support::figure_of_case("nodes", static_cast<double>(nodes));
       EXPECT_GT(nodes, 150000u);
       EXPECT_EQ(wrong, 0u) << what << " ." << ending;
     }

@@ -18,6 +18,7 @@
 #include "circuit/synth.h"
 #include "crg/surface.h"
 #include "mesh/export_mesh.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/ring_strips.h"
 #include "support/temporary_folder.h"
@@ -121,9 +122,9 @@ std::size_t jumps(const crg::Grid& grid) {
 void expect_true_road(const MadeRoad& built, const char* name, std::size_t most_missing = 0) {
   const Compared road = compare(built, road::SurfaceClass::road, 20000);
   ASSERT_EQ(road.error_m.size() + road.missing, 20000u);
-  std::printf("%s: road z p50 %.5f p99 %.5f max %.5f m, missing %zu, jumps %zu\n", name,
-              quantile(road.error_m, 0.5), quantile(road.error_m, 0.99),
-              quantile(road.error_m, 1.0), road.missing, jumps(built.road->grid()));
+  SCOPED_TRACE(name);
+  support::figure("z_p99_mm", 1e3 * quantile(road.error_m, 0.99));
+  support::figure("z_largest_mm", 1e3 * quantile(road.error_m, 1.0));
   EXPECT_LE(quantile(road.error_m, 0.99), 0.002);
   EXPECT_EQ(jumps(built.road->grid()), 0u);
   EXPECT_LE(road.missing, most_missing);

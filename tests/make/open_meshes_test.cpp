@@ -24,6 +24,7 @@
 #include "road/centreline.h"
 #include "road/clean.h"
 #include "road/reference_line.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
@@ -79,6 +80,7 @@ TEST_P(OpenMesh, IsFoundWhole) {
   if (!std::filesystem::exists(mesh_path(wanted.file)))
     GTEST_SKIP() << mesh_path(wanted.file) << " is absent";
   const Found found = find(wanted.file);
+  support::figure("length_percent", 100.0 * std::abs(found.line.length_m / wanted.length_m - 1.0));
   EXPECT_TRUE(found.line.closed);
   EXPECT_NEAR(found.line.length_m, wanted.length_m, wanted.tolerance_m);
   for (const std::string& doubt : found.doubts) ADD_FAILURE() << doubt;
@@ -104,6 +106,7 @@ TEST_P(OpenMesh, HasTheHeightsOfItsMesh) {
   const crg::Surface road_alone(crg::crop(crg::read(built.crg_path), options));
   const road::ValidateReport report =
       road::validate(road_alone, road::RaySurface(road::read_mesh(path)));
+  support::figure("z_p99_mm", 1e3 * report.z_error_m.p99);
   EXPECT_LE(report.z_error_m.p99, 5e-4);
   EXPECT_EQ(report.points_without_mesh, 0u);
 }

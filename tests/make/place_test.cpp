@@ -15,6 +15,7 @@
 #include "make/make_track.h"
 #include "mesh/error.h"
 #include "mesh/export_mesh.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "support/temporary_folder.h"
@@ -102,10 +103,8 @@ TEST(Place, MovedScaledAndExportedAgainIsTheSameRoad) {
       offset = std::max(offset, std::abs(there.v_m - at_v));
     }
     std::sort(difference.begin(), difference.end());
-    std::printf("moved%s and back: z p50 %.4f mm, p99 %.4f mm, max %.4f mm; line within %.3f mm\n",
-                tilted ? ", tilted, scaled" : "", 1e3 * difference[difference.size() / 2],
-                1e3 * difference[difference.size() * 99 / 100], 1e3 * difference.back(),
-                1e3 * offset);
+    support::figure_of_case("z_largest_mm", 1e3 * difference.back());
+    support::figure_of_case("line_mm", 1e3 * offset);
     EXPECT_LE(difference.back(), 2e-4);
     const auto align = base::parse_json<nlohmann::json>(again.summary_json)["align"];
     EXPECT_EQ(align["tilt_and_scale"].is_null(), !tilted);

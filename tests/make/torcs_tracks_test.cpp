@@ -18,6 +18,7 @@
 #include "make/make_track.h"
 #include "mesh/export_mesh.h"
 #include "support/brute_force.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
 #include "support/torcs_track.h"
@@ -232,25 +233,25 @@ TEST_P(TorcsTracks, FollowTheirDesignWithNamesAndWithout) {
       }
     }
     const double share = static_cast<double>(with_z) / static_cast<double>(inside);
-    const double p99 = summary["validation"]["z_error_m"]["p99"],
-                 largest = summary["validation"]["z_error_m"]["max"];
-    std::printf("| %s%s | %.1f | %.4f | %.1f | %.0f | %.3f | %.2f | %.1f |", name.c_str(),
-                nameless ? " .stl" : "", length, 100.0 * length_error,
-                1e3 * off[off.size() * 99 / 100], 1e3 * off.back(), 100.0 * share, 1e3 * p99,
-                1e3 * largest);
+    const double p99 = summary["validation"]["z_error_m"]["p99"];
     if (share < 0.9995)
       std::printf(" without height between u = %.1f and %.1f m", first_gap_u, last_gap_u);
     const Heights heights = check_heights(road, all, summary["validation"]["rough_places"]);
-    std::printf(" %.1f | %zu | %.1f |", 1e3 * heights.largest_m,
-                summary["validation"]["rough_places"].size(), 1e3 * heights.largest_unnamed_m);
     if (heights.unnamed > 0)
       std::printf(" unnamed at u = %.1f, v = %.2f m", heights.unnamed_u_m, heights.unnamed_v_m);
     const auto height = [&](std::size_t i, std::size_t j) {
       return static_cast<double>(grid.at(i, j)) + (line.z_m.empty() ? 0.0 : line.z_m[i]);
     };
     const Decks decks = check_decks(road, drivable, 0, grid.rows(), height);
-    std::printf(" decks: %zu nodes, %zu wrong, %zu on nothing named, %zu jumps\n", decks.checked,
-                decks.wrong_deck, decks.elsewhere, decks.jumps);
+    support::figure_of_case("length_percent", 100.0 * length_error);
+    support::figure_of_case("line_p99_mm", 1e3 * off[off.size() * 99 / 100]);
+    support::figure_of_case("line_largest_mm", 1e3 * off.back());
+    support::figure_of_case("with_height_percent", 100.0 * share);
+    support::figure_of_case("z_p99_mm", 1e3 * p99);
+    support::figure_of_case("z_largest_mm", 1e3 * heights.largest_m);
+    support::figure_of_case("holes", summary["grid"]["holes"].get<int>());
+    support::figure_of_case("wrong_deck", static_cast<double>(decks.wrong_deck));
+    support::figure_of_case("deck_nodes_million", 1e-6 * static_cast<double>(decks.checked));
     EXPECT_TRUE(summary["validation"]["passed"])
         << base::dump_json(summary["validation"]["failures"]);
     EXPECT_EQ(decks.wrong_deck, 0u) << name;
@@ -310,8 +311,9 @@ TEST_P(TorcsTracks, GiveTheSameLineAlongAGuide) {
   std::vector<Vector2d> points;
   for (std::size_t i = 0; i < line.size(); i += 10) points.emplace_back(line.x_m[i], line.y_m[i]);
   const std::vector<double> off = distances(points, alone.reference_line());
-  std::printf("| %s | %.3f | %.3f | %.3f |\n", name.c_str(), off[off.size() / 2],
-              off[off.size() * 95 / 100], off.back());
+  support::figure("guided_p95_m", off[off.size() * 95 / 100]);
+  support::figure("guided_p99_m", off[off.size() * 99 / 100]);
+  support::figure("guided_largest_m", off.back());
   EXPECT_TRUE(summary["validation"]["passed"])
       << base::dump_json(summary["validation"]["failures"]);
   EXPECT_TRUE(line.closed);

@@ -12,6 +12,7 @@
 
 #include "mesh/error.h"
 #include "mesh/read_mesh.h"
+#include "support/figure.h"
 #include "support/mutate_mesh.h"
 #include "support/places.h"
 
@@ -427,13 +428,18 @@ TEST_P(CleanTorcs, FindsTheSameRoadByNamesAndByShape) {
   const double road_m2 = area_m2(named, SurfaceClass::road);
   EXPECT_NEAR(road_m2, GetParam().road_m2, 1.0);
   EXPECT_NEAR(area_m2(nameless, SurfaceClass::road), road_m2, 1e-3 * road_m2);
+  support::figure("area_percent", 100.0 * area_m2(nameless, SurfaceClass::road) / road_m2);
   const auto a = centres(named, true), b = centres(nameless, true);
   std::size_t both = 0;
   for (const auto& centre : a) both += b.contains(centre) ? 1 : 0;
+  support::figure("same_percent", 100.0 * static_cast<double>(both) /
+                                      static_cast<double>(std::max(a.size(), b.size())));
   EXPECT_GE(static_cast<double>(both), 0.999 * static_cast<double>(std::max(a.size(), b.size())));
   const auto c = centres(named, false), d = centres(nameless, false);
   std::size_t common = 0;
   for (const auto& centre : c) common += d.contains(centre) ? 1 : 0;
+  support::figure("run_off_percent",
+                  100.0 * static_cast<double>(common) / static_cast<double>(c.size()));
   EXPECT_GE(static_cast<double>(common), GetParam().found * static_cast<double>(c.size()));
   EXPECT_GE(static_cast<double>(common), GetParam().right * static_cast<double>(d.size()));
 }

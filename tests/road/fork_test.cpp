@@ -13,6 +13,7 @@
 #include "mesh/ray_surface.h"
 #include "road/centreline.h"
 #include "road/clean.h"
+#include "support/figure.h"
 
 namespace fork_test {
 
@@ -112,6 +113,7 @@ Traced trace(const road::Mesh& mesh) {
       road::doubts_about(traced.line, road::RaySurface(surface.mesh), surface.mesh, mesh, report);
   for (const Vector3d& p : traced.line.points_m)
     traced.off_m = std::max(traced.off_m, middle_off_m(p));
+  support::figure_of_case("off_m", traced.off_m);
   return traced;
 }
 

@@ -14,6 +14,7 @@
 
 #include "base/json_text.h"
 #include "base/read_file.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/recorded_car.h"
 #include "vehicle/replay.h"
@@ -134,6 +135,7 @@ TEST(SlowRecordedSimulator, IsFollowedWithinTheNoiseOfTheLogs) {
       fmt::print("{:<22} {:>6} {:<15} {:>9.4g} {:>8.4g} {:>8.4g} {:>8.4g} {:>10.2f}\n",
                  whole ? "whole" : "wheels by forces only", window_s, channel, std::sqrt(square),
                  sd, std::sqrt(carried), rest, rest / sd);
+      support::figure_of_case(whole ? "whole" : "forces", rest / sd);
       const bool speed = channel == "vx_mps" || channel == "wheel";  // drifts: nothing holds it
       EXPECT_LT(rest, (whole   ? 1.8
                        : speed ? 0.75

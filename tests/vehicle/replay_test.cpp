@@ -8,10 +8,10 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "test_roads.h"
-#include "support/figure.h"
 #include "vehicle/error.h"
 #include "vehicle/lap.h"
 #include "vehicle/vehicle_file.h"
@@ -253,10 +253,9 @@ TEST_F(Replay, PutnamParkIsDrivenCloserThanTheTrivialPredictors) {
   const ReplayResult r = replay(car, Road(surface), recording);
   EXPECT_THAT(r.problems, ::testing::IsEmpty());
   EXPECT_GT(r.windows, 200u);
-  for (const char* channel : {"along_m", "lateral_m", "yaw_rate_radps"}) {
-    const ChannelError& e = error_of(r, channel);
-    std::printf("Putnam %s: %.3f, hold %.3f, trend %.3f\n", channel, e.rmse, e.hold_rmse,
-                e.trend_rmse);
+  for (const std::string channel : {"along_m", "lateral_m", "yaw_rate_radps", "vx_mps"}) {
+    support::figure(channel, error_of(r, channel).rmse);
+    support::figure("trend_" + channel, error_of(r, channel).trend_rmse);
   }
   EXPECT_LT(error_of(r, "along_m").rmse, 0.1 * error_of(r, "along_m").hold_rmse);
   EXPECT_LT(error_of(r, "lateral_m").rmse, 0.25 * error_of(r, "lateral_m").trend_rmse);
