@@ -18,7 +18,7 @@ struct Unit {
   double scale;
   double zero = 0.0;
 };
-constexpr std::array<Unit, 61> kUnits{{{"time", "s", 1},
+constexpr std::array<Unit, 62> kUnits{{{"time", "s", 1},
                                        {"time", "unixtime", 1},
                                        {"time", "ms", 1e-3},
                                        {"time", "us", 1e-6},
@@ -45,6 +45,7 @@ constexpr std::array<Unit, 61> kUnits{{{"time", "s", 1},
                                        {"speed", "kmph", 1 / 3.6},
                                        {"speed", "kph", 1 / 3.6},
                                        {"speed", "mm/s", 1e-3},
+                                       {"speed", "ft/s", 0.3048},
                                        {"speed", "mph", 0.44704},
                                        {"speed", "knots", 1852.0 / 3600},
                                        {"speed", "kn", 1852.0 / 3600},
