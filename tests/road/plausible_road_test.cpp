@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "mesh/error.h"
+#include "road/centreline.h"
 #include "road/clean.h"
 #include "support/ring_strips.h"
 
@@ -112,6 +113,43 @@ TEST(PlausibleRoad, PiecesWhoseEndsFaceEachOtherAreOneRoad) {
   const Mesh mesh = in_two_pieces(6.0);
   EXPECT_EQ(road::clean(mesh).mesh.triangles.size(), mesh.triangles.size());
   EXPECT_THAT([] { road::clean(in_two_pieces(25.0)); },
+              ::testing::ThrowsMessage<road::Error>(HasSubstr("2 separate roads")));
+}
+
+TEST(PlausibleRoad, CarriagewaysAlikeAreTwoRoads) {
+  // What lies between them joins them into one surface, not into one road.
+  Mesh mesh;
+  support::add_ring_strip(mesh, "road a", -9.5, -1.5, 0.0, 0.0);
+  support::add_ring_strip(mesh, "grass", -1.5, 1.5, 0.0, 0.0);
+  support::add_ring_strip(mesh, "road b", 1.5, 9.5, 0.0, 0.0);
+  EXPECT_THAT([&] { road::clean(mesh); }, ::testing::ThrowsMessage<road::Error>(
+                                              HasSubstr("two separate roads that are alike")));
+  road::CleanOptions by_names;
+  by_names.use_names = road::UseNames::yes;
+  const road::RoadMesh both = road::clean(mesh, by_names);
+  EXPECT_THAT(
+      [&] { road::trace_centreline(both); },
+      ::testing::ThrowsMessage<road::Error>(HasSubstr("two separate roads that are alike")));
+}
+
+TEST(PlausibleRoad, CarriagewaysOfALargeRingAreNotOneRoadDrawnTwice) {
+  // Their outlines differ by less than 2 % of their size.
+  Mesh mesh;
+  constexpr std::uint32_t kPieces = 240;
+  for (const double inner_m : {1491.0, 1501.0}) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices_m.size());
+    for (std::uint32_t i = 0; i < kPieces; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / kPieces;
+      for (const double radius_m : {inner_m, inner_m + 8.0})
+        mesh.vertices_m.emplace_back(radius_m * std::cos(angle), radius_m * std::sin(angle), 0.0);
+      const std::uint32_t a = first + 2 * i, b = first + 2 * ((i + 1) % kPieces);
+      mesh.triangles.push_back({a, a + 1, b + 1});
+      mesh.triangles.push_back({a, b + 1, b});
+    }
+  }
+  mesh.object_of_triangle.assign(mesh.triangles.size(), 0);
+  mesh.objects.push_back({"road", "", ""});
+  EXPECT_THAT([&] { road::clean(mesh); },
               ::testing::ThrowsMessage<road::Error>(HasSubstr("2 separate roads")));
 }
 
