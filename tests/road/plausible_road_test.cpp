@@ -153,4 +153,16 @@ TEST(PlausibleRoad, CarriagewaysOfALargeRingAreNotOneRoadDrawnTwice) {
               ::testing::ThrowsMessage<road::Error>(HasSubstr("2 separate roads")));
 }
 
+TEST(PlausibleRoad, ABridgeOfAnotherNameCarriesTheNamedRoad) {
+  for (const std::string name : {"viaduct", "gravel"}) {
+    Mesh mesh;
+    support::add_ring_strip(mesh, "road", -5.0, 5.0, 0.0, 0.0, 50.0);
+    support::add_ring_strip(mesh, name, -5.0, 5.0, 0.0, 0.0, 0.0, 50.0);
+    road::CleanReport report;
+    road::clean(mesh, {}, &report);
+    EXPECT_GT(*report.road_agreement, 0.9) << "names are believed";
+    EXPECT_EQ(report.kept["road"] == mesh.triangles.size(), name == "viaduct") << name;
+  }
+}
+
 }  // namespace plausible_road_test
