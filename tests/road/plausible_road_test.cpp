@@ -6,6 +6,8 @@
 #include <numbers>
 #include <string>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 #include "mesh/error.h"
 #include "road/centreline.h"
@@ -114,6 +116,61 @@ TEST(PlausibleRoad, PiecesWhoseEndsFaceEachOtherAreOneRoad) {
   EXPECT_EQ(road::clean(mesh).mesh.triangles.size(), mesh.triangles.size());
   EXPECT_THAT([] { road::clean(in_two_pieces(25.0)); },
               ::testing::ThrowsMessage<road::Error>(HasSubstr("2 separate roads")));
+}
+
+/// One nameless object: level columns between these offsets.
+Mesh nameless(const std::vector<double>& offsets_m) {
+  Mesh mesh;
+  for (std::size_t k = 0; k + 1 < offsets_m.size(); ++k)
+    support::add_ring_strip(mesh, "", offsets_m[k], offsets_m[k + 1], 0.0, 0.0);
+  mesh.objects.resize(1);
+  std::fill(mesh.object_of_triangle.begin(), mesh.object_of_triangle.end(), 0);
+  return mesh;
+}
+
+constexpr std::size_t kColumn = 2u * 629u;  // triangles
+
+TEST(PlausibleRoad, OfColumnsInOnePlaneTheirWidthsTellNothing) {
+  const Mesh mesh = nameless({-5.0, -3.5, 3.5, 5.0});
+  road::CleanReport report;
+  road::clean(mesh, {}, &report);
+  EXPECT_THAT(report.doubts, Contains(HasSubstr("in one plane")));
+  for (const auto& [width_m, columns] : {std::pair(7.0, 1u), {10.0, 3u}}) {
+    road::CleanOptions options;
+    options.near_m = support::on_ring(10.0, 0.5, 0.0).head<2>();
+    options.guide_width_m = width_m;
+    road::clean(mesh, options, &report);
+    EXPECT_EQ(report.kept["road"], columns * kColumn) << width_m;
+    EXPECT_THAT(report.doubts, ::testing::IsEmpty());
+  }
+}
+
+TEST(PlausibleRoad, ColumnsNarrowerThanAnyRoadAreOneInOnePlane) {
+  road::CleanReport report;
+  road::clean(nameless({-5.0, -2.0, -0.5, 1.5, 5.0}), {}, &report);
+  EXPECT_EQ(report.kept["road"], 4u * kColumn);
+  EXPECT_THAT(report.doubts, ::testing::IsEmpty());
+}
+
+TEST(PlausibleRoad, AStripAsWideAsACircuitIsARoadWithoutWhatIsBeside) {
+  for (const double half_m : {3.0, 5.0}) {
+    road::CleanReport report;
+    road::clean(nameless({-half_m, 0.0, half_m, half_m + 2.0}), {}, &report);
+    EXPECT_EQ(report.kept["road"], 2u * kColumn);
+    EXPECT_EQ(report.doubts.empty(), half_m == 5.0) << half_m;
+  }
+}
+
+TEST(PlausibleRoad, ATwinApartFromTheRoadIsDoubted) {
+  Mesh mesh = nameless({-9.5, -1.5});
+  support::add_ring_strip(mesh, "", 1.5, 9.5, 0.0, 0.0);
+  road::CleanOptions options;
+  options.near_m = support::on_ring(10.0, 5.0, 0.0).head<2>();
+  road::CleanReport report;
+  road::clean(mesh, options, &report);
+  EXPECT_THAT(report.doubts, ::testing::IsEmpty());
+  road::clean(mesh, {}, &report);
+  EXPECT_THAT(report.doubts, Contains(HasSubstr("another strip as long and wide")));
 }
 
 TEST(PlausibleRoad, CarriagewaysAlikeAreTwoRoads) {
