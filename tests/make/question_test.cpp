@@ -5,9 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "base/json_text.h"
 #include "make/make_track.h"
@@ -159,6 +161,19 @@ TEST_F(Question, TwoHalvesAreRatherOneRoad) {
   const Built built = build(mesh, [](road::Recipe& recipe) { recipe.read.up = road::UpAxis::z; });
   ASSERT_EQ(built.answers.size(), 3u) << built.asked;
   EXPECT_NEAR(built.answers[0].width_m, 12.0, 0.1);
+}
+
+TEST_F(Question, AllColumnsInOnePlaneAreTheFirstAnswer) {
+  road::Mesh mesh;
+  for (const auto& [right_m, left_m] : {std::pair(-5.0, -3.0), {-3.0, 3.0}, {3.0, 5.0}})
+    support::add_ring_strip(mesh, "", right_m, left_m, 0.0, 0.0);
+  mesh.objects.resize(1);
+  std::fill(mesh.object_of_triangle.begin(), mesh.object_of_triangle.end(), 0);
+  const Built built = build(mesh);
+  ASSERT_EQ(built.answers.size(), 2u) << built.asked;
+  EXPECT_NEAR(built.answers[0].width_m, 10.0, 0.1);
+  EXPECT_THAT(built.answers[0].flags, HasSubstr(" --guide-width-m 10.0"));
+  EXPECT_NEAR(built.answers[1].width_m, 6.0, 0.1);
 }
 
 TEST_F(Question, TheUnitComesBeforeTheStrips) {

@@ -6,8 +6,11 @@
 #include <numbers>
 #include <string>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 #include "mesh/error.h"
+#include "road/centreline.h"
 #include "road/clean.h"
 #include "support/ring_strips.h"
 
@@ -113,6 +116,110 @@ TEST(PlausibleRoad, PiecesWhoseEndsFaceEachOtherAreOneRoad) {
   EXPECT_EQ(road::clean(mesh).mesh.triangles.size(), mesh.triangles.size());
   EXPECT_THAT([] { road::clean(in_two_pieces(25.0)); },
               ::testing::ThrowsMessage<road::Error>(HasSubstr("2 separate roads")));
+}
+
+/// One nameless object: level columns between these offsets.
+Mesh nameless(const std::vector<double>& offsets_m) {
+  Mesh mesh;
+  for (std::size_t k = 0; k + 1 < offsets_m.size(); ++k)
+    support::add_ring_strip(mesh, "", offsets_m[k], offsets_m[k + 1], 0.0, 0.0);
+  mesh.objects.resize(1);
+  std::fill(mesh.object_of_triangle.begin(), mesh.object_of_triangle.end(), 0);
+  return mesh;
+}
+
+constexpr std::size_t kColumn = 2u * 629u;  // triangles
+
+TEST(PlausibleRoad, OfColumnsInOnePlaneTheirWidthsTellNothing) {
+  const Mesh mesh = nameless({-5.0, -3.5, 3.5, 5.0});
+  road::CleanReport report;
+  road::clean(mesh, {}, &report);
+  EXPECT_THAT(report.doubts, Contains(HasSubstr("in one plane")));
+  for (const auto& [width_m, columns] : {std::pair(7.0, 1u), {10.0, 3u}}) {
+    road::CleanOptions options;
+    options.near_m = support::on_ring(10.0, 0.5, 0.0).head<2>();
+    options.guide_width_m = width_m;
+    road::clean(mesh, options, &report);
+    EXPECT_EQ(report.kept["road"], columns * kColumn) << width_m;
+    EXPECT_THAT(report.doubts, ::testing::IsEmpty());
+  }
+}
+
+TEST(PlausibleRoad, ColumnsNarrowerThanAnyRoadAreOneInOnePlane) {
+  road::CleanReport report;
+  road::clean(nameless({-5.0, -2.0, -0.5, 1.5, 5.0}), {}, &report);
+  EXPECT_EQ(report.kept["road"], 4u * kColumn);
+  EXPECT_THAT(report.doubts, ::testing::IsEmpty());
+}
+
+TEST(PlausibleRoad, AStripAsWideAsACircuitIsARoadWithoutWhatIsBeside) {
+  for (const double half_m : {3.0, 5.0}) {
+    road::CleanReport report;
+    road::clean(nameless({-half_m, 0.0, half_m, half_m + 2.0}), {}, &report);
+    EXPECT_EQ(report.kept["road"], 2u * kColumn);
+    EXPECT_EQ(report.doubts.empty(), half_m == 5.0) << half_m;
+  }
+}
+
+TEST(PlausibleRoad, ATwinApartFromTheRoadIsDoubted) {
+  Mesh mesh = nameless({-9.5, -1.5});
+  support::add_ring_strip(mesh, "", 1.5, 9.5, 0.0, 0.0);
+  road::CleanOptions options;
+  options.near_m = support::on_ring(10.0, 5.0, 0.0).head<2>();
+  road::CleanReport report;
+  road::clean(mesh, options, &report);
+  EXPECT_THAT(report.doubts, ::testing::IsEmpty());
+  road::clean(mesh, {}, &report);
+  EXPECT_THAT(report.doubts, Contains(HasSubstr("another strip as long and wide")));
+}
+
+TEST(PlausibleRoad, CarriagewaysAlikeAreTwoRoads) {
+  // What lies between them joins them into one surface, not into one road.
+  Mesh mesh;
+  support::add_ring_strip(mesh, "road a", -9.5, -1.5, 0.0, 0.0);
+  support::add_ring_strip(mesh, "grass", -1.5, 1.5, 0.0, 0.0);
+  support::add_ring_strip(mesh, "road b", 1.5, 9.5, 0.0, 0.0);
+  EXPECT_THAT([&] { road::clean(mesh); }, ::testing::ThrowsMessage<road::Error>(
+                                              HasSubstr("two separate roads that are alike")));
+  road::CleanOptions by_names;
+  by_names.use_names = road::UseNames::yes;
+  const road::RoadMesh both = road::clean(mesh, by_names);
+  EXPECT_THAT(
+      [&] { road::trace_centreline(both); },
+      ::testing::ThrowsMessage<road::Error>(HasSubstr("two separate roads that are alike")));
+}
+
+TEST(PlausibleRoad, CarriagewaysOfALargeRingAreNotOneRoadDrawnTwice) {
+  // Their outlines differ by less than 2 % of their size.
+  Mesh mesh;
+  constexpr std::uint32_t kPieces = 240;
+  for (const double inner_m : {1491.0, 1501.0}) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices_m.size());
+    for (std::uint32_t i = 0; i < kPieces; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / kPieces;
+      for (const double radius_m : {inner_m, inner_m + 8.0})
+        mesh.vertices_m.emplace_back(radius_m * std::cos(angle), radius_m * std::sin(angle), 0.0);
+      const std::uint32_t a = first + 2 * i, b = first + 2 * ((i + 1) % kPieces);
+      mesh.triangles.push_back({a, a + 1, b + 1});
+      mesh.triangles.push_back({a, b + 1, b});
+    }
+  }
+  mesh.object_of_triangle.assign(mesh.triangles.size(), 0);
+  mesh.objects.push_back({"road", "", ""});
+  EXPECT_THAT([&] { road::clean(mesh); },
+              ::testing::ThrowsMessage<road::Error>(HasSubstr("2 separate roads")));
+}
+
+TEST(PlausibleRoad, ABridgeOfAnotherNameCarriesTheNamedRoad) {
+  for (const std::string name : {"viaduct", "gravel"}) {
+    Mesh mesh;
+    support::add_ring_strip(mesh, "road", -5.0, 5.0, 0.0, 0.0, 50.0);
+    support::add_ring_strip(mesh, name, -5.0, 5.0, 0.0, 0.0, 0.0, 50.0);
+    road::CleanReport report;
+    road::clean(mesh, {}, &report);
+    EXPECT_GT(*report.road_agreement, 0.9) << "names are believed";
+    EXPECT_EQ(report.kept["road"] == mesh.triangles.size(), name == "viaduct") << name;
+  }
 }
 
 }  // namespace plausible_road_test

@@ -155,11 +155,11 @@ std::vector<Candidate> candidates_of_strips(const Mesh& mesh, const Recipe& reci
       return;  // the same road
     found.push_back(std::move(candidate));
   };
-  const std::vector<Vector2d> places_m = places_that_may_be_road(mesh, recipe.clean);
-  for (const Vector2d& place_m : places_m)
-    if (found.size() < kMostStrips) try_at(place_m, std::nullopt);
+  const std::vector<PlaceOfRoad> places = places_that_may_be_road(mesh, recipe.clean);
+  for (const PlaceOfRoad& place : places)
+    if (found.size() < kMostStrips) try_at(place.near_m, place.width_m);
   const std::size_t count = found.size();
-  if (!places_m.empty()) try_at(places_m.front(), kWholeWidth_m);
+  if (!places.empty()) try_at(places.front().near_m, kWholeWidth_m);
   // Two halves of a road, rather than a road and a verge.
   if (count == 2 && found.size() == 3 &&
       std::abs(found[0].width_m - found[1].width_m) < kSameHalf * found[0].width_m &&

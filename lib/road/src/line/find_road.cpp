@@ -64,6 +64,8 @@ base::Answer<std::optional<RoadWay>> closed_way(const RoadGraph& graph,
         [&](const RoadWay& a, const RoadWay& b) { return distance_m(a) < distance_m(b); });
     std::erase_if(ways, [&](const RoadWay& way) { return !together(way, nearest); });
   }
+  if (const auto alike = two_alike(ways))
+    return base::Refusal(*alike + "; choose one with --start-at X,Y (recipe: start_near_m)");
   for (std::size_t i = 1; i < ways.size(); ++i)
     if (!together(ways[0], ways[i]) && ways[i].length_m > 0.5 * ways[0].length_m)
       return std::optional<RoadWay>{};

@@ -223,6 +223,24 @@ base::Answer<RoadWay> main_way(const RoadGraph& graph, const std::vector<RoadWay
   return ways[best];
 }
 
+std::optional<std::string> two_alike(const std::vector<RoadWay>& ways) {
+  const auto text = [](const RoadWay& way) {
+    const Vector3d& place = way.points_m.front();
+    return fmt::format("{:.0f} m long and {:.1f} m wide at ({:.1f}, {:.1f})", way.length_m,
+                       2.0 * base::median(way.half_width_m), place.x(), place.y());
+  };
+  for (const RoadWay& way : ways) {
+    const RoadWay& longest = ways.front();
+    const double width = base::median(way.half_width_m) / base::median(longest.half_width_m);
+    if (way.closed && longest.closed && longest.length_m < kAlike * way.length_m &&
+        std::max(width, 1.0 / width) < kAlike &&
+        std::find_first_of(way.branches.begin(), way.branches.end(), longest.branches.begin(),
+                           longest.branches.end()) == way.branches.end())
+      return fmt::format("two separate roads that are alike: {} and {}", text(longest), text(way));
+  }
+  return std::nullopt;
+}
+
 bool keeps_to(const Walk& walk, const RoadWay& way, double cell_m) {
   const double typical_m = base::median(way.half_width_m);
   const double reach_m = 0.75 * typical_m + cell_m;

@@ -2,6 +2,8 @@
 // trace_centreline.
 #pragma once
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "base/answer.h"
@@ -15,6 +17,10 @@ struct Fork {
   Eigen::Vector3d point_m;   ///< on the way, about where the surface divides
   Eigen::Vector2d beside_m;  ///< on the other road, two widths further
 };
+
+/// Of closed ways apart from each other one that could be the road as well as the first: says where
+/// both are. Nothing where the others are shorter or of another width.
+std::optional<std::string> two_alike(const std::vector<RoadWay>& ways);
 
 /// Of ways that share branches and are about as long as the longest, the one that is widest where
 /// they differ: a pit lane on the outside of a circuit is longer than the road, and narrower. Else

@@ -22,7 +22,7 @@ constexpr double kCells = 60'000;  // of the whole surface, more where the road 
 constexpr double kMostCells = 1'500'000;
 constexpr double kCellsAcross = 8.0;
 constexpr double kHeadroom_m = 1.5;
-constexpr double kLongestGapWidths = 8.0;
+constexpr double kLongestGapWidths = 12.0;
 constexpr double kFacing = 0.8;  // cosine between the direction of an end and the gap
 
 /// Joins dead ends that face each other by branches without surface.

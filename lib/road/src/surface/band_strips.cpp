@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/statistics.h"
 #include "road/clean.h"
 
 namespace road {
@@ -24,6 +25,15 @@ constexpr double kCommonShare = 0.8;
 constexpr double kAlikeWidth = 0.5, kRivalShare = 0.3, kUsuallyNarrower_m = 20.0;
 
 constexpr double kBesideShare = 0.5;
+
+// Uneven is what bends this many times as much as the evenest strip, and this much more.
+constexpr double kUneven = 4.0, kUneven_m = 0.005;
+// Columns beside a strip that lie in one plane with it make it this much wider, at least.
+constexpr double kClearlyWider = 1.1;
+// Circuits are this wide or wider.
+constexpr double kUsualRoad_m = 9.0;
+// Of the border of a strip: a strip at the rim of the ground has at most half.
+constexpr double kBothSides = 0.75;
 
 void measure(const FlatSurface& flat, const Fans& fans, Strip& strip) {
   for (const std::uint32_t t : strip.triangles) {
@@ -92,7 +102,8 @@ std::vector<const Strip*> neighbours(const FlatSurface& flat, const Fans& fans,
 
 std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
                                    const std::vector<Chain>& chains, const std::vector<Band>& bands,
-                                   const std::function<bool(std::size_t)>& admits) {
+                                   const std::function<bool(std::size_t)>& admits,
+                                   Columns columns) {
   std::vector<std::vector<std::uint32_t>> bands_of_triangle(flat.triangles.size());
   for (std::uint32_t b = 0; b < bands.size(); ++b) {
     if (!admits(b)) continue;
@@ -126,7 +137,8 @@ std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
       strip.triangles.insert(strip.triangles.end(), bands[b].triangles.begin(),
                              bands[b].triangles.end());
       const std::uint32_t across = b ^ 1u;
-      if (!grouped[across] && admits(across) && as_wide(bands[b], bands[across]) &&
+      if (!grouped[across] && admits(across) &&
+          (columns == Columns::any || as_wide(bands[b], bands[across])) &&
           flat_across(bands[b].chain)) {
         grouped[across] = 1;
         open.push_back(across);
@@ -184,5 +196,51 @@ double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vecto
       });
   return between || chosen.width_m() > kUsuallyNarrower_m ? rival.width_m() : 0.0;
 }
+
+double unevenness_m(const FlatSurface& flat, const std::vector<Chain>& chains, const Strip& strip) {
+  double most_m = 0.0;
+  for (const std::size_t c : strip.chains) {
+    const Chain& chain = chains[c];
+    std::vector<double> bends_m;
+    for (std::size_t i = 0; i + 1 < chain.edges(); ++i)
+      bends_m.push_back(std::abs(flat.vertices_m[chain.at(i)].z() -
+                                 2.0 * flat.vertices_m[chain.at(i + 1)].z() +
+                                 flat.vertices_m[chain.at(i + 2)].z()));
+    if (!bends_m.empty()) most_m = std::max(most_m, base::median(std::move(bends_m)));
+  }
+  return most_m;
+}
+
+bool is_uneven(double unevenness_m, double evenest_m) {
+  return unevenness_m > kUneven_m + kUneven * evenest_m;
+}
+
+bool has_ground_beside(const FlatSurface& flat, const Fans& fans, const Strip& strip) {
+  double beside_m = 0.0;
+  for (const std::uint32_t t : strip.triangles)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::uint32_t p = flat.triangles[t][c], q = flat.triangles[t][(c + 1) % 3];
+      const std::uint32_t across = fans.left(q, p);
+      if (across != kNoIndex &&
+          !std::binary_search(strip.triangles.begin(), strip.triangles.end(), across))
+        beside_m += (flat.vertices_m[q] - flat.vertices_m[p]).norm();
+    }
+  return beside_m > kBothSides * strip.border_m;
+}
+
+const Strip* wider_strip(const FlatSurface& flat, const std::vector<Chain>& chains,
+                         const std::vector<Strip>& joined, const Strip& strip) {
+  const auto holds = [&](const Strip& wider) {
+    return wider.width_m() > kClearlyWider * strip.width_m() &&
+           wider.length_m() > kAsLong * strip.length_m() &&
+           std::includes(wider.triangles.begin(), wider.triangles.end(), strip.triangles.begin(),
+                         strip.triangles.end()) &&
+           !is_uneven(unevenness_m(flat, chains, wider), unevenness_m(flat, chains, strip));
+  };
+  const auto found = std::find_if(joined.begin(), joined.end(), holds);
+  return found == joined.end() ? nullptr : &*found;
+}
+
+bool is_whole_road(const Strip& strip) { return strip.width_m() >= kUsualRoad_m; }
 
 }  // namespace road

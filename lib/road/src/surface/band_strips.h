@@ -25,11 +25,15 @@ struct Strip {
   double width_m() const { return border_m > 0.0 ? 2.0 * area_m2 / border_m : 0.0; }
 };
 
-/// A road is a band, what lies between the same two chains, and further columns of equal width. Of
-/// the bands that `admits` names, all strips that are as wide as a road.
+/// Columns that lie in one plane across the strip: those as wide as each other belong together; of
+/// others nothing tells whether they do.
+enum class Columns : std::uint8_t { as_wide, any };
+
+/// A road is a band, what lies between the same two chains, and further columns. Of the bands that
+/// `admits` names, all strips that are as wide as a road.
 std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
                                    const std::vector<Chain>& chains, const std::vector<Band>& bands,
-                                   const std::function<bool(std::size_t)>& admits);
+                                   const std::function<bool(std::size_t)>& admits, Columns columns);
 
 /// Share of a strip's length along which it lies beside the road.
 double beside_road(const FlatSurface& flat, const Fans& fans, const std::vector<char>& road,
@@ -38,5 +42,23 @@ double beside_road(const FlatSurface& flat, const Fans& fans, const std::vector<
 /// Width of the only strip beside the road that may be the road itself; 0 where none may.
 double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vector<Strip>& strips,
                      const Strip& chosen);
+
+/// How much the heights along the most uneven chain of a strip bend from ring to ring, in the
+/// median.
+double unevenness_m(const FlatSurface& flat, const std::vector<Chain>& chains, const Strip& strip);
+
+/// Whether a strip bends much more than the evenest one.
+bool is_uneven(double unevenness_m, double evenest_m);
+
+/// Whether ground lies along most of both sides.
+bool has_ground_beside(const FlatSurface& flat, const Fans& fans, const Strip& strip);
+
+/// What the strip is with all columns that lie in one plane with it, where nothing but their widths
+/// tells where it ends: they are as even as it is.
+const Strip* wider_strip(const FlatSurface& flat, const std::vector<Chain>& chains,
+                         const std::vector<Strip>& joined, const Strip& strip);
+
+/// As wide as circuits are: a road without others beside it.
+bool is_whole_road(const Strip& strip);
 
 }  // namespace road

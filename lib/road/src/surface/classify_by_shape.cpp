@@ -23,10 +23,8 @@ namespace {
 // A steady strip counts as the road unless a merely smooth one joins many more cross sections.
 constexpr double kAsManyRings = 0.7;
 
-// Uneven is what bends this many times as much as the evenest strip, and this much more.
-constexpr double kUneven = 4.0, kUneven_m = 0.005;
-// Of the border of a strip: a strip at the rim of the ground has at most half.
-constexpr double kBothSides = 0.75;
+// Up to this width all columns in one plane are the likelier road, beyond it one of them.
+constexpr double kWideRoad_m = 16.0;
 
 // A strip that continues the road across a gap has its width.
 constexpr double kSameWidth = 0.1;
@@ -105,7 +103,7 @@ double most_rings(const std::vector<Strip>& of) {
 }
 
 struct Strips {
-  std::vector<Strip> steady, smooth;
+  std::vector<Strip> steady, smooth, joined;  // joined: with all columns in one plane
 };
 
 Strips strips_of(const FlatSurface& flat, const Fans& fans, const std::vector<Chain>& chains) {
@@ -117,12 +115,15 @@ Strips strips_of(const FlatSurface& flat, const Fans& fans, const std::vector<Ch
   const auto long_enough = [&](std::size_t b) {
     return bands[b].length_m >= kShortestChain_m && bands[b].width_m <= kWidestRoad_m;
   };
-  return {strips_of_bands(
-              flat, fans, chains, bands,
-              [&](std::size_t b) { return long_enough(b) && bands[b].steady >= kSteadyShare; }),
-          strips_of_bands(flat, fans, chains, bands, [&](std::size_t b) {
-            return long_enough(b) && bands[b].smooth >= kSteadyShare;
-          })};
+  const auto steady = [&](std::size_t b) {
+    return long_enough(b) && bands[b].steady >= kSteadyShare;
+  };
+  const auto smooth = [&](std::size_t b) {
+    return long_enough(b) && bands[b].smooth >= kSteadyShare;
+  };
+  return {strips_of_bands(flat, fans, chains, bands, steady, Columns::as_wide),
+          strips_of_bands(flat, fans, chains, bands, smooth, Columns::as_wide),
+          strips_of_bands(flat, fans, chains, bands, smooth, Columns::any)};
 }
 
 /// All that may be road: the steady strips, unless the merely smooth ones join many more cross
@@ -130,13 +131,16 @@ Strips strips_of(const FlatSurface& flat, const Fans& fans, const std::vector<Ch
 std::vector<Strip> likely_strips(Strips strips) {
   return most_rings(strips.steady) < kAsManyRings * most_rings(strips.smooth)
              ? std::move(strips.smooth)
-             : std::move(strips.steady);
+         : strips.steady.empty() ? std::move(strips.joined)  // columns narrower than any road
+                                 : std::move(strips.steady);
 }
 
-/// Both, of those that are alike the steady one.
+/// All, of those that are alike the first one.
 std::vector<Strip> all_strips(Strips strips) {
   std::vector<Strip> all = std::move(strips.steady);
-  for (Strip& strip : strips.smooth) {
+  std::vector<Strip> others = std::move(strips.smooth);
+  others.insert(others.end(), strips.joined.begin(), strips.joined.end());
+  for (Strip& strip : others) {
     const bool known = std::any_of(all.begin(), all.end(), [&](const Strip& other) {
       std::vector<std::uint32_t> common;
       std::set_intersection(strip.triangles.begin(), strip.triangles.end(), other.triangles.begin(),
@@ -171,6 +175,20 @@ const Strip& main_strip(const std::vector<Strip>& strips) {
   });
 }
 
+/// Another strip as long and wide that is neither the road nor beside it.
+const Strip* twin_of(const FlatSurface& flat, const Fans& fans, const std::vector<Strip>& strips,
+                     const Strip& chosen, const std::vector<char>& road) {
+  for (const Strip* strip : long_strips(strips)) {
+    const auto of_road = std::count_if(strip->triangles.begin(), strip->triangles.end(),
+                                       [&](std::uint32_t t) { return road[t] != 0; });
+    if (strip != &chosen && 2 * static_cast<std::size_t>(of_road) < strip->triangles.size() &&
+        std::abs(strip->width_m() - chosen.width_m()) < kSameWidth * chosen.width_m() &&
+        beside_road(flat, fans, road, *strip) < 0.5)
+      return strip;
+  }
+  return nullptr;
+}
+
 bool lies_on(const Eigen::Vector2d& p, const FlatSurface& flat, const Triangle& t) {
   const auto side = [&](std::size_t c) {
     const Eigen::Vector2d a = flat.vertices_m[t[c]].head<2>(),
@@ -180,42 +198,21 @@ bool lies_on(const Eigen::Vector2d& p, const FlatSurface& flat, const Triangle& 
   return side(0) >= 0.0 && side(1) >= 0.0 && side(2) >= 0.0;
 }
 
+bool lies_on(const Eigen::Vector2d& p, const FlatSurface& flat, const Strip& strip) {
+  return std::any_of(strip.triangles.begin(), strip.triangles.end(),
+                     [&](std::uint32_t t) { return lies_on(p, flat, flat.triangles[t]); });
+}
+
+/// Of the strips on which the place lies the one about as wide as told, else the first.
 const Strip* strip_at(const FlatSurface& flat, const std::vector<Strip>& strips,
-                      const Eigen::Vector2d& place_m) {
+                      const StripPlace& place) {
+  const Strip* found = nullptr;
+  const auto off_m = [&](const Strip& strip) { return std::abs(strip.width_m() - *place.width_m); };
   for (const Strip& strip : strips)
-    for (const std::uint32_t t : strip.triangles)
-      if (lies_on(place_m, flat, flat.triangles[t])) return &strip;
-  return nullptr;
-}
-
-/// How much the heights along the most uneven chain of a strip bend from ring to ring, in the
-/// median.
-double unevenness_m(const FlatSurface& flat, const std::vector<Chain>& chains, const Strip& strip) {
-  double most_m = 0.0;
-  for (const std::size_t c : strip.chains) {
-    const Chain& chain = chains[c];
-    std::vector<double> bends_m;
-    for (std::size_t i = 0; i + 1 < chain.edges(); ++i)
-      bends_m.push_back(std::abs(flat.vertices_m[chain.at(i)].z() -
-                                 2.0 * flat.vertices_m[chain.at(i + 1)].z() +
-                                 flat.vertices_m[chain.at(i + 2)].z()));
-    if (!bends_m.empty()) most_m = std::max(most_m, base::median(std::move(bends_m)));
-  }
-  return most_m;
-}
-
-/// Whether ground lies along most of both sides.
-bool has_ground_beside(const FlatSurface& flat, const Fans& fans, const Strip& strip) {
-  double beside_m = 0.0;
-  for (const std::uint32_t t : strip.triangles)
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::uint32_t p = flat.triangles[t][c], q = flat.triangles[t][(c + 1) % 3];
-      const std::uint32_t across = fans.left(q, p);
-      if (across != kNoIndex &&
-          !std::binary_search(strip.triangles.begin(), strip.triangles.end(), across))
-        beside_m += (flat.vertices_m[q] - flat.vertices_m[p]).norm();
-    }
-  return beside_m > kBothSides * strip.border_m;
+    if (lies_on(place.at_m, flat, strip) &&
+        (found == nullptr || (place.width_m && off_m(strip) < off_m(*found))))
+      found = &strip;
+  return found;
 }
 
 /// In the middle of the largest triangle.
@@ -314,29 +311,34 @@ class GrowingRoad {
 
 }  // namespace
 
-ShapeClasses classify_by_shape(const FlatSurface& flat,
-                               const std::optional<Eigen::Vector2d>& place_m) {
+ShapeClasses classify_by_shape(const FlatSurface& flat, const std::optional<StripPlace>& place) {
   ShapeClasses out;
   out.class_of_triangle.assign(flat.triangles.size(), SurfaceClass::scenery);
   const Fans fans(flat);
   const std::vector<Chain> chains = long_chains(flat, fans);
   Strips found = strips_of(flat, fans, chains);
+  const std::vector<Strip> joined = found.joined;
   std::vector<Strip> strips;
   const Strip* chosen = nullptr;
-  if (place_m) {
-    strips = all_strips(found);
-    chosen = strip_at(flat, strips, *place_m);
+  if (place) {
+    strips = all_strips(std::move(found));
+    if (place->width_m) strips.insert(strips.end(), joined.begin(), joined.end());
+    chosen = strip_at(flat, strips, *place);
     out.is_told = chosen != nullptr;
-  }
-  if (chosen == nullptr) {
-    strips = likely_strips(std::move(found));
-    if (strips.empty()) return out;
+  } else if (strips = likely_strips(std::move(found)); !strips.empty()) {
     chosen = &main_strip(strips);
     out.rival_width_m = rival_width_m(flat, fans, strips, *chosen);
+    if (const Strip* wider = wider_strip(flat, chains, joined, *chosen);
+        wider != nullptr && wider->width_m() < kWideRoad_m && !is_whole_road(*chosen))
+      out.in_one_plane_m = wider->width_m();
   }
+  if (chosen == nullptr) return out;
   out.road_length_m = chosen->length_m();
   out.road_width_m = chosen->width_m();
   std::vector<char> road = GrowingRoad(flat, fans, chains, strips, *chosen).grow();
+  if (!out.is_told)
+    if (const Strip* twin = twin_of(flat, fans, strips, *chosen, road))
+      out.twin_m = place_on(flat, *twin);
   grow_runoff(flat, fans, road);
   for (std::uint32_t t = 0; t < flat.triangles.size(); ++t) {
     if (road[t] == 1) out.class_of_triangle[t] = SurfaceClass::road;
@@ -345,31 +347,38 @@ ShapeClasses classify_by_shape(const FlatSurface& flat,
   return out;
 }
 
-std::vector<Eigen::Vector2d> places_by_shape(const FlatSurface& flat) {
+std::vector<StripPlace> places_by_shape(const FlatSurface& flat) {
   const Fans fans(flat);
   const std::vector<Chain> chains = long_chains(flat, fans);
-  const std::vector<Strip> strips = all_strips(strips_of(flat, fans, chains));
+  Strips all = strips_of(flat, fans, chains);
+  const std::vector<Strip> joined = all.joined;
+  const std::vector<Strip> strips = all_strips(std::move(all));
   struct Ranked {
     double uneven_m;
     bool at_rim;
-    double width_m;
-    Eigen::Vector2d place_m;
+    const Strip* strip;
   };
   std::vector<Ranked> ranked;
   double even_m = std::numeric_limits<double>::infinity();
   for (const Strip* strip : long_strips(strips)) {
-    ranked.push_back({unevenness_m(flat, chains, *strip), !has_ground_beside(flat, fans, *strip),
-                      strip->width_m(), place_on(flat, *strip)});
+    ranked.push_back(
+        {unevenness_m(flat, chains, *strip), !has_ground_beside(flat, fans, *strip), strip});
     even_m = std::min(even_m, ranked.back().uneven_m);
   }
-  const auto is_uneven = [&](const Ranked& r) { return r.uneven_m > kUneven_m + kUneven * even_m; };
   std::stable_sort(ranked.begin(), ranked.end(), [&](const Ranked& a, const Ranked& b) {
-    return std::tuple(is_uneven(a), a.at_rim, -a.width_m) <
-           std::tuple(is_uneven(b), b.at_rim, -b.width_m);
+    return std::tuple(is_uneven(a.uneven_m, even_m), a.at_rim, -a.strip->width_m()) <
+           std::tuple(is_uneven(b.uneven_m, even_m), b.at_rim, -b.strip->width_m());
   });
-  std::vector<Eigen::Vector2d> found;
-  found.reserve(ranked.size());
-  for (const Ranked& r : ranked) found.push_back(r.place_m);
+  std::vector<StripPlace> found;
+  for (const Ranked& r : ranked) {
+    const StripPlace place{place_on(flat, *r.strip), {}};
+    const Strip* wider = wider_strip(flat, chains, joined, *r.strip);
+    const bool is_road =
+        wider != nullptr && wider->width_m() < kWideRoad_m && !is_whole_road(*r.strip);
+    if (is_road) found.push_back({place.at_m, wider->width_m()});
+    found.push_back(place);
+    if (wider != nullptr && !is_road) found.push_back({place.at_m, wider->width_m()});
+  }
   return found;
 }
 

@@ -35,15 +35,26 @@ struct ShapeClasses {
   /// strips on both its sides, or on none, or a narrow one: what has another on one side only may
   /// be the verge of that.
   double rival_width_m = 0.0;
-  bool is_told = false;  ///< by the place: then there is no rival
+  /// Of all columns that lie in one plane with the road, where only their widths differ from its
+  /// own and it is narrower than circuits are; 0 where it ends at a fold or at uneven ground.
+  double in_one_plane_m = 0.0;
+  std::optional<Eigen::Vector2d> twin_m;  ///< on another strip as long and wide, not beside it
+  bool is_told = false;                   ///< by the place: then there is no rival
 };
+
+/// A place on a strip; with a width, of those there the one about as wide.
+struct StripPlace {
+  Eigen::Vector2d at_m;
+  std::optional<double> width_m;
+};
+
 /// With a place: the strip on which it lies, where it lies on one.
 ShapeClasses classify_by_shape(const FlatSurface& flat,
-                               const std::optional<Eigen::Vector2d>& place_m = {});
+                               const std::optional<StripPlace>& place = {});
 
 /// A place on each strip about as long as the longest, the likeliest road first: even ones before
 /// uneven ones, those with ground on both sides before those at a rim, wide ones before narrow
-/// ones.
-std::vector<Eigen::Vector2d> places_by_shape(const FlatSurface& flat);
+/// ones. Before or after it the same place with the width of all columns in one plane there.
+std::vector<StripPlace> places_by_shape(const FlatSurface& flat);
 
 }  // namespace road

@@ -67,14 +67,15 @@ FlatGround flat_ground(const Mesh& mesh, const std::vector<bool>& empty,
 ClassesByShape classes_by_shape(const Mesh& mesh, const std::vector<bool>& empty,
                                 const std::vector<bool>& flat, const CleanOptions& options) {
   auto [surface, source] = flat_ground(mesh, empty, flat, options);
-  std::optional<Eigen::Vector2d> place_m;
-  if (options.near_m) place_m = *options.near_m - mesh.origin_m.head<2>();
-  ShapeClasses found = classify_by_shape(surface, place_m);
+  std::optional<StripPlace> place;
+  if (options.near_m) place = {*options.near_m - mesh.origin_m.head<2>(), options.guide_width_m};
+  ShapeClasses found = classify_by_shape(surface, place);
   const double scale = found.road_length_m == 0.0 ? kModelScale : 1.0;  // perhaps a model
   if (found.road_length_m == 0.0) {
     for (Eigen::Vector3d& v : surface.vertices_m) v *= kModelScale;
-    if (place_m) *place_m *= kModelScale;
-    found = classify_by_shape(surface, place_m);
+    if (place) place->at_m *= kModelScale;
+    if (place && place->width_m) *place->width_m *= kModelScale;
+    found = classify_by_shape(surface, place);
   }
   ClassesByShape classes{std::vector<SurfaceClass>(mesh.triangles.size(), SurfaceClass::scenery),
                          "", found.is_told};
@@ -86,21 +87,38 @@ ClassesByShape classes_by_shape(const Mesh& mesh, const std::vector<bool>& empty
         "the other, of {:.1f} m, may be the road and this one its verge; say which by a rough line "
         "along it (--guide FILE), or, if the line is right all the same, with --line-is-right",
         found.road_width_m / scale, found.rival_width_m / scale);
+  else if (found.in_one_plane_m > 0.0)
+    classes.doubt = fmt::format(
+        "nothing is called road, and by its shape it is {:.1f} m wide, of {:.1f} m in one plane: "
+        "only the widths of columns tell them apart; say which by a rough line along it (--guide "
+        "FILE), or, if the line is right all the same, with --line-is-right",
+        found.road_width_m / scale, found.in_one_plane_m / scale);
+  else if (found.twin_m) {
+    const Eigen::Vector2d at_m = mesh.origin_m.head<2>() + *found.twin_m / scale;
+    classes.doubt = fmt::format(
+        "nothing is called road, and another strip as long and wide as the one taken, {:.1f} m, "
+        "lies at ({:.1f}, {:.1f}); say which by a rough line along it (--guide FILE), or, if the "
+        "line is right all the same, with --line-is-right",
+        found.road_width_m / scale, at_m.x(), at_m.y());
+  }
   return classes;
 }
 
-std::vector<Eigen::Vector2d> places_that_may_be_road(const Mesh& mesh,
-                                                     const CleanOptions& options) {
+std::vector<PlaceOfRoad> places_that_may_be_road(const Mesh& mesh, const CleanOptions& options) {
   const Triangles triangles = look_at(mesh, options);
   FlatSurface surface = flat_ground(mesh, triangles.empty, triangles.flat, options).surface;
-  std::vector<Eigen::Vector2d> places_m = places_by_shape(surface);
-  const double scale = places_m.empty() ? kModelScale : 1.0;
-  if (places_m.empty()) {
+  std::vector<StripPlace> places = places_by_shape(surface);
+  const double scale = places.empty() ? kModelScale : 1.0;
+  if (places.empty()) {
     for (Eigen::Vector3d& v : surface.vertices_m) v *= kModelScale;
-    places_m = places_by_shape(surface);
+    places = places_by_shape(surface);
   }
-  for (Eigen::Vector2d& place_m : places_m) place_m = mesh.origin_m.head<2>() + place_m / scale;
-  return places_m;
+  std::vector<PlaceOfRoad> found;
+  for (const StripPlace& place : places) {
+    found.push_back({mesh.origin_m.head<2>() + place.at_m / scale, place.width_m});
+    if (found.back().width_m) *found.back().width_m /= scale;
+  }
+  return found;
 }
 
 double agreement(const Mesh& mesh, const std::vector<SurfaceClass>& a,

@@ -13,6 +13,7 @@
 #include <unordered_set>
 
 #include "cleaning.h"
+#include "mesh/ray_surface.h"
 #include "strip_ends.h"
 
 namespace road {
@@ -20,9 +21,11 @@ namespace {
 
 // A second component with this share of the largest one's road is another circuit, not a leftover.
 constexpr double kOtherCircuitShare = 0.3;
-// Two components whose corners lie this near, as a share of their size, are one road drawn twice.
-constexpr double kSameRoadShare = 0.02;
-constexpr double kWidestEnd_m = 60.0;  // of a road, along its border
+// Two components whose corners lie this near, as a share of their size, are one road drawn twice
+// where this share of the one lies over or under the other. Carriageways side by side do not.
+constexpr double kSameRoadShare = 0.02, kOverOther = 0.5;
+constexpr std::size_t kPlacesOnPart = 200;  // triangles of one of them
+constexpr double kWidestEnd_m = 60.0;       // of a road, along its border
 
 /// Components of the surface where borders that touch without shared vertices count as joined.
 Components touching_components(const Soup& soup, CleanReport& facts) {
@@ -167,6 +170,64 @@ void keep_what_touches_road(Soup& soup, CleanReport& facts) {
   keep_where(soup, found, facts, [&](std::size_t i) { return with_road.contains(component[i]); });
 }
 
+namespace {
+
+/// A component of the surface with its road.
+struct Part {
+  double road_m2 = 0.0, height_m3 = 0.0;  // the sum of area times height
+  double mean_height_m() const { return height_m3 / road_m2; }
+  double distance_m = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d lowest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector3d highest = -lowest;
+  std::vector<std::uint32_t> triangles;
+  Eigen::Vector3d centre() const { return (lowest + highest) / 2.0; }
+};
+
+std::map<std::uint32_t, Part> parts_of(const Soup& soup,
+                                       const std::vector<std::uint32_t>& component,
+                                       const Eigen::Vector3d& origin_m,
+                                       const std::optional<Eigen::Vector2d>& near_m) {
+  std::map<std::uint32_t, Part> parts;
+  for (std::uint32_t i = 0; i < soup.triangles.size(); ++i) {
+    if (soup.surface_class[i] != SurfaceClass::road) continue;
+    Part& part = parts[component[i]];
+    part.triangles.push_back(i);
+    const double area_m2 = soup.area_vector_of(i).norm();
+    part.road_m2 += area_m2;
+    for (const std::uint32_t vertex : soup.triangles[i]) {
+      const Eigen::Vector3d& v = soup.vertices_m[vertex];
+      part.height_m3 += area_m2 * v.z() / 3.0;
+      part.lowest = part.lowest.cwiseMin(v);
+      part.highest = part.highest.cwiseMax(v);
+      if (near_m)
+        part.distance_m = std::min(part.distance_m, ((origin_m + v).head<2>() - *near_m).norm());
+    }
+  }
+  return parts;
+}
+
+/// Whether two parts are one road drawn twice.
+bool same_road(const Soup& soup, const Part& a, const Part& b) {
+  if (&a == &b) return true;
+  const double apart_m = (a.lowest - b.lowest).norm() + (a.highest - b.highest).norm();
+  if (apart_m >= kSameRoadShare * (b.highest - b.lowest).norm()) return false;
+  Mesh other;
+  other.vertices_m = soup.vertices_m;
+  for (const std::uint32_t i : b.triangles) other.triangles.push_back(soup.triangles[i]);
+  const RaySurface rays(other);
+  std::size_t over = 0, all = 0;
+  for (std::size_t k = 0; k < a.triangles.size();
+       k += 1 + a.triangles.size() / kPlacesOnPart, ++all) {
+    const Triangle& t = soup.triangles[a.triangles[k]];
+    const Eigen::Vector3d at =
+        (soup.vertices_m[t[0]] + soup.vertices_m[t[1]] + soup.vertices_m[t[2]]) / 3.0;
+    over += rays.all_hits(at.x(), at.y()).empty() ? 0 : 1;
+  }
+  return static_cast<double>(over) > kOverOther * static_cast<double>(all);
+}
+
+}  // namespace
+
 std::optional<base::Refusal> keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges,
                                               const Eigen::Vector3d& origin_m,
                                               const CleanOptions& options, CleanReport& facts) {
@@ -174,51 +235,24 @@ std::optional<base::Refusal> keep_one_circuit(Soup& soup, const std::vector<Brid
   std::vector<std::uint32_t>& component = found.of_triangle;
   join_by_bridges(soup, bridges, component);
   join_facing_ends(soup, component);
-  struct Part {
-    double road_m2 = 0.0, height_m3 = 0.0;  // the sum of area times height
-    double mean_height_m() const { return height_m3 / road_m2; }
-    double distance_m = std::numeric_limits<double>::infinity();
-    Eigen::Vector3d lowest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
-    Eigen::Vector3d highest = -lowest;
-    Eigen::Vector3d centre() const { return (lowest + highest) / 2.0; }
-  };
-  std::map<std::uint32_t, Part> parts;
-  for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
-    if (soup.surface_class[i] != SurfaceClass::road) continue;
-    Part& part = parts[component[i]];
-    const double area_m2 = soup.area_vector_of(i).norm();
-    part.road_m2 += area_m2;
-    for (const std::uint32_t vertex : soup.triangles[i])
-      part.height_m3 += area_m2 * soup.vertices_m[vertex].z() / 3.0;
-    for (const std::uint32_t vertex : soup.triangles[i]) {
-      const Eigen::Vector3d& v = soup.vertices_m[vertex];
-      part.lowest = part.lowest.cwiseMin(v);
-      part.highest = part.highest.cwiseMax(v);
-      if (options.near_m) {
-        part.distance_m =
-            std::min(part.distance_m, ((origin_m + v).head<2>() - *options.near_m).norm());
-      }
-    }
-  }
+  const std::map<std::uint32_t, Part> parts = parts_of(soup, component, origin_m, options.near_m);
   if (parts.empty()) return std::nullopt;
   auto chosen = parts.begin();
   for (auto part = parts.begin(); part != parts.end(); ++part) {
     if (part->second.road_m2 > chosen->second.road_m2) chosen = part;
   }
-  const auto same_road = [](const Part& a, const Part& b) {
-    const double apart_m = (a.lowest - b.lowest).norm() + (a.highest - b.highest).norm();
-    return apart_m < kSameRoadShare * (b.highest - b.lowest).norm();
-  };
   // Of one road drawn twice a wheel meets the upper one.
   for (auto part = parts.begin(); part != parts.end(); ++part)
     if (part->second.road_m2 >= kOtherCircuitShare * chosen->second.road_m2 &&
-        same_road(chosen->second, part->second) &&
+        same_road(soup, chosen->second, part->second) &&
         part->second.mean_height_m() > chosen->second.mean_height_m())
       chosen = part;
   std::vector<const Part*> circuits;
   for (const auto& [number, part] : parts) {
     // One road drawn twice is one road.
-    const auto is_this = [&, &part = part](const Part* other) { return same_road(*other, part); };
+    const auto is_this = [&, &part = part](const Part* other) {
+      return same_road(soup, *other, part);
+    };
     if (part.road_m2 >= kOtherCircuitShare * chosen->second.road_m2 &&
         std::none_of(circuits.begin(), circuits.end(), is_this))
       circuits.push_back(&part);

@@ -8,6 +8,7 @@
 #include "corner_holes.h"
 #include "mesh_topology.h"
 #include "road/road_graph.h"
+#include "strip_ends.h"
 
 namespace road {
 namespace {
@@ -15,6 +16,14 @@ namespace {
 // Vertices snapped at a border must agree in height, or the lip of a kerb would be flattened.
 constexpr double kSnapHeight_m = 0.001;
 constexpr double kTornHeight_m = 0.005;
+// Of a gap that a bridge of another name may span, and of the road's border at its ends.
+constexpr double kLongestBridge_m = 100.0, kWidestBorder_m = 60.0;
+
+bool has_far_gap(const Soup& soup) {
+  return !facing_ends(open_ends(road_triangles(soup), soup.vertices_m, kWidestBorder_m),
+                      kLongestBridge_m)
+              .empty();
+}
 
 }  // namespace
 
@@ -55,9 +64,15 @@ base::Answer<Cleaning> clean_classes(const Mesh& mesh, const Triangles& triangle
   }
   facts = std::move(first);
   std::vector<Bridge> bridges;
-  if (doubtful)
-    bridges = fill_gaps_between_ends(mesh, road_graph(surface_of(soup)), triangles.flat,
+  // Where names are right, a bridge is what no rule of theirs tells.
+  const bool by_names = !doubtful && keep == Keep::one && facts.by_names && has_far_gap(soup);
+  if (doubtful || by_names) {
+    std::vector<bool> may_carry = triangles.flat;
+    for (std::uint32_t i = 0; by_names && i < mesh.triangles.size(); ++i)
+      may_carry[i] = may_carry[i] && !triangles.is_named[mesh.object_of_triangle[i]];
+    bridges = fill_gaps_between_ends(mesh, road_graph(surface_of(soup)), may_carry,
                                      class_of_triangle, facts);
+  }
   if (!bridges.empty()) {
     facts.dropped.clear();
     facts.vertices_welded = facts.faces_turned = 0;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "base/answer.h"
@@ -38,6 +40,7 @@ base::Answer<Cleaning> clean_classes(const Mesh& mesh, const Triangles& triangle
 struct RoadShown {
   double length_m = 0.0, share = 0.0, width_m = 0.0;
   bool closed = false;
+  std::optional<std::string> alike = {};  ///< two closed roads, and nothing tells which
   double worth() const;
 };
 RoadShown road_shown(const Soup& soup);

@@ -7,6 +7,7 @@
 
 #include "base/statistics.h"
 #include "cleaning.h"
+#include "fork.h"
 #include "road/road_graph.h"
 
 namespace road {
@@ -29,6 +30,8 @@ constexpr double kRingSlimness = 0.1;
 // A road by its shape that is narrower than this share of a ring this wide may be a lane of it.
 constexpr double kLaneShare = 0.6;
 constexpr double kWideRing_m = 16.0;
+
+constexpr std::size_t kWaysLookedAt = 4;
 
 double named_m2(const Mesh& mesh, const Triangles& triangles) {
   double sum_m2 = 0.0;
@@ -59,14 +62,14 @@ std::string text_of(const RoadShown& shown) {
 
 RoadShown road_shown(const Soup& soup) {
   const RoadGraph graph = road_graph(surface_of(soup));
-  const std::vector<RoadWay> ways = road_ways(graph, kRoadGap_m, 1);
+  const std::vector<RoadWay> ways = road_ways(graph, kRoadGap_m, kWaysLookedAt);
   if (ways.empty()) return {};
   double way_m2 = 0.0;
   const auto& points = ways[0].points_m;
   for (std::size_t i = 1; i < points.size(); ++i)
     way_m2 += 2.0 * ways[0].half_width_m[i] * (points[i] - points[i - 1]).head<2>().norm();
   return {ways[0].length_m, std::min(1.0, way_m2 / graph.area_m2),
-          2.0 * base::median(ways[0].half_width_m), ways[0].closed};
+          2.0 * base::median(ways[0].half_width_m), ways[0].closed, two_alike(ways)};
 }
 
 base::Answer<Cleaning> clean_by_shape(const Mesh& mesh, const Triangles& triangles,
@@ -137,6 +140,7 @@ base::Answer<Cleaning> more_plausible(const Mesh& mesh, const Triangles& triangl
     return base::Refusal(fmt::format("{}; shape alone finds {}", refused, text_of(by_form)));
   }
   const RoadShown by_name = road_shown(named->soup);
+  if (by_name.alike) return base::Refusal(*by_name.alike);
   const bool whole = by_name.closed && by_name.share > kAllOfTheNamed;
   const bool take_shape = by_form.worth() > (whole ? kMuchMore : kClearlyMore) * by_name.worth();
   Cleaning& taken = take_shape ? *shaped : *named;
