@@ -15,6 +15,7 @@
 #include "identify/proving_road.h"
 #include "recorded_drive.h"
 #include "recording/channels.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/recorded_car.h"
 #include "vehicle/vehicle_file.h"
@@ -127,10 +128,8 @@ TEST(AeroFit, TheTruthLiesInItsIntervals) {
   }
   int inside = 0, seen = 0;
   for (const auto& [name, s] : scores) {
-    if (heavy)
-      fmt::print("{:30} {} of {} inside, {} seen, rms {:.2f} %, largest {:.2f} %\n", name, s.inside,
-                 s.all, s.seen, 100.0 * std::sqrt(s.square / std::max(1, s.seen)),
-                 100.0 * s.largest);
+    support::figure(name + " percent", 100.0 * std::sqrt(s.square / std::max(1, s.seen)));
+    support::figure(name + " inside", s.inside), support::figure(name + " seen", s.seen);
     EXPECT_TRUE(s.seen == s.all || name.starts_with("open")) << name;
     EXPECT_LT(s.largest, name.find("stated") != std::string::npos ? 0.09 : 0.06) << name;
     inside += s.inside;

@@ -11,6 +11,7 @@
 #include "base/random.h"
 #include "identify/tyre_fit.h"
 #include "recording/table.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "vehicle/tyre_file.h"
 
@@ -86,8 +87,7 @@ identify::TyreFitOptions few_starts() {
 TEST(SlowAligningFit, AnotherTrailIsFoundThroughNoise) {
   const TyreCoefficients truth = other_racer();
   const TyreFit fit = identify::fit_tyre(bench(truth, 0.005), racer(), few_starts());
-  RecordProperty("before", std::to_string(missed(racer(), truth)));
-  RecordProperty("after", std::to_string(missed(fit.tyre, truth)));
+  support::figure("mz_percent", 100.0 * missed(fit.tyre, truth));
   EXPECT_GT(missed(racer(), truth), 0.05);
   EXPECT_LT(missed(fit.tyre, truth), 0.005);
   ASSERT_EQ(fit.stages.back().kind, identify::SlipKind::kAligning);
@@ -100,8 +100,7 @@ TEST(SlowAligningFit, APublishedTyreIsFoundFromAnotherOne) {
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no published tyre";
   const TyreCoefficients truth = vehicle::read_tyre(path).coefficients;
   const TyreFit fit = identify::fit_tyre(bench(truth, 0.002), racer(), few_starts());
-  RecordProperty("before", std::to_string(missed(racer(), truth)));
-  RecordProperty("after", std::to_string(missed(fit.tyre, truth)));
+  support::figure("mz_percent", 100.0 * missed(fit.tyre, truth));
   EXPECT_LT(missed(fit.tyre, truth), 0.01);
 }
 
@@ -124,7 +123,7 @@ TEST(AligningFit, TheTruthLiesInNineOfTenIntervals) {
     }
   }
   const double share = static_cast<double>(inside) / all;
-  RecordProperty("share", std::to_string(share));
+  support::figure("inside_percent", 100.0 * share);
   EXPECT_GT(share, 0.80);
   EXPECT_LT(share, 0.98);
 }

@@ -13,6 +13,7 @@
 #include "base/read_file.h"
 #include "brake_drive.h"
 #include "recorded_drive.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/recorded_car.h"
 #include "vehicle/vehicle_file.h"
@@ -95,10 +96,8 @@ TEST(BrakesFit, TheTruthLiesInItsIntervals) {
   }
   int inside = 0, seen = 0;
   for (const auto& [name, s] : scores) {
-    if (heavy)
-      fmt::print("{:26} {} of {} inside, {} empty, rms {:.2f} %, largest {:.2f} %\n", name,
-                 s.inside, s.seen, s.all - s.seen,
-                 100.0 * std::sqrt(s.square / std::max(1, s.seen)), 100.0 * s.largest);
+    support::figure(name + " percent", 100.0 * std::sqrt(s.square / std::max(1, s.seen)));
+    support::figure(name + " inside", s.inside), support::figure(name + " seen", s.seen);
     EXPECT_LT(s.largest, name.ends_with("weighed") ? 0.05 : 0.1) << name;
     inside += s.inside;
     seen += s.seen;

@@ -10,6 +10,7 @@
 #include "base/random.h"
 #include "recorded_drive.h"
 #include "recording/channels.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "vehicle/vehicle_file.h"
 
@@ -121,16 +122,14 @@ TEST(DiscsFit, TheTruthLiesInItsIntervals) {
   }
   int inside = 0, seen = 0;
   for (const auto& [name, s] : scores) {
-    if (heavy)
-      fmt::print(
-          "{:32} {} of {} inside, {} seen, rms {:.2f} % (share known {:.2f} %), largest {:.2f} %\n",
-          name, s.inside, s.all, s.seen, 100.0 * std::sqrt(s.square / std::max(1, s.seen)),
-          100.0 * std::sqrt(s.known / std::max(1, s.seen)), 100.0 * s.largest);
+    support::figure_of_case("stated_percent", 100.0 * std::sqrt(s.square / std::max(1, s.seen)));
+    support::figure_of_case("known_percent", 100.0 * std::sqrt(s.known / std::max(1, s.seen)));
     EXPECT_LT(std::sqrt(s.known / std::max(1, s.seen)), 0.05) << name;
     EXPECT_LT(s.largest, 0.2) << name;
     inside += s.inside;
     seen += s.seen;
   }
+  support::figure("inside", inside), support::figure("seen", seen);
   EXPECT_GE(inside, 0.8 * seen);
   EXPECT_GE(seen, 12);
 }

@@ -22,6 +22,7 @@
 #include "identify/mass_fit.h"
 #include "identify/tyre_conditions.h"
 #include "identify/tyre_fit.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/recorded_car.h"
 #include "vehicle/tyre_file.h"
@@ -358,14 +359,14 @@ TEST(DriveTyres, AnotherSimulatorsCar) {
         EXPECT_LT(std::abs(curves.stiffness), 0.05);
       }
       kept_back += mine.fy_left_n < 1.2 * right;
+      support::figure_of_case("kept_back_share", mine.fy_left_n / right);
     }
   }
-  fmt::print("{:.1f} % of {} places of curves inside\n", 100.0 * all.inside / all.places,
-             all.places);
+  support::figure("inside_percent", 100.0 * all.inside / all.places);
   EXPECT_GT(all.inside, 0.85 * all.places);
   // Wanted of all 16; 16 and 15 were seen (docs/evidence.md). Of 60 s in place of 90 the last
   // quarter corners harder than what was fitted, and 12 were kept back as well.
-  fmt::print("{} of 16 within 5 %, {} kept back as well as the true tyre\n", stiff, kept_back);
+  support::figure("stiff", stiff), support::figure("kept_back", kept_back);
   EXPECT_GE(stiff, 15);
   EXPECT_GE(kept_back, 15);
 }

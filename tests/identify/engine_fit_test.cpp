@@ -14,6 +14,7 @@
 #include "identify/proving_road.h"
 #include "recorded_drive.h"
 #include "recording/channels.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/recorded_car.h"
 #include "vehicle/vehicle_file.h"
@@ -140,9 +141,8 @@ TEST(EngineFit, TheTruthLiesInItsIntervals) {
   int inside = 0, seen = 0;
   for (const auto& [name, s] : scores) {
     const double rms = std::sqrt(s.square / s.seen), before = std::sqrt(s.before / s.seen);
-    if (heavy)
-      fmt::print("{:26} {} of {} inside, of {}; rms {:.2f} % (stated {:.2f} %), largest {:.2f} %\n",
-                 name, s.inside, s.seen, s.all, 100.0 * rms, 100.0 * before, 100.0 * s.largest);
+    support::figure(name + " percent", 100.0 * rms);
+    support::figure(name + " inside", s.inside), support::figure(name + " seen", s.seen);
     EXPECT_LT(rms, 0.035) << name;
     EXPECT_LT(rms, 0.6 * before) << name;
     EXPECT_LT(s.largest, 0.09) << name;

@@ -14,6 +14,7 @@
 #include "base/json_text.h"
 #include "base/read_file.h"
 #include "identify/forces.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/recorded_car.h"
 
@@ -65,8 +66,8 @@ void judge(const std::string& name, const identify::Estimated& e,
     n += 1.0;
   }
   const double rmse = std::sqrt(square / n);
-  fmt::print("  {:14} {:8.3g}, {:5.2f} % of the peak; {:5.1f} % inside\n", name, rmse,
-             100.0 * rmse / peak, 100.0 * inside / n);
+  support::figure_of_case(name.substr(0, name.rfind(' ')) + " percent", 100.0 * rmse / peak);
+  support::figure_of_case("inside_percent", 100.0 * inside / n);
   EXPECT_LT(rmse, std::max(most, most_share * peak)) << name;
 }
 

@@ -13,6 +13,7 @@
 
 #include "crg/file.h"
 #include "identify/forces.h"
+#include "support/figure.h"
 #include "trial_drive.h"
 #include "vehicle/vehicle_file.h"
 
@@ -58,14 +59,16 @@ identify::Forces forces_of(const Trial& trial, const recording::Recording& log, 
 
 /// Errors within 1.5 times the own car's bounds; slip angles inside their intervals in at least
 /// this share of the rows.
-void judge(const Trial& trial, const identify::Forces& f, double most_alpha_deg,
-           double least_alpha_inside) {
+void judge(const Trial& trial, const identify::Forces& f, const std::string& car,
+           double most_alpha_deg, double least_alpha_inside) {
   double inside = 0.0, quantities = 0.0;
   const auto say = [&](const std::string& name, const Errors& e) {
     inside += e.inside;
     quantities += 1.0;
-    fmt::print("  {:14} {:8.4g}, {:5.2f} % of the peak, {:5.1f} % inside\n", name, e.rmse,
-               100.0 * e.rmse / e.peak, 100.0 * e.inside);
+    const std::string kind = car + name.substr(0, name.rfind(' '));
+    support::figure_of_case(kind + " percent", 100.0 * e.rmse / e.peak);
+    if (name.starts_with("alpha")) support::figure_of_case(kind + " deg", e.rmse * 180.0 / M_PI);
+    support::figure_of_case(car + "inside percent", 100.0 * e.inside);
   };
   for (std::size_t a = 0; a < 2; ++a) {
     const auto sum = [&](std::size_t what) {
@@ -98,7 +101,7 @@ void judge(const Trial& trial, const identify::Forces& f, double most_alpha_deg,
     EXPECT_LT(alpha.rmse * 180.0 / 3.14159265, most_alpha_deg) << i;
     EXPECT_GT(alpha.inside, least_alpha_inside) << i;
   }
-  fmt::print("  all: {:.1f} % inside\n", 100.0 * inside / quantities);
+  support::figure(car + "all inside percent", 100.0 * inside / quantities);
   EXPECT_GT(inside / quantities, 0.85);
 }
 
@@ -123,7 +126,9 @@ TEST(SlowForcesOfTrials, AreThoseOfTheirTyres) {
       for (const std::string& doubt : f.doubts) fmt::print("  doubt: {}\n", doubt);
       for (const std::string& remark : f.remarks) fmt::print("  {}\n", remark);
       fmt::print("  {} rows, {} lost, {} of {} wild\n", f.rows, f.lost, f.wild, f.measurements);
-      judge(trial, f, optical ? 0.225 : 0.6, heavy ? 0.8 : 0.85);
+      judge(trial, f,
+            fmt::format("{} {} ", third ? "third" : "second", optical ? "optical" : "bare"),
+            optical ? 0.225 : 0.6, heavy ? 0.8 : 0.85);
     }
   }
 }
@@ -202,8 +207,8 @@ TEST(ForcesOfTrials, HoldTheirIntervals) {
       }
     }
     for (const auto& [name, share] : inside) {
-      fmt::print("{} car, {:14} {:5.1f} % inside\n", third ? "third" : "second", name,
-                 100.0 * share);
+      support::figure_of_case(third ? "third_inside_percent" : "second_inside_percent",
+                              100.0 * share);
       // Measured: fx 84 to 99 %, all else 86 to 100 % (docs/evidence.md).
       EXPECT_GT(share, name.starts_with("fx") ? 0.82 : 0.85) << name;
     }

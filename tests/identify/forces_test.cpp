@@ -19,6 +19,7 @@
 #include "crg/file.h"
 #include "identify/proving_road.h"
 #include "recorded_drive.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "vehicle/vehicle_file.h"
@@ -47,6 +48,7 @@ constexpr std::array<const char*, 6> kQuantities{"fx", "fy", "fz", "kappa", "alp
 /// Shares of the peak for forces; alpha in degrees.
 struct Bounds {
   double axle_fy = 0.03, wheel_fy = 0.06, fx = 0.05, alpha_deg = 0.15;
+  std::string log = "100 Hz";  ///< in the names of figures
 };
 
 /// What the test is about: errors below the bounds. Returns the share of all numbers inside their
@@ -57,9 +59,10 @@ double judge(const Forces& f, const Drive& drive, const Bounds& bounds) {
   const bool loud = std::getenv("KERBSTONE_HEAVY") != nullptr;
   const auto look = [&](const std::string& name, const identify::Estimated& e, const auto& truth) {
     const Comparison c = test_drive::compare(e, drive.wheel.size(), truth);
-    if (loud)
-      fmt::print("{:12} rmse {:9.4g}, {:5.2f} % of the peak; {:5.1f} % of {} inside\n", name,
-                 c.rmse, 100.0 * c.rmse / c.peak, 100.0 * c.inside, c.rows);
+    const std::string kind = bounds.log + " " + name.substr(0, name.rfind(' '));
+    support::figure_of_case(kind + " percent", 100.0 * c.rmse / c.peak);
+    if (name.starts_with("alpha")) support::figure_of_case(kind + " deg", c.rmse * 180.0 / M_PI);
+    support::figure_of_case(bounds.log + " inside percent", 100.0 * c.inside);
     inside += c.inside;
     ++count;
     return c;
@@ -99,7 +102,7 @@ double judge(const Forces& f, const Drive& drive, const Bounds& bounds) {
     if (loud) fmt::print("power of wheel {}: {:.0f} W of {:.0f}\n", i, power.rmse, power.peak);
     EXPECT_LT(power.rmse, 0.05 * power.peak) << i;
   }
-  if (loud) fmt::print("inside their 90 % intervals: {:.1f} %\n", 100.0 * inside / count);
+  support::figure(bounds.log + " all inside percent", 100.0 * inside / count);
   return inside / static_cast<double>(count);
 }
 
@@ -239,7 +242,7 @@ TEST(Forces, OfSixLapsHoldTheirIntervals) {
                optical ? 100 : 50, optical ? "with" : "without", f.rows, f.time_s.back(), f.lost,
                f.wild, f.measurements);
     Bounds bounds;
-    if (!optical) bounds.alpha_deg = 0.4;
+    if (!optical) bounds.alpha_deg = 0.4, bounds.log = "50 Hz";
     const double inside = judge(f, drive, bounds);
     EXPECT_GT(inside, 0.85);
     EXPECT_LT(inside, 0.95);
@@ -295,12 +298,10 @@ TEST(Forces, HoldTheirIntervalsOnKerbs) {
   ForcesOptions options;
   options.threads = 1;
   options.noise_rounds = 4;
-  const std::clock_t begin = std::clock();
   const Forces f = identify::estimate_forces(racer.car, road, recording, options);
   const std::array<double, 3> inside = inside_of(f, drive, kerb);
-  fmt::print("inside: all {:.1f} %, off kerbs {:.1f} %, on kerbs {:.1f} %; {:.1f} s\n",
-             100.0 * inside[2], 100.0 * inside[0], 100.0 * inside[1],
-             static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+  support::figure("all_inside_percent", 100.0 * inside[2]);
+  support::figure("on_kerbs_inside_percent", 100.0 * inside[1]);
   // 92, 93 and 86 % on 2026-11-26; 86, 89 and 66 % where the car inside ran in steps of 2 ms.
   EXPECT_GT(inside[2], 0.85);
   EXPECT_LT(inside[2], 0.95);
@@ -364,10 +365,10 @@ TEST(Forces, OfCarsThatAreOffHoldTheirIntervals) {
   }
   double sum = 0.0;
   for (const auto& [name, share] : inside) {
-    fmt::print("{:18} {:5.1f} % inside\n", name, 100.0 * share);
+    support::figure_of_case("inside_percent", 100.0 * share);
     sum += share / static_cast<double>(inside.size());
   }
-  fmt::print("all {:.1f} %\n", 100.0 * sum);
+  support::figure("all_inside_percent", 100.0 * sum);
   EXPECT_GT(sum, 0.85);
   EXPECT_LT(sum, 0.95);
 }

@@ -14,6 +14,7 @@
 #include "base/write_file.h"
 #include "identify/proving_road.h"
 #include "recorded_drive.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/recorded_car.h"
 #include "vehicle/vehicle_file.h"
@@ -120,9 +121,9 @@ TEST(MassFit, TheTruthLiesInItsIntervals) {
                                            {"front_lift_area_m2", 0.05},
                                            {"rear_lift_area_m2", 0.04}};
   for (const auto& [name, s] : scores) {
-    if (heavy)
-      fmt::print("{:20} {} of {} inside, rms {:.2f} %, largest {:.2f} %\n", name, s.inside, s.all,
-                 100.0 * std::sqrt(s.square / s.all), 100.0 * s.largest);
+    support::figure(name + "_percent", 100.0 * std::sqrt(s.square / s.all));
+    support::figure(name + "_inside", s.inside);
+    support::figure(name + "_of", s.all);
     EXPECT_LT(s.largest, most.at(name)) << name;
     inside += s.inside;
     all += s.all;
@@ -165,6 +166,7 @@ TEST(MassFit, LoadsOfAnotherSimulator) {
   const std::string folder = places::data() + "/ocd_trials";
   const std::vector<nlohmann::json> trials = support::trials_of(folder);
   if (trials.empty()) GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
+  int inside = 0, all = 0;
   for (const auto& trial : trials) {
     const std::string id = trial.at("id");
     if (id != "t01" && id != "t06" && id != "t18" && id != "t19") continue;
@@ -188,13 +190,16 @@ TEST(MassFit, LoadsOfAnotherSimulator) {
         {"rear_lift_area_m2", {1.45, 0.015}}};
     for (const auto& [name, value] : is) {
       const Found& f = fit.at(name);
-      if (std::getenv("KERBSTONE_HEAVY") != nullptr)
-        fmt::print("{} {:20} {:.5g} within {:.2g}, is {:.5g}\n", id, name, f.value, f.within,
-                   value.first);
+      if (name == "mass_kg")
+        support::figure_of_case("mass_percent", 100.0 * std::abs(f.value / value.first - 1.0));
+      if (name == "cog_height_m")
+        support::figure_of_case("height_mm", 1e3 * std::abs(f.value - value.first));
+      inside += std::abs(f.value - value.first) < f.within ? 1 : 0, ++all;
       EXPECT_EQ(f.unseen, "") << name;
       EXPECT_NEAR(f.value, value.first, value.second) << name;
     }
   }
+  support::figure("inside", inside), support::figure("of", all);
 }
 
 // The same loads with a car that has all of it: its intervals hold what such loads lack.

@@ -10,6 +10,7 @@
 
 #include "brake_drive.h"
 #include "recorded_drive.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "vehicle/vehicle_file.h"
 
@@ -85,9 +86,8 @@ TEST(PadMapFit, TheTruthLiesInItsIntervals) {
   }
   for (const auto& [name, s] : scores) {
     const double rms = std::sqrt(s.square / s.seen), before = std::sqrt(s.before / s.seen);
-    if (heavy)
-      fmt::print("{:12} {} of {} inside, of {}; rms {:.2f} % (stated {:.2f} %), largest {:.2f} %\n",
-                 name, s.inside, s.seen, s.all, 100.0 * rms, 100.0 * before, 100.0 * s.largest);
+    support::figure(name + " percent", 100.0 * rms);
+    support::figure(name + " inside", s.inside), support::figure(name + " seen", s.seen);
     EXPECT_GE(s.inside, 0.85 * s.seen) << name;
     EXPECT_LT(rms, 0.04) << name;
     EXPECT_LT(rms, 0.75 * before) << name;

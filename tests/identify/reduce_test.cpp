@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "identify/proving_road.h"
 #include "identify/reduced_files.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "vehicle/vehicle_file.h"
@@ -114,8 +115,6 @@ TEST(Reduce, TheRacerIsWithinTheBounds) {
   const Reduction r = identify::reduce_car(racer.car, options);
   const crg::Surface road(identify::proving_road());
   const LapError lap = identify::compare_on_lap(racer.car, r, vehicle::Road(road));
-  RecordProperty("lap_double", std::to_string(lap.two.ay_rms));
-  RecordProperty("limit_double", std::to_string(r.limit_double.rms));
   // Measured with these options, 2026-11-24: see docs/evidence.md for those of the command.
   EXPECT_LT(lap.single.ay_rms, 0.015);
   EXPECT_LT(lap.two.ay_rms, 0.015);
@@ -193,6 +192,11 @@ TEST(Reduce, BothCarsAndALockedDifferential) {
     const Reduction r = identify::reduce_car(racer.car);
     const crg::Surface road(identify::proving_road());
     const LapError lap = identify::compare_on_lap(racer.car, r, vehicle::Road(road));
+    for (const auto& model : {lap.single, lap.two})
+      support::figure_of_case("ay_percent", 100.0 * model.ay_rms),
+          support::figure_of_case("ay_95_percent", 100.0 * model.ay_95);
+    for (const auto& limit : {r.limit_single, r.limit_double})
+      support::figure_of_case("limit_percent", 100.0 * limit.rms);
     EXPECT_LT(lap.two.ay_rms, 0.02) << c.car;
     EXPECT_LT(r.limit_double.rms, c.limit) << c.car;
     EXPECT_LT(r.limit_double.most, 0.02) << c.car;

@@ -11,6 +11,7 @@
 #include "base/statistics.h"
 #include "identify/proving_road.h"
 #include "recorded_drive.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/recorded_car.h"
 #include "vehicle/vehicle_file.h"
@@ -56,7 +57,7 @@ TEST(SuspensionFit, TheTruthLiesInItsIntervals) {
   const crg::Surface surface{identify::proving_road()};
   struct Score {
     int inside = 0, seen = 0, all = 0;
-    double square = 0.0, largest = 0.0;  ///< N/m
+    double square = 0.0, largest = 0.0;  ///< the former of shares, the latter in N/m
   };
   std::map<std::string, Score> scores;
   for (std::uint64_t seed = 1; seed <= (heavy ? 40u : 5u); ++seed) {
@@ -74,15 +75,14 @@ TEST(SuspensionFit, TheTruthLiesInItsIntervals) {
         if (!f.unseen.empty()) continue;
         ++s.seen;
         s.inside += std::abs(f.value - is) < f.within ? 1 : 0;
-        s.square += (f.value - is) * (f.value - is);
+        s.square += std::pow(f.value / is - 1.0, 2.0);
         s.largest = std::max(s.largest, std::abs(f.value - is));
       }
   }
   int inside = 0, seen = 0;
   for (const auto& [name, s] : scores) {
-    if (heavy)
-      fmt::print("{:22} {} of {} inside, {} seen, rms {:.0f}, largest {:.0f} N/m\n", name, s.inside,
-                 s.all, s.seen, std::sqrt(s.square / std::max(1, s.seen)), s.largest);
+    support::figure(name + "_percent", 100.0 * std::sqrt(s.square / std::max(1, s.seen)));
+    support::figure(name + "_inside", s.inside), support::figure(name + "_of", s.all);
     if (name.ends_with("spring_npm")) {
       EXPECT_EQ(s.seen, s.all) << name;
       EXPECT_LT(s.largest, 7000.0) << name;

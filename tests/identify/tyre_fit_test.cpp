@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/random.h"
 #include "recording/table.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "vehicle/tyre_file.h"
 
@@ -101,8 +102,8 @@ TEST(SlowTyreFit, APublishedTyreIsFoundFromAnotherOneThroughNoise) {
   const TyreCoefficients truth = vehicle::read_tyre(data("sample_mf61.tir")).coefficients;
   const TyreFit fit = identify::fit_tyre(measured(truth, sweeps(truth), 0.01), racer());
   const Misfit left = misfit(fit.tyre, measured(truth, sweeps(truth, 0.37), 0.0));
-  RecordProperty("fx", std::to_string(left.fx));
-  RecordProperty("fy", std::to_string(left.fy));
+  support::figure("fx_percent", 100.0 * left.fx);
+  support::figure("fy_percent", 100.0 * left.fy);
   EXPECT_LT(left.fx, 0.005);
   EXPECT_LT(left.fy, 0.005);
   EXPECT_NEAR(fit.fx.noise, 0.01 * truth.nominal_load_n, 0.001 * truth.nominal_load_n);
@@ -173,7 +174,7 @@ TEST(TyreFit, TheTruthLiesInNineOfTenIntervals) {
     }
   }
   const double share = static_cast<double>(inside) / all;
-  RecordProperty("share", std::to_string(share));
+  support::figure("inside_percent", 100.0 * share);
   // Six benches have 6 * 22 unknowns: a standard deviation of some 3 %.
   EXPECT_GT(share, benches > 6 ? 0.85 : 0.80);
   EXPECT_LT(share, benches > 6 ? 0.95 : 0.98);
