@@ -99,9 +99,7 @@ py::dict errors_by_channel(const vehicle::ReplayResult& result) {
   return out;
 }
 
-}  // namespace
-
-void add_replay(py::module_& m) {
+void add_recording(py::module_& m) {
   using namespace pybind11::literals;
   py::class_<recording::Recording> type(m, "Recording",
                                         "A log of a drive: a mapping from channels to arrays.");
@@ -146,7 +144,13 @@ void add_replay(py::module_& m) {
                              [](const recording::Recording& r) { return r.table.names; })
       .def_readonly("step_s", &recording::Recording::step_s, "median distance of two rows");
   py::module_::import("collections.abc").attr("Mapping").attr("register")(type);
+}
 
+}  // namespace
+
+void add_replay(py::module_& m) {
+  using namespace pybind11::literals;
+  add_recording(m);
   py::class_<vehicle::ChannelError>(
       m, "ChannelError",
       "How far a channel was from the recording, and trivial predictors: hold (it stays as it was "

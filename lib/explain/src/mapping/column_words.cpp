@@ -81,10 +81,8 @@ constexpr std::array<Unit, 62> kUnits{{{"time", "s", 1},
                                        {"temperature", "degf", 5.0 / 9, 273.15 - 32 * 5.0 / 9},
                                        {"temperature", "°f", 5.0 / 9, 273.15 - 32 * 5.0 / 9}}};
 
-}  // namespace
-
-const std::vector<Alias>& aliases() {
-  static const std::vector<Alias> list{
+std::vector<Alias> aliases_of_places_and_speeds() {
+  return {
       {"time_s",
        "time",
        {"time",        "t",        "ts",    "timestamp", "times",   "logtime",   "sessiontime",
@@ -131,6 +129,11 @@ const std::vector<Alias>& aliases() {
         "gyroyawvelocity", "yawvelocity", "gpsgyro", "gierrate", "giergeschwindigkeit"}},
       {"roll_rate_radps", "rate", {"rollrate", "gyrox", "angularx", "angularvelocityx"}},
       {"pitch_rate_radps", "rate", {"pitchrate", "gyroy", "angulary", "angularvelocityy"}},
+  };
+}
+
+std::vector<Alias> aliases_of_accelerations_and_controls() {
+  return {
       {"ax_mps2",
        "acceleration",
        {"ax",
@@ -187,6 +190,16 @@ const std::vector<Alias>& aliases() {
         "giri"}},
       {"fuel_kg", "none", {"fuel", "fuelmass"}},
   };
+}
+
+}  // namespace
+
+const std::vector<Alias>& aliases() {
+  static const std::vector<Alias> list = [] {
+    std::vector<Alias> out = aliases_of_places_and_speeds();
+    for (const Alias& alias : aliases_of_accelerations_and_controls()) out.push_back(alias);
+    return out;
+  }();
   return list;
 }
 
