@@ -12,6 +12,7 @@
 
 #include "base/json_text.h"
 #include "information.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/run_tool.h"
 #include "support/temporary_folder.h"
@@ -76,8 +77,8 @@ TEST(FleetScale, TenThousandDrivesTakeAMinuteAndAGigabyteAtMost) {
   rusage used{};
   getrusage(RUSAGE_CHILDREN, &used);
   const double cpu_s = static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec);
-  std::printf("10,000 drives of 100 cars: %.1f s, %.1f s of processor, %.0f MB\n", seconds, cpu_s,
-              1e-3 * static_cast<double>(used.ru_maxrss));
+  support::figure("clock_s", seconds), support::figure("processor_s", cpu_s);
+  support::figure("memory_mb", 1e-3 * static_cast<double>(used.ru_maxrss));
   // Of the processor: others may be at work on the machine.
   EXPECT_LE(cpu_s, 60.0);
   EXPECT_LE(used.ru_maxrss, 1000 * 1000);  // kB, of the largest child

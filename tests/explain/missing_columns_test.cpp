@@ -12,6 +12,7 @@
 
 #include "base/json_text.h"
 #include "proof.h"
+#include "support/figure.h"
 #include "support/run_tool.h"
 
 namespace explain_test {
@@ -86,7 +87,7 @@ TEST(SlowMissingColumns, AreNoMissingPhysics) {
     if (found.at("verdict") != "none")
       fmt::print("without {}: {}\n", name, found.at("verdict").get<std::string>());
   }
-  fmt::print("{} of {} runs name something\n", named, runs);
+  support::figure("runs", runs), support::figure("named", named);
   EXPECT_GE(runs, 2);
   EXPECT_LE(named, 0.05 * runs);
 }

@@ -12,6 +12,7 @@
 
 #include "base/json_text.h"
 #include "base/read_file.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/recorded_car.h"
 #include "support/run_tool.h"
@@ -99,7 +100,7 @@ TEST(SlowOtherSimulator, NothingIsNamedWhereNothingIsMissingAndWhatIsMissingFirs
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
   const support::TemporaryFolder folder;
   write_stated_car(folder);
-  int nulls = 0, alarms = 0, effects = 0, first = 0, wrong = 0;
+  int nulls = 0, alarms = 0, effects = 0, first = 0, wrong = 0, large = 0, large_first = 0;
   const json all = base::parse_json<json>(base::read_file(truths));
   json stated;
   for (const json& trial : all.at("trials")) {
@@ -115,14 +116,17 @@ TEST(SlowOtherSimulator, NothingIsNamedWhereNothingIsMissingAndWhatIsMissingFirs
     const double size = nothing ? 0.0 : trial.at("size").at("noise_sd").get<double>();
     if (nothing) nulls += 1, alarms += verdict != "none" ? 1 : 0;
     if (size >= 0.5) effects += 1, first += right ? 1 : 0;
+    if (size >= 1.0) large += 1, large_first += right ? 1 : 0;
     wrong += !nothing && verdict == "explained" && !right ? 1 : 0;
     std::printf(
         "%s %s%s (%.2f sd): %s%s\n", trial.at("id").get<std::string>().c_str(),
         nothing ? "nothing" : trial["effects"][0].at("mechanism").get<std::string>().c_str(),
         nothing || right ? "" : " NOT FIRST", size, verdict.c_str(), names.c_str());
   }
-  std::printf("alarms %d of %d; named first from 0.5 sd %d of %d; wrong names %d\n", alarms, nulls,
-              first, effects, wrong);
+  support::figure("alarms", alarms), support::figure("nulls", nulls);
+  support::figure("first", first), support::figure("effects", effects);
+  support::figure("large_first", large_first), support::figure("large", large);
+  support::figure("wrong", wrong);
   EXPECT_GT(effects, 0);
   EXPECT_LE(10 * alarms, nulls);
   if (heavy) {  // what every page says of these recordings

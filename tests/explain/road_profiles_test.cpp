@@ -18,6 +18,7 @@
 #include "explain/explain.h"
 #include "lap_waves.h"
 #include "simulated_drive.h"
+#include "support/figure.h"
 #include "support/oval_road.h"
 #include "vehicle/lap.h"
 
@@ -132,9 +133,13 @@ TEST(RoadProfiles, ARoadThatIsStatedFlatIsFoundAlongTheWholeLap) {
   const Finding* bank = found(all, "road.banking");
   const Finding* grade = found(all, "road.grade");
   ASSERT_TRUE(bank != nullptr && grade != nullptr) << findings_json(all);
-  EXPECT_GT(right(*bank, [&](double share) { return bank_at(truth, share); }), 0.8);
-  EXPECT_GT(right(*grade, [&](double share) { return truth.grade * std::sin(kTurn * share); }),
-            0.8);
+  const double bank_right = right(*bank, [&](double share) { return bank_at(truth, share); }),
+               grade_right = right(
+                   *grade, [&](double share) { return truth.grade * std::sin(kTurn * share); });
+  support::figure("bank_percent", 100 * bank_right),
+      support::figure("grade_percent", 100 * grade_right);
+  EXPECT_GT(bank_right, 0.8);
+  EXPECT_GT(grade_right, 0.8);
   const Finding* late = found(all, "sensor.low_pass");
   ASSERT_NE(late, nullptr) << findings_json(all);
   EXPECT_EQ(late->channel, "yaw_rate_radps");

@@ -20,6 +20,7 @@
 #include "sim/dds.h"
 #include "some_unit.h"
 #include "support/demo_circuit.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/run_tool.h"
 #include "unit_driver.h"
@@ -507,6 +508,8 @@ TEST(ServeUnit, AStackDrivesTheLineOfARecordedLapAtItsSpeed) {
       places::source(), tools, EXAMPLE_STACK, recording, folder.path("lap"));
   ASSERT_EQ(std::system(command.c_str()), 0) << folder.read("lap.log");
   const auto errors = base::parse_json<nlohmann::json>(folder.read("lap/errors.json"));
+  for (const std::string name : {"vx_mps", "lateral_m"})
+    support::figure(name, errors.at(name).at("rmse").get<double>());
   EXPECT_LE(errors.at("vx_mps").at("rmse"), 0.4);
   EXPECT_LE(errors.at("lateral_m").at("rmse"), 0.2);
   EXPECT_LE(errors.at("heading_rad").at("rmse"), 0.05);
