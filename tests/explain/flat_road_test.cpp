@@ -63,6 +63,10 @@ TEST(FlatRoad, OfSpeedAndYawRateAloneComesWithTheLogPlaced) {
                                              places::source() + "/vehicles/open_wheel/vehicle.yaml",
                                              "-o", folder.path("lap.csv")});
   EXPECT_EQ(driven.code, 0) << driven.err;
+  // Two files do not go to one output.
+  const support::ToolRun dash = support::run_tool(places::crgexplain(), {"road", path, "-o", "-"});
+  EXPECT_EQ(dash.code, 1);
+  EXPECT_THAT(dash.err, HasSubstr("name a file"));
 }
 
 TEST(FlatRoad, OfLatitudesIsThatOfTheMappingThatMapProposes) {

@@ -116,6 +116,11 @@ int flat_road(const RoadCommand& command, Terminal& terminal) {
   const recording::Mapping mapping = mapping_of(command, log);
   recording::Recording drive = recording::make_recording(log, command.log_path, mapping);
   const std::optional<road::ReckonedPlaces> reckoned = add_places(command, drive);
+  if (reckoned && command.out_path == "-")
+    throw vehicle::Error(fmt::format(
+        "{}: its places are reckoned, and the log with them lies beside the road; name a file in "
+        "place of -",
+        command.log_path));
   road::DrivenRoadReport report;
   road::EdgeRoad flat = road::road_under(places_of(command, drive, reckoned), &report);
   std::vector<std::string> remarks;
