@@ -41,6 +41,7 @@ TEST(Verbs, AreCommandsOfTheProgramsThatOwnThem) {
       {{"race"}, {"crgsim", "race"}},
       {{"explain"}, {"crgexplain", "run"}},
       {{"explain", "map"}, {"crgexplain", "map"}},
+      {{"explain", "road"}, {"crgexplain", "road"}},
       {{"fit", "tyre"}, {"crgidentify", "tyre"}},
       {{"unit", "info"}, {"crgsim", "info"}},
       {{"unit"}, {"crgsim"}},

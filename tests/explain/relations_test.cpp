@@ -115,5 +115,36 @@ TEST(Relations, AGyroOnARoadThatLeansAndDipsIsRight) {
   }
 }
 
+// A receiver's antenna ahead of the centre of mass goes another way than the car.
+TEST(Relations, AnAntennaAheadSwingsOutOfTheTurn) {
+  constexpr double kAhead_m = 1.5;
+  const crg::Crg road = dipping_circle();
+  const double radius_m = road.grid.u_step_m *
+                          static_cast<double>(road.grid.z_m.size() / road.grid.v_m.size() - 1) /
+                          (2 * std::numbers::pi);
+  const recording::Table at_centre = circling(radius_m, true);
+  recording::Table ahead = at_centre;
+  for (std::size_t i = 0; i < ahead.rows(); ++i) {
+    ahead.columns[1][i] += kAhead_m * std::cos(ahead.columns[3][i]);
+    ahead.columns[2][i] += kAhead_m * std::sin(ahead.columns[3][i]);
+  }
+  const vehicle::Vehicle car = explain_test::racer();
+  const auto course_off = [&](const recording::Table& log, double place_ahead_m) {
+    const Signals s = make_signals(log, identity_mapping(log), crg::Surface(road), "circle.csv");
+    Setting set;
+    set.p = car.parameters;
+    set.place_ahead = place_ahead_m;
+    const std::vector<double> off = residuals(s, car, set, {.none = true}).r[Relation::kCourse];
+    double sum = 0, count = 0;
+    for (std::size_t i = 20; i + 20 < off.size(); ++i)
+      if (std::isfinite(off[i])) sum += off[i], count += 1;
+    EXPECT_GT(count, 300);
+    return sum / count;
+  };
+  const double none = course_off(at_centre, 0), swung = course_off(ahead, 0);
+  EXPECT_NEAR(swung - none, kAhead_m / radius_m, 0.002);
+  EXPECT_NEAR(course_off(ahead, kAhead_m), none, 0.001);
+}
+
 }  // namespace relations_test
 }  // namespace explain

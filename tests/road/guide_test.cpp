@@ -426,6 +426,18 @@ TEST(GuideLap, OfSeveralLapsIsOne) {
   EXPECT_LT(length_m, 1.05 * once_m);
 }
 
+// A whole race: more laps than a lap is part of the way.
+TEST(GuideLap, OfManyLapsIsOneToo) {
+  std::vector<Vector3d> driven;
+  for (int k = 0; k < 30 * 200; ++k) driven.push_back(ring(k / 200.0, 2.0 * std::sin(0.013 * k)));
+  const road::Guide lap = road::guide_along(driven);
+  ASSERT_TRUE(lap.closed);
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < lap.points_m.size(); ++i)
+    length_m += (lap.points_m[i] - lap.points_m[i - 1]).head<2>().norm();
+  EXPECT_NEAR(length_m, 790.0, 40.0);  // measured along the ring
+}
+
 TEST(GuideLap, OfAHelixIsTheWholeWay) {
   std::vector<Vector3d> up;
   for (int k = 0; k < 200; ++k)

@@ -18,6 +18,12 @@ struct MapCommand {
 };
 int map(const MapCommand& command, Terminal& terminal);
 
+struct RoadCommand {
+  std::string log_path, mapping_path, out_path;
+};
+/// A flat road under a drive; where the log has no places, also the log with them beside it.
+int flat_road(const RoadCommand& command, Terminal& terminal);
+
 using RunCommand = explain::ExplainRequest;
 int run(const RunCommand& command, Terminal& terminal);
 

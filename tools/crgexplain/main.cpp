@@ -49,6 +49,19 @@ int main(int argc, char** argv) {
                     "value, what it becomes");
   map_app->callback([&] { run = [&] { return crgexplain::map(map, terminal); }; });
 
+  crgexplain::RoadCommand flat;
+  CLI::App* const road_app =
+      app.add_subcommand("road", "Makes a flat road under the laps of a log, where there is none");
+  add_input(*road_app, "log", flat.log_path,
+            "Any log with places, or with forward speed and yaw rate")
+      ->required();
+  add_input(*road_app, "--mapping", flat.mapping_path,
+            "Which column is which channel; without: as crgexplain map proposes");
+  add_output_file(*road_app, flat.out_path,
+                  "CRG file to write; beside it the log with places, where it has none")
+      ->required();
+  road_app->callback([&] { run = [&] { return crgexplain::flat_road(flat, terminal); }; });
+
   crgexplain::RunCommand analysis;
   CLI::App* const run_app =
       app.add_subcommand("run", "Locates, names and sizes what the simulation lacks");

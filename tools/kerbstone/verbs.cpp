@@ -46,7 +46,7 @@ const std::vector<Verb>& verbs() {
       {"explain",
        "crgexplain",
        "run",
-       {"map", "summary", "fleet"},
+       {"map", "road", "summary", "fleet"},
        "why a simulation and a recording differ"},
       {"fit",
        "crgidentify",

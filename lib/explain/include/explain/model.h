@@ -85,6 +85,7 @@ struct Setting {
   // Sensors.
   double imu_yaw = 0.0, imu_ahead = 0.0;
   double vy_ahead = 0.0;       ///< of the centre of mass, where the lateral speed is measured, m
+  double place_ahead = 0.0;    ///< of the centre of mass, where the place is measured, m
   double level = 0.0;          ///< 1: the accelerometer stays level with the road, 0: with the body
   double filter_lead_s = 0.0;  ///< of filters that a logger reckons from sample to sample
   double derived_ax = 0.0;     ///< 1: ax is the derivative of the speed

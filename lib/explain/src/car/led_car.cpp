@@ -249,7 +249,7 @@ bool same_drive(const KnownDrive& known, const Setting& setting, const Lead& by)
     s.sensor = none.sensor;
     s.throttle_s = s.brake_s = s.steer_s = s.steer_lag_s = s.burn = 0.0;
     s.bank = s.grade = s.vertical = s.shift_u = s.imu_yaw = s.imu_ahead = 0.0;
-    s.vy_ahead = s.derived_ax = s.level = s.filter_lead_s = 0.0;
+    s.vy_ahead = s.place_ahead = s.derived_ax = s.level = s.filter_lead_s = 0.0;
     s.pressure_by_command = none.pressure_by_command;
     s.along = {};
     return s;

@@ -163,6 +163,11 @@ Motion Relations::motion(std::size_t i) const {
   m.dvy = has(kVy) ? dx[kVy][i] - set_.vy_ahead * turning : 0.0;
   m.px = dx[kX][i];
   m.py = dx[kY][i];
+  const double swing_mps = set_.place_ahead * dx[kYaw][i];
+  if (set_.place_ahead != 0 && std::isfinite(swing_mps)) {  // an antenna ahead swings out in turns
+    m.px += swing_mps * std::sin(x[kYaw][i]);
+    m.py -= swing_mps * std::cos(x[kYaw][i]);
+  }
   return m;
 }
 

@@ -82,6 +82,13 @@ void list_motion(const Listing& l) {
     of_channel(l, kVy, "sensor.lever_arm", {"ahead of the centre of mass", "m", 0.3, 0.1},
                "logged = vy + l r", [](Setting& s, double v) { s.vy_ahead += v; })
         .separating = "measure where it is mounted";
+  if (has(l, kVy) && has(l, kYaw)) {
+    Unknown& antenna = of_channel(
+        l, kX, "sensor.lever_arm", {"ahead of the centre of mass", "m", 0.5, 0.3},
+        "logged = place + l ahead", [](Setting& s, double v) { s.place_ahead += v; });
+    antenna.channel = column(l, kX) + "," + column(l, kY);
+    antenna.separating = "measure where the antenna is mounted";
+  }
   if (has(l, kAx))
     of_channel(l, kAx, "sensor.derived", {"share", "1", 0.2, 0.6, true},
                "logged = dvx/dt, not what an accelerometer feels",
@@ -187,9 +194,9 @@ void write_misalignment(MappingChanges& out, const Finding& f) {
   out.changed = true;
 }
 
-/// That of the lateral speed has no place in a mapping.
+/// Those of the lateral speed and of the place have none in a mapping.
 void write_lever_arm(MappingChanges& out, const Finding& f) {
-  if (f.channel == out.logs.front().column[kVy]) return;
+  if (!names_column(f.channel, out.logs.front().column[kAx])) return;
   out.mapping.imu_ahead_m += f.parameters[0].value;
   out.changed = true;
 }

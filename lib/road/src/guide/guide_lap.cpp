@@ -20,7 +20,8 @@ constexpr std::size_t kMostPointsOfLap = 4000;  // of which a lap is looked for
 constexpr double kSameWay = 0.7;     // cosine between the directions of two laps at one place
 constexpr double kMost_m = 10.0;     // between two laps at one place: the width of a road
 constexpr double kMostShare = 0.01;  // of the whole length, for models
-constexpr double kRoomShare = 0.05;  // of the length, between the end and the beginning of a lap
+constexpr double kRoomShare = 0.05;  // of the length, between the end and the beginning of a lap;
+constexpr double kRoom_m = 300.0;    // enough however many laps there are
 constexpr double kRepeatedShare =
     0.3;                           // of the length is driven twice where there are several laps,
 constexpr double kLapShare = 0.5;  // or one lap is so much of it; else it is a helix
@@ -56,7 +57,7 @@ Return best_return(const std::vector<Vector3d>& way) {
   const auto heading = [&](std::size_t i) -> Vector2d {
     return (way[std::min(i + 1, n - 1)] - way[i == 0 ? 0 : i - 1]).head<2>().normalized();
   };
-  const double least_m = std::max(10.0 * most_m, kRoomShare * s_m.back());
+  const double least_m = std::max(10.0 * most_m, std::min(kRoom_m, kRoomShare * s_m.back()));
   Return best;
   double repeated_m = 0.0;
   for (std::size_t j = 1; j < n; ++j) {
