@@ -61,11 +61,11 @@ TEST(Mapping, CountsRepeatsAsMissing) {
   EXPECT_FALSE(of(propose_mapping(foreign(), "log"), "yaw_rate_radps").held);
 }
 
-TEST(Mapping, KeepsTheBytesOfNamesInAnyEncoding) {
+TEST(Mapping, IsReadBackWithAnyNames) {
   recording::Table log = foreign();
-  log.names[3] = "heading(\xb0)";  // Latin-1
+  log.names[3] = "heading(°)";
   log.names[5] = "yawrate \"raw\\\t(deg/s)";
-  log.names[4] = "speed(km/h) \xc3\xbc" + std::string(3000, 'x');  // YAML's short keys end at 1024
+  log.names[4] = "speed(km/h) ü" + std::string(3000, 'x');  // YAML's short keys end at 1024
   const Mapping m = propose_mapping(log, "log");
   const support::TemporaryFolder folder;
   const recording::Mapping again =
@@ -73,6 +73,10 @@ TEST(Mapping, KeepsTheBytesOfNamesInAnyEncoding) {
   ASSERT_EQ(again.columns.size(), m.columns.size());
   for (std::size_t k = 0; k < m.columns.size(); ++k)
     EXPECT_EQ(again.columns[k].column, m.columns[k].column);
+  // As a logger's own Latin-1 went into mappings once.
+  const recording::Mapping old = recording::read_mapping(
+      folder.file("old.yaml", "version: 1\ncolumns:\n  \"v [\xb0]\": {channel: vx_mps}\n"));
+  EXPECT_EQ(old.columns.at(0).column, "v [°]");
 }
 
 TEST(Mapping, ProposesForAClockThatRunsBackwardsToo) {
@@ -145,9 +149,7 @@ std::string column_of(const Mapping& m, const std::string& channel) {
 TEST(Mapping, KnowsWhatIsMeasuredAtWheelsInSeveralLanguages) {
   const std::vector<std::pair<const char*, const char*>> expected{
       {"Brake Temp FL [C]", "brake_disc_fl_k"},
-      {"Temp Frein AVD [\xb0"
-       "C]",
-       "brake_disc_fr_k"},
+      {"Temp Frein AVD [°C]", "brake_disc_fr_k"},
       {"Bremsscheibentemperatur_HL (K)", "brake_disc_rl_k"},
       {"Temperatura freno TD [°F]", "brake_disc_rr_k"},
       {"LFshockDefl [m]", "suspension_fl_m"},
@@ -286,6 +288,84 @@ TEST(Mapping, AColumnOrAPathThatStandsStillIsComparedWithNothing) {
     for (const std::string& note : propose_mapping(t, "log").notes)
       EXPECT_THAT(note, ::testing::Not(::testing::ContainsRegex("(^|[ -])(inf|nan)([ ,:]|$)")));
   }
+}
+
+TEST(Mapping, ThePathSaysTheUnitThatNoNameSays) {
+  for (const double unit : {1.0, 3.6, 1 / 0.44704}) {
+    recording::Table log = foreign();
+    log.names[4] = "speed";
+    for (double& v : log.columns[4]) v *= unit / 3.6;
+    EXPECT_NEAR(of(propose_mapping(log, "log"), "vx_mps").scale, 1 / unit, 1e-12);
+  }
+  recording::Table log = foreign();  // of half the size: up to 2.5 m/s^2, and no g
+  for (const std::size_t k : {1u, 2u, 4u})
+    for (double& value : log.columns[k]) value *= 0.5;
+  std::vector<double> ahead;
+  for (std::size_t i = 0; i < log.rows(); ++i)
+    ahead.push_back(2.5 * std::cos(0.02 * static_cast<double>(i)));
+  log.add("LongAccel", ahead);
+  EXPECT_EQ(of(propose_mapping(log, "log"), "ax_mps2").scale, 1.0);
+}
+
+TEST(Mapping, AccelerationsThatThePathExchangesAreExchanged) {
+  recording::Table log = foreign();
+  std::vector<double> ahead, aside;
+  for (std::size_t i = 0; i < log.rows(); ++i) {
+    const double s = 0.02 * static_cast<double>(i), v = 20 + 5 * std::sin(s);
+    ahead.push_back(5 * std::cos(s) / 9.80665);
+    aside.push_back(-v * v / 100 / 9.80665);
+  }
+  log.add("Accel X [g]", aside);
+  log.add("Accel Y [g]", ahead);
+  const Mapping m = propose_mapping(log, "log");
+  EXPECT_EQ(of(m, "ax_mps2").column, "Accel Y [g]");
+  EXPECT_EQ(of(m, "ay_mps2").column, "Accel X [g]");
+  EXPECT_LT(of(m, "ay_mps2").scale, 0.0);
+}
+
+TEST(Mapping, ASpeedThatMayBeKilometresOrMetresIsLeftOut) {
+  const Mapping m = propose_mapping(counted({{"time", 0.1}, {"speed", 1.8}}), "log");
+  EXPECT_THAT(m.missing, ::testing::ElementsAre(::testing::HasSubstr("the unit of 'speed'")));
+  EXPECT_THROW(of(m, "vx_mps"), std::runtime_error);
+  recording::Table log = counted({{"time", 0.1}, {"speed", 0}, {"ax [m/s^2]", 0}});
+  for (std::size_t i = 0; i < log.rows(); ++i) {  // the acceleration says it
+    log.columns[1][i] = 3.6 * (25 + 4 * std::sin(0.1 * static_cast<double>(i)));
+    log.columns[2][i] = 4 * std::cos(0.1 * static_cast<double>(i));
+  }
+  EXPECT_NEAR(of(propose_mapping(log, "log"), "vx_mps").scale, 1 / 3.6, 1e-12);
+}
+
+TEST(Mapping, WhatIsNoPlaceNoHeadingAndNoPressureIsLeftOut) {
+  const Mapping m = propose_mapping(counted({{"time", 0.1},
+                                             {"Latitude", 0.001},
+                                             {"Longitude", 0.001},
+                                             {"X", 0.01},
+                                             {"Y", 0.01},
+                                             {"Heading", 1},
+                                             {"Brake (calculated)", 1 / 60.0},
+                                             {"Speed (OBD)(km/h)", 1}}),
+                                    "log");
+  for (const char* channel : {"x_m", "y_m", "yaw_rad", "brake_pa"})
+    EXPECT_EQ(column_of(m, channel), "") << channel;
+  EXPECT_EQ(column_of(m, "latitude_rad"), "Latitude");
+  EXPECT_NEAR(of(m, "vx_mps").scale, 1 / 3.6, 1e-12);
+}
+
+TEST(Mapping, ClocksAreOfUnitsThatAreKnown) {
+  const auto scale = [](const char* name, double step) {
+    return of(propose_mapping(counted({{name, step}, {"v [km/h]", 1}, {"vx", 0.5}}), "log"),
+              "time_s")
+        .scale;
+  };
+  EXPECT_EQ(scale("Time [min]", 0.01), 60.0);
+  EXPECT_EQ(scale("Timestamp", 50), 1e-3);
+  EXPECT_EQ(scale("Timestamp", 1), 1.0);
+  EXPECT_EQ(scale("Zeitstempel", 0.1), 1.0);
+  EXPECT_THAT(propose_mapping(counted({{"Time [fortnights]", 1}, {"vx", 0.5}}), "log").missing,
+              ::testing::ElementsAre(::testing::HasSubstr("no clock")));
+  recording::Table words = counted({{"GPS Time", 1}, {"Device Time", 0.1}, {"vx", 0.5}});
+  for (double& t : words.columns[0]) t = NAN;
+  EXPECT_EQ(of(propose_mapping(words, "log"), "time_s").column, "Device Time");
 }
 
 TEST(Mapping, WhatIsMissingIsSaidOfADraft) {

@@ -84,6 +84,22 @@ TEST(IsoTime, OfTheClockTimesOfDayCountFromTheFirstRow) {
   EXPECT_EQ(log.channels[1].words, 2u) << "of another column, how long something took";
 }
 
+TEST(IsoTime, ClocksInOtherForms) {
+  const auto seconds = [](const std::string& first, const std::string& second) {
+    const Log log = parse_log("Time,v\n" + first + ",1\n" + second + ",2\n", "x.csv");
+    EXPECT_EQ(log.channels[0].unit, "s");
+    return log.channels[0].values.at(1);
+  };
+  EXPECT_NEAR(seconds("0:59.950", "1:00.05"), 0.1, 1e-9);
+  EXPECT_NEAR(seconds("59:59.5", "1:00:00.5"), 1.0, 1e-9);
+  EXPECT_NEAR(seconds("12:59:59.5 PM", "1:00:00.25 pm"), 0.75, 1e-9);
+  EXPECT_NEAR(seconds("5/1/2024 11:59:59.5 AM", "5/1/2024 12:00:00 PM"), 0.5, 1e-9);
+  EXPECT_NEAR(seconds("01-May-2024 23:59:59.9", "02-May-2024 00:00:00.1"), 0.2, 1e-9);
+  EXPECT_EQ(parse_log("Time,v\n12:05,1\n12:06,2\n", "x.csv").channels[0].words, 2u)
+      << "hours and minutes, or minutes and seconds";
+  EXPECT_EQ(parse_log("Time,v\n13:00:00 PM,1\n", "x.csv").channels[0].words, 1u);
+}
+
 TEST(IsoTime, OfOtherColumnsOddCellsAreWords) {
   const Log log = parse_log("time,fix\n0,0\n1,0\n2,2024-05-01T12:00:00Z\n3,\n", "x.csv");
   EXPECT_EQ(log.channels[1].words, 1u);
@@ -103,6 +119,8 @@ TEST(IsoTime, WhatDoesNotFitTheRowsAboveIsRefused) {
               AllOf(HasSubstr("x.csv:3: column 'time' holds '0.1'"), HasSubstr("write all alike")));
   EXPECT_THAT(refusal("time,v\n0.1,2\n2025-09-05T12:00:00,1\n"), HasSubstr("x.csv:3:"));
   EXPECT_THAT(refusal("time,v\n2025-09-05T12:00:00,1\n12:00:01,1\n"), HasSubstr("x.csv:3:"));
+  EXPECT_THAT(refusal("time,v\n01.05.2024 12:00:00,1\n03.05.2024 12:00:01,1\n"),
+              HasSubstr("x.csv:3: column 'time' holds '03.05.2024 12:00:01', another date"));
   EXPECT_THAT(refusal("time,v\n2025-09-05T12:00:00Z,1\n2025-09-05T12:00:00,1\n"),
               HasSubstr("x.csv:3:"));
 }

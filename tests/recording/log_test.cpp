@@ -79,9 +79,7 @@ TEST(Log, ReadsRacelogicOverMidnight) {
   EXPECT_NEAR(of(log, "lat").values[3], 2627.79 / 60, 1e-9);
   EXPECT_NEAR(of(log, "long").values[3], -5279.39 / 60, 1e-9);
   EXPECT_EQ(of(log, "velocity").unit, "km/h");
-  EXPECT_EQ(of(log, "Oil").unit,
-            "\xb0"
-            "C");
+  EXPECT_EQ(of(log, "Oil").unit, "°C") << "in UTF-8, whatever the file has";
   EXPECT_EQ(of(log, "Tsample").unit, "s");
   EXPECT_NEAR(of(log, "Gear").rate_hz, 25, 1e-6);
 }
@@ -174,7 +172,7 @@ TEST(Log, ReadsExportsOfLoggers) {
   EXPECT_EQ(of(motec, "Ground Speed").values.size(), 5u);
   const Log comma = read_log(corpus("komma.csv"));
   EXPECT_NEAR(of(comma, "Zeit").values[3], 0.15, 1e-12);
-  EXPECT_EQ(of(comma, "Lenkwinkel").unit, "\xb0");
+  EXPECT_EQ(of(comma, "Lenkwinkel").unit, "°");
   EXPECT_EQ(of(comma, "Lenkwinkel").values[0], -1.5);
 }
 
@@ -189,6 +187,26 @@ TEST(Log, APreambleThatASpreadsheetHasPaddedIsNoHeader) {
   EXPECT_NEAR(of(log, "GPS Speed").rate_hz, 20, 1e-9);
   EXPECT_THAT(log.notes,
               testing::ElementsAre(testing::HasSubstr("states 535.9 s, its rows end after 0.1 s")));
+}
+
+TEST(Log, APreambleOfPairsIsNoTable) {
+  const Log log = parse_log(
+      "Format,RaceBox CSV\nTrack,Ring\nDate UTC,2024-05-01T12:00:00Z\n\n"
+      "Record,Time,Speed,GForceX\n1,2024-05-01T12:00:00.000Z,50.5,0.1\n"
+      "2,2024-05-01T12:00:00.040Z,51,0.2\n3,2024-05-01T12:00:00.080Z,52,0.3\n",
+      "box.csv");
+  EXPECT_EQ(of(log, "Speed").values, (std::vector<double>{50.5, 51, 52}));
+  EXPECT_NEAR(of(log, "Time").values[2], 0.08, 1e-12);
+  EXPECT_NEAR(of(log, "Speed").rate_hz, 25, 1e-9);
+}
+
+TEST(Log, MarksBetweenTheRowsAreLeftOut) {
+  const Log log = parse_log(
+      "\"MS3 Format\"\nTime\tRPM\tVSS\ns\trpm\tmph\n0\t1000\t10\n0.1\t1010\t11\n"
+      "MARK 001 - manual\n0.2\t1020\t12\n",
+      "x.msl");
+  EXPECT_EQ(of(log, "RPM").values, (std::vector<double>{1000, 1010, 1020}));
+  EXPECT_THAT(log.notes, testing::ElementsAre(testing::HasSubstr("1 lines of marks")));
 }
 
 TEST(Log, BeaconsInThePreambleCountLaps) {

@@ -18,11 +18,13 @@ struct Unit {
   double scale;
   double zero = 0.0;
 };
-constexpr std::array<Unit, 57> kUnits{{{"time", "s", 1},
+constexpr std::array<Unit, 61> kUnits{{{"time", "s", 1},
                                        {"time", "unixtime", 1},
                                        {"time", "ms", 1e-3},
                                        {"time", "us", 1e-6},
                                        {"time", "ns", 1e-9},
+                                       {"time", "min", 60},
+                                       {"time", "h", 3600},
                                        {"length", "m", 1},
                                        {"length", "mm", 1e-3},
                                        {"length", "km", 1e3},
@@ -30,9 +32,7 @@ constexpr std::array<Unit, 57> kUnits{{{"time", "s", 1},
                                        {"angle", "rad", 1},
                                        {"angle", "deg", kDegree},
                                        {"angle", "°", kDegree},
-                                       {"angle", "\xb0", kDegree},
                                        {"rate", "°/s", kDegree},
-                                       {"rate", "\xb0/s", kDegree},
                                        {"speed", "kmh", 1 / 3.6},
                                        {"acceleration", "m/s/s", 1},
                                        {"pressure", "mbar", 100.0},
@@ -44,14 +44,19 @@ constexpr std::array<Unit, 57> kUnits{{{"time", "s", 1},
                                        {"speed", "km/h", 1 / 3.6},
                                        {"speed", "kmph", 1 / 3.6},
                                        {"speed", "kph", 1 / 3.6},
+                                       {"speed", "mm/s", 1e-3},
                                        {"speed", "mph", 0.44704},
                                        {"speed", "knots", 1852.0 / 3600},
+                                       {"speed", "kn", 1852.0 / 3600},
                                        {"rate", "rad/s", 1},
+                                       {"rate", "dps", kDegree},
+                                       {"rate", "deg/sec", kDegree},
                                        {"rate", "radps", 1},
                                        {"rate", "deg/s", kDegree},
                                        {"rate", "degps", kDegree},
                                        {"acceleration", "m/s^2", 1},
                                        {"acceleration", "m/s2", 1},
+                                       {"acceleration", "m/s²", 1},
                                        {"acceleration", "mps2", 1},
                                        {"acceleration", "g", 9.80665},
                                        {"share", "%", 0.01},
@@ -71,10 +76,6 @@ constexpr std::array<Unit, 57> kUnits{{{"time", "s", 1},
                                        {"temperature", "degc", 1, 273.15},
                                        {"temperature", "celsius", 1, 273.15},
                                        {"temperature", "°c", 1, 273.15},
-                                       {"temperature",
-                                        "\xb0"
-                                        "c",
-                                        1, 273.15},
                                        {"temperature", "f", 5.0 / 9, 273.15 - 32 * 5.0 / 9},
                                        {"temperature", "degf", 5.0 / 9, 273.15 - 32 * 5.0 / 9},
                                        {"temperature", "°f", 5.0 / 9, 273.15 - 32 * 5.0 / 9}}};
@@ -85,9 +86,10 @@ const std::vector<Alias>& aliases() {
   static const std::vector<Alias> list{
       {"time_s",
        "time",
-       {"time",        "t",        "ts",    "timestamp", "times",   "logtime",  "sessiontime",
-        "elapsedtime", "zeit",     "temps", "tiempo",    "tempo",   "utc",      "timeutc",
-        "utctime",     "unixtime", "epoch", "gpstime",   "instime", "metatime", "rosbagtimestamp"}},
+       {"time",        "t",        "ts",    "timestamp", "times",   "logtime",   "sessiontime",
+        "elapsedtime", "zeit",     "temps", "tiempo",    "tempo",   "utc",       "timeutc",
+        "utctime",     "unixtime", "epoch", "gpstime",   "instime", "metatime",  "rosbagtimestamp",
+        "zeitstempel", "xtime",    "tow",   "gpstow",    "itow",    "devicetime"}},
       {"x_m", "length", {"x", "posx", "xposition", "positionx", "east", "easting"}},
       {"y_m", "length", {"y", "posy", "yposition", "positiony", "north", "northing"}},
       {"latitude_rad", "angle", {"latitude", "lat", "gpslatitude", "vboxlatmin", "breitengrad"}},
@@ -101,9 +103,26 @@ const std::vector<Alias>& aliases() {
        {"yaw", "phi", "psi", "heading", "yawnorth", "gierwinkel", "orientationyaw"}},
       {"vx_mps",
        "speed",
-       {"vx", "velx", "linearx", "speed", "vlong", "velocityx", "velocity", "groundspeed", "speedo",
-        "gpsspeed", "speedoverground", "vehiclespeed", "geschwindigkeit", "vitesse", "velocita",
-        "velocidad"}},
+       {"vx",
+        "velx",
+        "linearx",
+        "speed",
+        "vlong",
+        "velocityx",
+        "velocity",
+        "groundspeed",
+        "speedo",
+        "gpsspeed",
+        "speedoverground",
+        "vehiclespeed",
+        "geschwindigkeit",
+        "vitesse",
+        "velocita",
+        "velocidad",
+        "gspeed",
+        "vfzg",
+        "vss",
+        "vss1"}},
       {"vy_mps", "speed", {"vy", "vely", "lineary", "vlat", "velocityy"}},
       {"yaw_rate_radps",
        "rate",
@@ -113,13 +132,33 @@ const std::vector<Alias>& aliases() {
       {"pitch_rate_radps", "rate", {"pitchrate", "gyroy", "angulary", "angularvelocityy"}},
       {"ax_mps2",
        "acceleration",
-       {"ax", "accx", "linearaccelerationx", "along", "accelx", "longacc", "gforcelong",
-        "longitudinalacc", "longitudinalacceleration", "longaccel", "inlineacc", "lonacc",
-        "gpslonacc", "gpslongacc", "lngsbeschleunigung", "laengsbeschleunigung"}},
+       {"ax",
+        "accx",
+        "linearaccelerationx",
+        "along",
+        "accelx",
+        "longacc",
+        "gforcelong",
+        "longitudinalacc",
+        "longitudinalacceleration",
+        "longaccel",
+        "inlineacc",
+        "lonacc",
+        "longitudinal",
+        "inline",
+        "linealg",
+        "gforcex",
+        "glong",
+        "glon",
+        "gpslonacc",
+        "gpslongacc",
+        "lngsbeschleunigung",
+        "laengsbeschleunigung"}},
       {"ay_mps2",
        "acceleration",
        {"ay", "accy", "linearaccelerationy", "alat", "accely", "latacc", "gforcelat", "lateralacc",
-        "lateralacceleration", "lataccel", "gpslatacc", "querbeschleunigung"}},
+        "lateralacceleration", "lataccel", "gpslatacc", "querbeschleunigung", "lateral", "lateralg",
+        "gforcey", "glat", "aqfzg"}},
       {"az_mps2",
        "acceleration",
        {"az", "accz", "linearaccelerationz", "accelz", "vertaccel", "gforcevert", "verticalacc"}},
@@ -130,7 +169,7 @@ const std::vector<Alias>& aliases() {
       {"steer_command_rad", "angle", {"steercmd", "steercommand", "deltacmd"}},
       {"throttle",
        "share",
-       {"throttle", "throttlepos", "throttleposition", "tps", "aps", "drosselklappe"}},
+       {"throttle", "throttlepos", "throttleposition", "tps", "aps", "pps", "drosselklappe"}},
       {"throttle_command",
        "share",
        {"throttlecommand", "throttlecmd", "throttlepedcmd", "throttlepedalcmd", "pedal",
@@ -193,14 +232,21 @@ std::string without_origin(const std::string& stem) {
 }  // namespace
 
 std::pair<std::string, std::string> split_unit(const std::string& column) {
-  const std::size_t open = column.find_first_of("([");
-  if (open == std::string::npos) return split_ending(column);
-  const std::size_t close = column.find_first_of(")]", open);
-  std::string unit = column.substr(open + 1, close == std::string::npos ? close : close - open - 1);
-  std::string lower;
-  for (const char c : unit)
-    if (c != ' ') lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return {std::string(base::trimmed(std::string_view(column).substr(0, open))), lower};
+  const std::size_t first = column.find_first_of("([");
+  if (first == std::string::npos) return split_ending(column);
+  const std::string stem(base::trimmed(std::string_view(column).substr(0, first)));
+  std::string unit;
+  // "Speed (OBD)(km/h)": the last one that is a unit, else the first.
+  for (std::size_t open = first; open != std::string::npos;) {
+    const std::size_t close = std::min(column.find_first_of(")]", open), column.size());
+    std::string lower;
+    for (std::size_t k = open + 1; k < close; ++k)
+      if (column[k] != ' ')
+        lower += static_cast<char>(std::tolower(static_cast<unsigned char>(column[k])));
+    if (open == first || is_unit(lower)) unit = lower;
+    open = column.find_first_of("([", close);
+  }
+  return {stem, unit};
 }
 
 std::optional<double> unit_scale(const std::string& quantity, const std::string& unit) {

@@ -141,18 +141,38 @@ void confirm_yaw(const Table& table, const Path& path, bool by_satellites, Mappi
                     sign, quarter / kDegree, (offset - quarter) / kDegree, best));
 }
 
+/// A unit that was guessed becomes the one in which the channel is what the path says of it;
+/// `slope` is how many times that it was. Returns what remains.
+double settle_unit(double slope, ColumnMapping& m, Mapping& mapping) {
+  if (!mapping.guessed.contains(m.channel) || std::abs(std::abs(slope) - 1.0) <= 0.3) return slope;
+  std::vector<double> units{1.0};
+  if (m.channel == "vx_mps") units = {1.0, 1 / 3.6, 0.44704, 1852.0 / 3600};
+  if (m.channel.ends_with("_mps2")) units = {1.0, 9.80665};
+  if (m.channel.ends_with("_radps")) units = {1.0, kDegree};
+  for (const double unit : units) {
+    const double scale = std::copysign(unit, m.scale), left = slope * scale / m.scale;
+    if (std::abs(std::abs(left) - 1.0) > 0.08) continue;
+    mapping.notes.push_back(
+        fmt::format("{} from '{}': factor {:g}, by the path", m.channel, m.column, unit));
+    m.scale = scale;
+    return left;
+  }
+  return slope;
+}
+
 /// Sign, size and delay of a channel against what the path says of it.
 void confirm(const Table& table, const std::vector<double>& t, const char* channel,
              const std::vector<double>& reference, const char* what, Mapping& mapping) {
   ColumnMapping* m = find_channel(mapping, channel);
   if (m == nullptr) return;
-  const Fit fit = through_zero(reference, mapped_values(mapping, table, channel));
+  Fit fit = through_zero(reference, mapped_values(mapping, table, channel));
   if (std::abs(fit.correlation) < 0.5) {
     mapping.notes.push_back(
         fmt::format("{}: correlation {:.2f} with {}: sign and unit not confirmed", channel,
                     fit.correlation, what));
     return;
   }
+  fit.slope = settle_unit(fit.slope, *m, mapping);
   if (fit.slope < 0) m->scale = -m->scale;
   mapping.notes.push_back(fmt::format("{}: {:.3f} times {}, correlation {:.3f}{}", channel,
                                       std::abs(fit.slope), what, std::abs(fit.correlation),
@@ -198,6 +218,26 @@ void confirm_steering(const Table& table, const char* channel, const std::vector
                                       fit.correlation < -0.5 ? "; sign turned" : ""));
 }
 
+/// Accelerations that go with each other's reference are exchanged: the axes of a telephone lie as
+/// it does.
+void exchange_accelerations(const Table& table, const std::vector<double>& ahead,
+                            const std::vector<double>& aside, Mapping& mapping) {
+  ColumnMapping* const ax = find_channel(mapping, "ax_mps2");
+  ColumnMapping* const ay = find_channel(mapping, "ay_mps2");
+  if (ax == nullptr || ay == nullptr) return;
+  const std::vector<double> x = mapped_values(mapping, table, "ax_mps2"),
+                            y = mapped_values(mapping, table, "ay_mps2");
+  const auto goes = [](const std::vector<double>& reference, const std::vector<double>& values) {
+    return std::abs(through_zero(reference, values).correlation);
+  };
+  if (goes(ahead, x) > 0.5 || goes(aside, y) > 0.5 || goes(aside, x) < 0.8 || goes(ahead, y) < 0.8)
+    return;
+  std::swap(ax->channel, ay->channel);
+  mapping.notes.push_back(
+      fmt::format("the path says that '{}' is lateral and '{}' longitudinal: exchanged", ay->column,
+                  ax->column));
+}
+
 /// How a travel goes with the acceleration, beside what goes with downforce (speed squared): the
 /// slope, and the correlation of what the other two leave of both.
 Fit by_acceleration(const std::vector<double>& travel, const std::vector<double>& speed,
@@ -225,6 +265,20 @@ Fit by_acceleration(const std::vector<double>& travel, const std::vector<double>
   return {xy / xx, xy / std::sqrt(xx * yy)};
 }
 
+/// The change of a speed over 0.3 s; NaN in gaps.
+std::vector<double> acceleration_of(const std::vector<double>& t,
+                                    const std::vector<double>& speed) {
+  std::vector<double> out(t.size(), std::numeric_limits<double>::quiet_NaN());
+  std::size_t from = 0, to = 0;
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    while (t[from] < t[i] - 0.15) ++from;
+    while (to + 1 < t.size() && t[to] < t[i] + 0.15) ++to;
+    if (t[to] - t[from] > 0.1 && t[to] - t[from] < 1.0)
+      out[i] = (speed[to] - speed[from]) / (t[to] - t[from]);
+  }
+  return out;
+}
+
 }  // namespace
 
 ColumnMapping* find_channel(Mapping& mapping, const std::string& channel) {
@@ -248,14 +302,7 @@ void confirm_travels(const Table& table, const std::vector<double>& t, Mapping& 
   std::vector<double> speed, acceleration;
   if (find_channel(mapping, "vx_mps") != nullptr) {
     speed = recording::fill_gaps(t, mapped_values(mapping, table, "vx_mps"));
-    acceleration.assign(t.size(), std::numeric_limits<double>::quiet_NaN());
-    std::size_t from = 0, to = 0;
-    for (std::size_t i = 0; i < t.size(); ++i) {
-      while (t[from] < t[i] - 0.15) ++from;
-      while (to + 1 < t.size() && t[to] < t[i] + 0.15) ++to;
-      if (t[to] - t[from] > 0.1 && t[to] - t[from] < 1.0)
-        acceleration[i] = (speed[to] - speed[from]) / (t[to] - t[from]);
-    }
+    acceleration = acceleration_of(t, speed);
   }
   for (const char* const wheel : {"fl", "fr", "rl", "rr"}) {
     const std::string channel = fmt::format("suspension_{}_m", wheel);
@@ -281,6 +328,42 @@ void confirm_travels(const Table& table, const std::vector<double>& t, Mapping& 
         "travel are not in a log: set offset and scale, travel is 0 where the car stands");
 }
 
+void confirm_without_place(const Table& table, const std::vector<double>& t, Mapping& mapping) {
+  ColumnMapping* const speed = find_channel(mapping, "vx_mps");
+  if (speed == nullptr) return;
+  const auto filled = [&](const char* channel) {
+    return recording::fill_gaps(t, mapped_values(mapping, table, channel));
+  };
+  std::vector<double> v = filled("vx_mps");
+  const double most = *std::max_element(v.begin(), v.end());
+  constexpr double kSlow_mps = 60.0;  // what is faster may as well be km/h or mph
+  if (mapping.guessed.contains("vx_mps") && speed->scale == 1.0 && most > kSlow_mps) {
+    const ColumnMapping* const ahead = find_channel(mapping, "ax_mps2");
+    const bool known = ahead != nullptr && !mapping.guessed.contains("ax_mps2");
+    const Fit fit = known ? through_zero(filled("ax_mps2"), acceleration_of(t, v)) : Fit{};
+    const double left =
+        std::abs(fit.correlation) > 0.8 ? std::abs(settle_unit(fit.slope, *speed, mapping)) : 0.0;
+    if (std::abs(left - 1.0) > 0.3) {
+      mapping.missing.push_back(
+          fmt::format("the unit of '{}' is not known: up to {:g}, it may be m/s, km/h or mph; map "
+                      "it to vx_mps with scale 1, 0.277778 or 0.44704",
+                      speed->column, most));
+      std::erase_if(mapping.columns, [](const ColumnMapping& m) { return m.channel == "vx_mps"; });
+      return;
+    }
+    v = filled("vx_mps");
+  }
+  const std::vector<double> rate = mapped_values(mapping, table, "yaw_rate_radps"),
+                            ay = mapped_values(mapping, table, "ay_mps2");
+  if (rate.empty() || ay.empty()) return;
+  for (std::size_t i = 0; i < v.size(); ++i) v[i] *= rate[i];
+  if (const Fit fit = through_zero(v, ay); fit.correlation < -0.5)
+    mapping.notes.push_back(
+        fmt::format("ay_mps2 and yaw_rate_radps contradict each other (correlation {:.2f} with "
+                    "vx_mps times yaw rate): turn the scale of one, both are positive to the left",
+                    fit.correlation));
+}
+
 void confirm_mapping(const Table& table, const std::vector<double>& t, const std::vector<double>& x,
                      const std::vector<double>& y, bool by_satellites, Mapping& mapping) {
   const Path path = path_of(t, x, y);
@@ -291,9 +374,10 @@ void confirm_mapping(const Table& table, const std::vector<double>& t, const std
   };
   against("yaw_rate_radps", path.rate, "the turning of the path");
   against("vx_mps", path.speed, "the speed of the path");
-  against("ax_mps2", path.acceleration, "the path's acceleration");
   std::vector<double> lateral(t.size());
   for (std::size_t i = 0; i < t.size(); ++i) lateral[i] = path.speed[i] * path.rate[i];
+  exchange_accelerations(table, path.acceleration, lateral, mapping);
+  against("ax_mps2", path.acceleration, "the path's acceleration");
   against("ay_mps2", lateral, "speed times turning of the path");
   std::vector<double> curvature(t.size());
   for (std::size_t i = 0; i < t.size(); ++i) curvature[i] = path.rate[i] / path.speed[i] * 3.0;

@@ -22,6 +22,12 @@ void confirm_mapping(const recording::Table& table, const std::vector<double>& t
                      const std::vector<double>& x_m, const std::vector<double>& y_m,
                      bool by_satellites, Mapping& mapping);
 
+/// Of a log without a place: whether the speed's unit, which no name says, is that of the
+/// acceleration; else a speed that may be km/h or m/s is left out, and `missing` says so. Notes a
+/// yaw rate and a lateral acceleration whose signs contradict each other.
+void confirm_without_place(const recording::Table& table, const std::vector<double>& t_s,
+                           Mapping& mapping);
+
 /// Turns the signs of suspension travels so that braking bumps the front and driving the rear, by
 /// vx_mps at the clock t_s, and notes what it did and what a log cannot tell of travels.
 void confirm_travels(const recording::Table& table, const std::vector<double>& t_s,

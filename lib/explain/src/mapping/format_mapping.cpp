@@ -9,8 +9,7 @@
 namespace explain {
 namespace {
 
-/// A name in YAML's double quotes. Its bytes stay as they are, whatever encoding the logger has:
-/// yaml-cpp would replace those that are no UTF-8, and the column would not be found again.
+/// A name in YAML's double quotes.
 std::string quoted(const std::string& name) {
   std::string out = "\"";
   for (const char c : name) {

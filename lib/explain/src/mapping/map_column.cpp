@@ -17,6 +17,8 @@ namespace {
 
 using recording::Table;
 
+constexpr double kFastest_mps = 120.0;  // 432 km/h: a car that seems faster is logged in km/h
+
 double largest(const std::vector<double>& values) {
   double most = 0.0;
   for (const double x : values)
@@ -37,8 +39,11 @@ bool has_word(const Table& table, std::initializer_list<const char*> words) {
     return std::any_of(words.begin(), words.end(), [&](const char* word) { return own == word; });
   });
 }
+bool on_earth(const Table& table) { return has_word(table, {"latitude", "lat", "gpslatitude"}); }
+/// Where a log has no other place, a heading is what a receiver calls the path's course.
 bool placed_by_satellites(const Table& table) {
-  return has_word(table, {"sats", "satellites", "nsat", "gpsnsat"});
+  return has_word(table, {"sats", "satellites", "nsat", "gpsnsat"}) ||
+         (on_earth(table) && !has_word(table, {"posx", "positionx", "xposition", "easting"}));
 }
 bool north_yaw(const Table& table) { return has_word(table, {"yawnorth"}); }
 
@@ -86,8 +91,6 @@ Guess guess_channel(const std::string& column, const std::string& stem, const st
   return guess;
 }
 
-constexpr double kFastest_mps = 120.0;  // 432 km/h: a car that seems faster is logged in km/h
-
 /// The factor to the channel's own unit: by the unit in the name, or from the size of the values
 /// where that decides.
 void put_scale(const std::vector<double>& values, const std::string& quantity,
@@ -103,7 +106,7 @@ void put_scale(const std::vector<double>& values, const std::string& quantity,
   } else {
     // Without a unit: from the size of the values where that decides.
     const double most = largest(values);
-    if (quantity == "time") m.scale = recording::scale_of_moments(most);
+    if (quantity == "time") m.scale = recording::scale_of_moments(values);
     if (quantity == "speed" && most > kFastest_mps) m.scale = 1.0 / 3.6;
     if (quantity == "share" && most > 1.5) m.scale = 0.01;
     if (quantity == "acceleration" && most < 4.0 && most > 0.2) m.scale = 9.80665;
@@ -117,6 +120,7 @@ void put_scale(const std::vector<double>& values, const std::string& quantity,
         "{} from '{}': no unit known ('{}'); largest value {:g}, factor {:g}{} guessed: check",
         m.channel, column, unit, most, m.scale,
         m.offset != 0.0 ? fmt::format(" and zero {:g}", m.offset) : ""));
+    mapping.guessed.insert(m.channel);
   }
 }
 
@@ -132,6 +136,31 @@ void put_held(const std::vector<double>& values, ColumnMapping& m, Mapping& mapp
         fmt::format("{}: {:.0f} % of the samples repeat the one before; they count as missing",
                     m.channel, 100 * repeated));
   }
+}
+
+/// Why a column is not what its name says; empty: nothing speaks against it.
+std::string doubt(const Table& table, std::size_t c, const Guess& guess, const std::string& unit) {
+  // A receiver's heading is its course, and the car's would have its slip angle in it.
+  if (guess.word == "heading" && placed_by_satellites(table))
+    return "the receiver's course, no heading of the car";
+  if (guess.word.size() == 1 && guess.word.find_first_of("xyz") == 0 && unit.empty() &&
+      on_earth(table))
+    return "one letter without a unit, which beside latitudes may be an acceleration";
+  const std::vector<double>& values = table.columns[c];
+  const double most = largest(values);
+  if (guess.word == "brake" && !is_unit(unit) && (most <= 1.0 || most == 100.0))
+    return "a pedal's share or a switch, no pressure";
+  if (guess.quantity == "speed" && !is_unit(unit) && most * (1 / 3.6) > kFastest_mps)
+    return fmt::format("up to {:g}, it is no car's speed in m/s, km/h or mph", most);
+  if (guess.quantity == "time" && !unit.empty() && !is_unit(unit))
+    return fmt::format("'{}' is no unit of time that is known", unit);
+  if (has_quantity(guess) && is_unit(unit) && !unit_scale(guess.quantity, unit))
+    return fmt::format("{} is no unit of {}", unit, guess.channel);
+  if (guess.channel.empty()) return "its name says nothing known";
+  const bool of_motion = guess.quantity == "acceleration" || guess.quantity == "rate";
+  if (of_motion && recording::is_dead(values))
+    return fmt::format("it holds {:g} in every row", most);
+  return "";
 }
 
 }  // namespace
@@ -175,29 +204,10 @@ void map_column(const Table& table, std::size_t c, std::set<std::string>& taken,
   const auto [stem, unit] = split_unit(column);
   const Guess guess = guess_channel(column, stem, unit);
   ColumnMapping m{column, guess.channel};
-  // A receiver's heading is its course, and the car's would have its slip angle in it.
-  const bool course = guess.word == "heading" && placed_by_satellites(table);
-  if (guess.word == "yaw" && north_yaw(table)) m.channel.clear();
-  if (course) {
-    mapping.notes.push_back(fmt::format(
-        "column '{}' is not used: the receiver's course, no heading of the car", column));
-    return;
-  }
-  const bool other_quantity = is_unit(unit) && !unit_scale(guess.quantity, unit);
-  if (!m.channel.empty() && has_quantity(guess) && other_quantity) {
-    mapping.notes.push_back(
-        fmt::format("column '{}' is not used: {} is no unit of {}", column, unit, m.channel));
-    return;
-  }
-  if (m.channel.empty()) {
-    mapping.notes.push_back(
-        fmt::format("column '{}' is not used: its name says nothing known", column));
-    return;
-  }
-  const bool of_motion = guess.quantity == "acceleration" || guess.quantity == "rate";
-  if (of_motion && recording::is_dead(table.columns[c])) {
-    mapping.notes.push_back(fmt::format("column '{}' is not used: it holds {:g} in every row",
-                                        column, largest(table.columns[c])));
+  const std::string why = guess.word == "yaw" && north_yaw(table) ? "its name says nothing known"
+                                                                  : doubt(table, c, guess, unit);
+  if (!why.empty()) {
+    mapping.notes.push_back(fmt::format("column '{}' is not used: {}", column, why));
     return;
   }
   if (!taken.insert(m.channel).second) {

@@ -95,7 +95,13 @@ Mapping identity_mapping(const Table& table) {
 Mapping propose_mapping(const Table& table, const std::string& name) {
   Mapping mapping;
   std::set<std::string> taken;
-  for (std::size_t c = 0; c < table.names.size(); ++c) map_column(table, c, taken, mapping);
+  const auto has_numbers = [&](std::size_t c) {
+    return std::any_of(table.columns[c].begin(), table.columns[c].end(),
+                       [](double v) { return std::isfinite(v); });
+  };
+  for (const bool numbers : {true, false})  // words give a channel that nothing else does
+    for (std::size_t c = 0; c < table.names.size(); ++c)
+      if (has_numbers(c) == numbers) map_column(table, c, taken, mapping);
   settle_pressures(mapping);
   const auto find = [&](const char* channel) { return find_channel(mapping, channel); };
   const bool by_satellites = find("latitude_rad") != nullptr && find("longitude_rad") != nullptr &&
@@ -125,6 +131,7 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
         "not used; crgexplain run and crgdrive replay want a place");
     std::erase_if(mapping.columns,
                   [](const ColumnMapping& m) { return m.channel.starts_with("steer"); });
+    confirm_without_place(table, t, mapping);
     return mapping;
   }
   confirm_mapping(table, t, recording::fill_gaps(t, place->x_m),

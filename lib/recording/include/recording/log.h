@@ -12,7 +12,7 @@ namespace recording {
 
 /// One measured quantity, as logged: unit and sign are the maker's.
 struct Channel {
-  std::string name;            ///< the bytes of the file, no name twice in a log
+  std::string name;            ///< as in the file, in UTF-8, no name twice in a log
   std::string unit;            ///< empty: the file names none
   double rate_hz = 0.0;        ///< samples a second; 0: not known (no clock in the file)
   std::vector<double> values;  ///< NaN: an empty cell

@@ -30,9 +30,11 @@ double share_held(const std::vector<double>& values);
 /// One value in all of 50 samples or more.
 bool is_dead(const std::vector<double>& values);
 
-/// Seconds per unit of moments whose unit is not named, by the largest: of years 1990 to 2100 or
-/// so, counted from 1970 in nanoseconds, microseconds or milliseconds; else 1.
-double scale_of_moments(double largest);
+/// Seconds per unit of moments whose unit is not named. By the largest: of years 1990 to 2100 or
+/// so, counted from 1970 in nanoseconds, microseconds or milliseconds. By the usual step of whole
+/// numbers: from 5 on they are milliseconds, from 5,000 on microseconds, from 5e6 on nanoseconds.
+/// Else 1.
+double scale_of_moments(const std::vector<double>& moments);
 
 /// The moments of a log in rows, s, from the channel that is called a clock; empty where none is.
 std::vector<double> clock_of_rows(const Log& log);

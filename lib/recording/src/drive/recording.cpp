@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/settings.h"
+#include "base/utf8.h"
 #include "recording/channels.h"
 #include "recording/log_table.h"
 #include "recording/place.h"
@@ -218,7 +219,7 @@ Mapping read_mapping(const std::string& path) {
     const base::Section entry(value, path, column);
     entry.allow({"channel", "scale", "offset", "delay_s", "low_pass_s", "held"});
     ColumnMapping map;
-    map.column = column;
+    map.column = base::in_utf8(column);  // mappings once had the bytes of the log
     map.scale = entry.number("scale", 1.0, -1e12, 1e12);
     map.offset = entry.number("offset", 0.0, -1e12, 1e12);
     map.delay_s = entry.number("delay_s", 0.0, -10.0, 10.0);

@@ -11,7 +11,9 @@
 #include "base/error.h"
 #include "base/table_form.h"
 #include "base/text_lines.h"
+#include "clock_digits.h"
 #include "csv_shape.h"
+#include "csv_words.h"
 #include "iso_time.h"
 #include "laps.h"
 #include "readers.h"
@@ -79,7 +81,8 @@ class ColumnReader {
     double value =
         decimals.number(cell, channel_->name, [&] { return fmt::format("{}:{}", name, line); });
     const bool counts = !std::isnan(value);
-    const std::optional<IsoTime> time = counts || cell.empty() ? std::nullopt : moment(cell);
+    const std::optional<IsoTime> time =
+        counts || cell.empty() ? std::nullopt : moment(cell, name, line);
     const bool unlike =
         (counts && first_) || (time && counted_) ||
         (time && first_ && (time->zoned != first_->zoned || time->dated != first_->dated));
@@ -102,15 +105,24 @@ class ColumnReader {
   }
 
  private:
-  std::optional<IsoTime> moment(std::string_view cell) {
+  std::optional<IsoTime> moment(std::string_view cell, const std::string& name, std::size_t line) {
     std::optional<IsoTime> time = iso_time(cell);
     if (time || !is_clock_) return time;
-    time = time_of_day(cell);
-    if (!time) return time;
+    const std::string_view date = date_before_time(cell);
+    time = time_of_day(cell.substr(date.empty() ? 0 : date.size() + 1));
+    if (!time) return minutes_and_seconds(cell);
     constexpr std::int64_t kDay_s = 86400;
     const std::int64_t step_s = time->whole_s - last_of_day_s_;
     if (step_s < -kDay_s / 2) midnights_s_ += kDay_s;
     if (step_s > kDay_s / 2 && midnights_s_ > 0) midnights_s_ -= kDay_s;  // a row that is late
+    // Which part of it is the day, the date does not say.
+    const bool by_midnight = step_s < -kDay_s / 2 && step_s + kDay_s < 3600;
+    if (date != date_ && first_ && !by_midnight)
+      throw base::Error(fmt::format(
+          "{}:{}: column '{:.40}' holds '{:.40}', another date without a midnight between; write "
+          "dates with times as 2024-05-01T12:00:00.1Z",
+          name, line, channel_->name, cell));
+    date_ = date;
     last_of_day_s_ = time->whole_s;
     time->whole_s += midnights_s_;
     return time;
@@ -121,9 +133,10 @@ class ColumnReader {
   std::optional<IsoTime> first_;
   bool counted_ = false;  ///< a number was there
   std::int64_t last_of_day_s_ = 0, midnights_s_ = 0;
+  std::string_view date_;  ///< of the row before, in whatever order
 };
 
-void read_rows(std::string_view text, const Shape& shape, const std::string& name, Log& log) {
+Words read_rows(std::string_view text, const Shape& shape, const std::string& name, Log& log) {
   base::Lines lines(text);
   std::string_view line;
   std::vector<std::string_view> cells;
@@ -132,6 +145,9 @@ void read_rows(std::string_view text, const Shape& shape, const std::string& nam
   for (Channel& channel : log.channels) readers.emplace_back(channel, &channel == clock);
   const std::size_t columns = readers.size();
   Decimals decimals(shape.separator);
+  const std::vector<bool> with_words = columns_with_words(log);
+  Words words(columns);
+  std::size_t marks = 0;
   while (lines.next(line)) {
     const bool cut_off = lines.rest().empty() && text.find_last_of("\r\n") + 1 != text.size();
     if (lines.number() < shape.data_line) continue;
@@ -140,14 +156,22 @@ void read_rows(std::string_view text, const Shape& shape, const std::string& nam
     base::split_cells(shape.separator == '\t' ? line : inside, shape.separator, cells);
     while (cells.size() > columns && cells.back().empty()) cells.pop_back();
     if (cells.size() != columns) {
-      if (cut_off && cells.size() < columns) break;  // the logger lost power
+      if (cut_off && cells.size() < columns) break;              // the logger lost power
+      if (cells.size() == 1 && cells[0].starts_with("MARK ")) {  // MegaSquirt, between the rows
+        ++marks;
+        continue;
+      }
       throw base::Error(fmt::format("{}:{}: {} cells, the header names {} columns{}", name,
                                     lines.number(), cells.size(), columns,
                                     base::advice_on_length(cells, columns, shape.separator)));
     }
-    for (std::size_t c = 0; c < columns; ++c)
+    for (std::size_t c = 0; c < columns; ++c) {
       readers[c].take(cells[c], decimals, name, lines.number());
+      if (with_words[c]) words[c].push_back(cells[c]);
+    }
   }
+  if (marks > 0) log.notes.push_back(fmt::format("{} lines of marks are left out", marks));
+  return words;
 }
 
 }  // namespace
@@ -167,11 +191,16 @@ Log parse_csv(std::string_view text, const std::string& name) {
   }
   if (text.size() / 2 > kMostCells * 2)
     throw base::Error(name + ": more than 2 GB of cells; cut the log");
-  read_rows(text, shape, name, log);
+  const Words words = read_rows(text, shape, name, log);
+  if (const Channel* const clock = clock_of(log); clock != nullptr)
+    mend_clock_digits(log.channels[static_cast<std::size_t>(clock - log.channels.data())],
+                      log.notes);
+  if (is_long_form(log)) return signals_of_long_form(std::move(log), words, name);
+  give_signs_of_hemispheres(log, words);
   if (shape.exported) number_names(log.channels);
   if (const std::vector<double> time_s = clock_of_rows(log); !time_s.empty()) {
     set_rates(log, time_s);
-    const double seen_s = time_s.back() - time_s.front();
+    const double seen_s = std::max(0.0, time_s.back() - time_s.front());
     if (shape.stated_s > 1.1 * seen_s + 1.0)
       log.notes.push_back(fmt::format(
           "the head of the file states {:.1f} s, its rows end after {:.1f} s: laps and beacons "

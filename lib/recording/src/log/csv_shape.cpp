@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/table_form.h"
 #include "base/text_lines.h"
+#include "base/utf8.h"
 #include "readers.h"
 
 namespace recording {
@@ -92,9 +93,11 @@ bool plain_shape(const std::vector<NumberedLine>& head, Shape& shape) {
   if (next < head.size()) {
     const Look second = look_at(head[next].text, shape.separator);
     // A preamble, or units: an export.
-    if (second.cells != first.cells &&
-        look_at(head.back().text, shape.separator).cells != first.cells)
-      return false;
+    const auto ends_like_it = [&](std::size_t from_end) {
+      return head.size() <= next + from_end ||
+             look_at(head[head.size() - from_end].text, shape.separator).cells == first.cells;
+    };
+    if (!ends_like_it(1) && (second.cells != first.cells || !ends_like_it(2))) return false;
     if (second.numbers == 0 && second.units > 0) return false;
     if (first.cells == 1 && second.cells == 1 && head.size() > 3 &&
         head.back().text.find_first_of(",;\t") != std::string_view::npos)
@@ -196,12 +199,13 @@ void check_names(const Shape& shape, const std::string& name) {
 
 bool is_unit(std::string_view cell) {
   static const std::set<std::string, std::less<>> known{
-      "s",     "ms",   "us",   "ns",  "m",      "km",    "mm",    "ft",    "deg",       "rad",
-      "m/s",   "km/h", "kmh",  "kph", "mph",    "knots", "deg/s", "rad/s", "g",         "m/s2",
-      "%",     "rpm",  "bar",  "kpa", "mbar",   "psi",   "c",     "v",     "unix time", "m/s/s",
-      "m/s^2", "°",    "\xb0", "°/s", "\xb0/s", "1/min", "mpa",   "nm",    "n",         "k"};
+      "s",     "ms",    "us",   "ns",   "min",       "m",     "km",  "mm",    "ft",  "mi",
+      "deg",   "rad",   "m/s",  "km/h", "kmh",       "kph",   "mph", "knots", "g",   "%",
+      "deg/s", "rad/s", "m/s2", "m/s²", "m/s^2",     "m/s/s", "rpm", "1/min", "bar", "kpa",
+      "mbar",  "mpa",   "psi",  "c",    "degc",      "degf",  "k",   "v",     "nm",  "n",
+      "°",     "°/s",   "°c",   "°f",   "unix time", "kn"};
   std::string lower;
-  for (const char c : cell)
+  for (const char c : base::in_utf8(cell))
     if (c != '[' && c != ']' && c != '(' && c != ')')
       lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return known.contains(lower);

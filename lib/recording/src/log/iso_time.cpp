@@ -1,6 +1,7 @@
 #include "iso_time.h"
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 
 namespace recording {
@@ -82,10 +83,44 @@ std::optional<IsoTime> time_of_day(std::string_view cell) {
   const std::size_t digits = cell.find(':') == 1 ? 1 : 2;
   if (!take_digits(cell, digits, 23, hour) || !take_one(cell, ":") ||
       !take_digits(cell, 2, 59, minute) || !take_one(cell, ":") ||
-      !take_digits(cell, 2, 60, second) || !take_part(cell, time.part_s) || !cell.empty())
+      !take_digits(cell, 2, 60, second) || !take_part(cell, time.part_s))
     return std::nullopt;
+  (void)take_one(cell, " ");
+  if (!cell.empty()) {
+    const bool afternoon = take_one(cell, "Pp");
+    if ((!afternoon && !take_one(cell, "Aa")) || !take_one(cell, "Mm") || hour < 1 || hour > 12)
+      return std::nullopt;
+    hour = hour % 12 + (afternoon ? 12 : 0);
+  }
+  if (!cell.empty()) return std::nullopt;
   time.whole_s = std::int64_t{60} * (60 * hour + minute) + second;
   return time;
+}
+
+std::optional<IsoTime> minutes_and_seconds(std::string_view cell) {
+  int minute = 0, second = 0;
+  IsoTime time;
+  time.dated = false;
+  const std::size_t digits = cell.find(':');
+  if (digits < 1 || digits > 3 || cell.find_first_of(".,") == std::string_view::npos ||
+      !take_digits(cell, digits, 999, minute) || !take_one(cell, ":") ||
+      !take_digits(cell, 2, 59, second) || !take_part(cell, time.part_s) || !cell.empty())
+    return std::nullopt;
+  time.whole_s = std::int64_t{60} * minute + second;
+  return time;
+}
+
+std::string_view date_before_time(std::string_view cell) {
+  const std::size_t blank = cell.find(' ');
+  if (blank < 6 || blank > 11) return {};
+  const std::string_view date = cell.substr(0, blank);
+  const auto fits = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '/' || c == '.' || c == '-';
+  };
+  const bool is_date = std::all_of(date.begin(), date.end(), fits) &&
+                       date.find_first_of("0123456789") != std::string_view::npos &&
+                       date.find_first_of("/.-") != std::string_view::npos;
+  return is_date && time_of_day(cell.substr(blank + 1)) ? date : std::string_view{};
 }
 
 }  // namespace recording

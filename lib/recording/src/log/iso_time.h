@@ -19,7 +19,14 @@ struct IsoTime {
 /// seconds, their decimals, and Z or the offset may be left out. Nothing where the cell is none.
 std::optional<IsoTime> iso_time(std::string_view cell);
 
-/// A time without a date, such as 12:00:00.1 or 9:30:05.
+/// A time without a date, such as 12:00:00.1, 9:30:05 or 12:59:50.5 PM.
 std::optional<IsoTime> time_of_day(std::string_view cell);
+
+/// Minutes, seconds and their decimals, such as 1:02.345.
+std::optional<IsoTime> minutes_and_seconds(std::string_view cell);
+
+/// The date, in whatever order, of a cell such as "5/1/2024 12:00:00 PM", whose rest is a time of
+/// day; empty: it is no such cell.
+std::string_view date_before_time(std::string_view cell);
 
 }  // namespace recording

@@ -15,6 +15,7 @@
 #include "base/stand_in.h"
 #include "base/table_form.h"
 #include "base/text_lines.h"
+#include "base/utf8.h"
 #include "laps.h"
 #include "readers.h"
 #include "unpack.h"
@@ -132,7 +133,14 @@ std::string unpacked_file(std::string_view bytes, const std::string& name) {
 }
 
 Log parse_log(std::string_view bytes, const std::string& name) {
-  return is_zstd(bytes) ? parse_plain(unpacked_file(bytes, name), name) : parse_plain(bytes, name);
+  Log log =
+      is_zstd(bytes) ? parse_plain(unpacked_file(bytes, name), name) : parse_plain(bytes, name);
+  for (Channel& channel : log.channels) {
+    channel.name = base::in_utf8(channel.name);
+    channel.unit = base::in_utf8(channel.unit);
+  }
+  for (std::string& note : log.notes) note = base::in_utf8(note);
+  return log;
 }
 
 Log read_log(const std::string& path) {

@@ -9,42 +9,78 @@
 
 namespace recording {
 
+namespace {
+
+/// The name in lower case without punctuation and without a unit in brackets.
+std::string clock_word(const std::string& name) {
+  std::string word;
+  for (const char c : name.substr(0, name.find_first_of("[(")))
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+      word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return word;
+}
+
+bool is_clock(const std::string& word) {
+  for (const char* name :
+       {"time",        "times",   "timems",      "t",       "ts",          "timestamp",  "zeit",
+        "zeitstempel", "xtime",   "sessiontime", "logtime", "elapsedtime", "devicetime", "unixtime",
+        "utctime",     "timeutc", "tow",         "tows",    "gpstow",      "gpstows",    "itow"})
+    if (word == name) return true;
+  return false;
+}
+
+/// "time_of_day", "utc (ms)", "INS_time_sec"; a date alone is none.
+bool may_be_clock(const std::string& word) {
+  return word.find("date") == std::string::npos &&
+         (word.starts_with("time") || word.starts_with("zeit") || word.starts_with("utc") ||
+          word.ends_with("timesec") || word.ends_with("timestamp"));
+}
+
+}  // namespace
+
 const Channel* clock_of(const Log& log) {
-  for (const Channel& channel : log.channels) {
-    std::string word;
-    for (const char c : channel.name)
-      if (std::isalnum(static_cast<unsigned char>(c)) != 0)
-        word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    if (word.starts_with("time") || word == "t" || word == "ts" || word.starts_with("zeit") ||
-        word == "sessiontime" || word == "logtime" || word.starts_with("utc") ||
-        word.ends_with("timesec") || word.ends_with("timestamp"))
-      return &channel;
-  }
+  for (const auto& called : {is_clock, may_be_clock})
+    for (const Channel& channel : log.channels)
+      if (called(clock_word(channel.name))) return &channel;
   return nullptr;
 }
 
-double scale_of_moments(double largest) {
+double scale_of_moments(const std::vector<double>& moments) {
+  double largest = 0.0;
+  bool whole = true;
+  std::vector<double> steps;
+  for (std::size_t i = 0; i < moments.size(); ++i) {
+    if (!std::isfinite(moments[i])) continue;
+    largest = std::max(largest, std::abs(moments[i]));
+    whole = whole && moments[i] == std::floor(moments[i]);
+    if (i > 0 && moments[i] > moments[i - 1]) steps.push_back(moments[i] - moments[i - 1]);
+  }
   if (largest > 6e17) return 1e-9;
   if (largest > 6e14) return 1e-6;
-  return largest > 6e11 ? 1e-3 : 1.0;
+  if (largest > 6e11) return 1e-3;
+  if (!whole || steps.empty()) return 1.0;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  // No logger writes a row every five seconds.
+  return *middle < 5.0 ? 1.0 : *middle < 5e3 ? 1e-3 : *middle < 5e6 ? 1e-6 : 1e-9;
 }
 
 std::vector<double> clock_of_rows(const Log& log) {
   const Channel* const clock = clock_of(log);
   if (clock == nullptr) return {};
   std::vector<double> time_s = clock->values;
-  double largest = 0.0;
-  for (const double t : time_s)
-    if (std::isfinite(t)) largest = std::max(largest, std::abs(t));
   const auto in = [&](const std::string& unit) {
     return clock->unit == unit || clock->name.ends_with("_" + unit) ||
            clock->name.find("(" + unit + ")") != std::string::npos ||
            clock->name.find("[" + unit + "]") != std::string::npos;
   };
-  const double scale = in("ms")   ? 1e-3
-                       : in("us") ? 1e-6
-                       : in("ns") ? 1e-9
-                                  : scale_of_moments(largest);
+  const double scale = in("s") || in("sec") ? 1.0
+                       : in("ms")           ? 1e-3
+                       : in("us")           ? 1e-6
+                       : in("ns")           ? 1e-9
+                       : in("min")          ? 60.0
+                       : in("h")            ? 3600.0
+                                            : scale_of_moments(time_s);
   for (double& t : time_s) t *= scale;
   return time_s;
 }

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/text_lines.h"
+#include "clock_digits.h"
 #include "readers.h"
 
 namespace recording {
@@ -170,14 +171,7 @@ void to_plain_units(Log& log, const std::string& name) {
   std::vector<double>* const time = channel_of(log, "time");
   if (time == nullptr)
     throw base::Error(name + ": no column 'time' under [column names]; the file is damaged");
-  double days = 0.0, last = 0.0;
-  for (double& t : *time) {
-    const double hours = std::floor(t / 10000.0), minutes = std::floor((t - hours * 1e4) / 100.0);
-    t = hours * 3600.0 + minutes * 60.0 + (t - hours * 1e4 - minutes * 100.0);
-    if (!std::isfinite(t)) continue;
-    if (t + days < last - 43200.0) days += 86400.0;  // midnight
-    last = t += days;
-  }
+  to_seconds_of_day(*time);
   if (std::vector<double>* const latitude = channel_of(log, "lat"))
     for (double& value : *latitude) value /= 60.0;
   for (const char* word : {"long", "lng"})

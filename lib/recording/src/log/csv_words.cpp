@@ -1,0 +1,151 @@
+#include "csv_words.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <initializer_list>
+#include <map>
+#include <set>
+
+#include "base/error.h"
+#include "readers.h"
+#include "recording/look.h"
+
+namespace recording {
+namespace {
+
+std::string letters_of(const std::string& name) {
+  std::string out;
+  for (const char c : name)
+    if (std::isalpha(static_cast<unsigned char>(c)) != 0)
+      out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
+}
+
+/// The column with one of these names; the number of columns: none has.
+std::size_t column_called(const Log& log, std::initializer_list<const char*> names) {
+  for (std::size_t c = 0; c < log.channels.size(); ++c)
+    for (const char* name : names)
+      if (letters_of(log.channels[c].name) == name) return c;
+  return log.channels.size();
+}
+
+std::size_t names_of_signals(const Log& log) {
+  return column_called(log, {"signal", "signalname", "telemetryname", "channelname", "parameter",
+                             "parametername", "name", "channel"});
+}
+std::size_t values_of_signals(const Log& log) {
+  return column_called(log,
+                       {"value", "signalvalue", "telemetryvalue", "physicalvalue", "channelvalue"});
+}
+std::size_t units_of_signals(const Log& log) { return column_called(log, {"unit", "units"}); }
+
+bool says_car(const Channel& channel) {
+  const std::string letters = letters_of(channel.name);
+  return letters.find("vehicle") != std::string::npos || letters == "car" ||
+         letters == "carnumber" || letters == "carid";
+}
+
+bool is_on_earth(const Channel& channel) {
+  const std::string letters = letters_of(channel.name);
+  for (const char* word : {"lat", "latitude", "lon", "long", "lng", "longitude"})
+    if (letters == word || letters == std::string("gps") + word ||
+        letters == std::string(word) + "deg")
+      return true;
+  return false;
+}
+
+/// -1 in the south and the west, 1 in the north and the east; 0: no such letter.
+double sign_of(std::string_view cell) {
+  if (cell == "S" || cell == "s" || cell == "W" || cell == "w") return -1.0;
+  return cell == "N" || cell == "n" || cell == "E" || cell == "e" ? 1.0 : 0.0;
+}
+
+}  // namespace
+
+bool is_long_form(const Log& log) {
+  return names_of_signals(log) < log.channels.size() &&
+         values_of_signals(log) < log.channels.size() && clock_of(log) != nullptr;
+}
+
+std::vector<bool> columns_with_words(const Log& log) {
+  std::vector<bool> out(log.channels.size(), false);
+  const bool is_long = is_long_form(log);
+  const std::size_t names = names_of_signals(log), units = units_of_signals(log);
+  for (std::size_t c = 0; c < out.size(); ++c)
+    out[c] = is_long ? c == names || c == units || says_car(log.channels[c])
+                     : c > 0 && is_on_earth(log.channels[c - 1]);
+  return out;
+}
+
+void give_signs_of_hemispheres(Log& log, const Words& words) {
+  for (std::size_t c = 1; c < words.size(); ++c) {
+    const auto says = [](std::string_view cell) { return cell.empty() || sign_of(cell) != 0.0; };
+    if (words[c].empty() || !std::all_of(words[c].begin(), words[c].end(), says)) continue;
+    std::vector<double>& values = log.channels[c - 1].values;
+    bool turned = false;
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (sign_of(words[c][i]) < 0.0) {
+        values[i] = -std::abs(values[i]);
+        turned = true;
+      }
+    if (turned)
+      log.notes.push_back(fmt::format("'{}': south and west are negative, by the letters of '{}'",
+                                      log.channels[c - 1].name, log.channels[c].name));
+  }
+}
+
+Log signals_of_long_form(Log log, const Words& words, const std::string& name) {
+  for (std::size_t c = 0; c < words.size(); ++c) {
+    if (words[c].empty() || !says_car(log.channels[c])) continue;
+    const std::set<std::string_view> cars(words[c].begin(), words[c].end());
+    if (cars.size() > 1)
+      throw base::Error(fmt::format(
+          "{}: rows of {} cars, by column '{}' ('{:.40}', '{:.40}' ...); write the rows of one car",
+          name, cars.size(), log.channels[c].name, *cars.begin(), *std::next(cars.begin())));
+  }
+  const std::vector<double> time_s = clock_of_rows(log);
+  const std::vector<double>& values = log.channels[values_of_signals(log)].values;
+  const std::vector<std::string_view>& names = words[names_of_signals(log)];
+  const std::size_t units = units_of_signals(log);
+  double first_s = std::nan("");
+  for (const double t : time_s)
+    if (std::isfinite(t) && !(t >= first_s)) first_s = t;
+  Log out{"CSV, one row for each sample of a signal", {}, false, {}, std::move(log.notes)};
+  std::map<std::string_view, std::size_t> at;
+  std::size_t left_out = 0;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto [found, fresh] = at.emplace(names[i], out.channels.size());
+    if (fresh) {
+      Channel& channel = out.channels.emplace_back();
+      channel.name = std::string(names[i]);
+      if (units < log.channels.size()) channel.unit = std::string(words[units][i]);
+      channel.clock = out.clocks.size();
+      out.clocks.emplace_back();
+    }
+    std::vector<double>& clock = out.clocks[found->second];
+    const double t = time_s[i] - first_s;
+    if (std::isnan(t) || std::isnan(values[i]) || (!clock.empty() && t <= clock.back())) {
+      ++left_out;
+      continue;
+    }
+    clock.push_back(t);
+    out.channels[found->second].values.push_back(values[i]);
+  }
+  if (left_out > 0)
+    out.notes.push_back(
+        fmt::format("{} of {} rows are left out: no number, no moment, or not later than the "
+                    "sample before of the same signal",
+                    left_out, names.size()));
+  for (Channel& channel : out.channels) {
+    const std::vector<double>& clock = out.clocks[channel.clock];
+    if (clock.size() > 1)
+      channel.rate_hz = static_cast<double>(clock.size() - 1) / (clock.back() - clock.front());
+  }
+  number_names(out.channels);
+  return out;
+}
+
+}  // namespace recording

@@ -1,0 +1,29 @@
+// What the words of a table say of its numbers: which half of the Earth, which signal of a bus.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "recording/log.h"
+
+namespace recording {
+
+/// The cells of some columns as they stand in the file; of the others nothing.
+using Words = std::vector<std::vector<std::string_view>>;
+
+/// Columns whose words say something: those behind a latitude or a longitude, and in a table with a
+/// row for each sample of a signal (`is_long_form`) its names, units and cars.
+std::vector<bool> columns_with_words(const Log& log);
+
+/// South and west are negative, where a column of N and S, or E and W, follows the numbers.
+void give_signs_of_hemispheres(Log& log, const Words& words);
+
+/// Whether there are a clock, a column of names of signals and one of their values.
+bool is_long_form(const Log& log);
+
+/// One channel for each signal of such a table, with a clock of its own. Samples that are no later
+/// than the one before are left out with a note. Throws base::Error on rows of several cars.
+Log signals_of_long_form(Log log, const Words& words, const std::string& name);
+
+}  // namespace recording
