@@ -53,7 +53,7 @@ endforeach()
 expect(kerbstone ${every} ${tools} ${depends} "Section: science" "./usr/lib/.*kerbstone/kerbstone_car.so\n" "./usr/share/doc/kerbstone/docs/crgbuild.md\n")
 expect(libcrg-dev ${every} "Section: libdevel" "libstdc\\+\\+-dev" "./usr/lib/.*libcrg.a\n" "./usr/include/crg.h\n"
   "./usr/include/crg/surface.h\n" "/crgConfig.cmake\n" "/pkgconfig/crg.pc\n" "/examples/c/example.c\n")
-expect(libopencrg-kerbstone ${every} "Section: libs" "Depends: .*libc6" "./usr/lib/.*libOpenCRG.so\n" "./usr/include/crgBaseLib.h\n"
+expect(libopencrg-kerbstone ${every} "Section: libs" "Depends: .*libc6" "./usr/lib/.*libOpenCRG.so\n" "./usr/include/crgBaseLib.h\n" "./usr/include/crgBaseLibPrivate.h\n"
   "/OpenCRGConfig.cmake\n" "/pkgconfig/OpenCRG.pc\n" "/examples/opencrg/drive.c\n")
 file(GLOB python ${BUILD}/lib/python/kerbstone.*.so)
 if(python)

@@ -157,6 +157,7 @@ void apply_modifiers(DataSet& set) {
   const bool close = wants_closed(set);
   take_surface(set, make_surface(std::move(crg), close), close);
   set.modifiers.clear();
+  if (set.channels) set.channels->take(set.any());
 }
 
 crg::Crg as_file(const DataSet& set) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "border.h"
+#include "channels.h"
 #include "crg/surface.h"
 #include "settings.h"
 
@@ -17,9 +18,10 @@ struct DataSet {
   /// The road with its line going straight on beyond its ends, and with its ends closed. Either is
   /// made when first wanted.
   std::unique_ptr<const crg::Surface> open, closed;
-  ClosedRange range;           ///< of the closed line; period 0 where the ends do not meet
-  bool banking_folds = false;  ///< see height()
-  double v_step_m = 0.01;      ///< as the interface answers it
+  ClosedRange range;                   ///< of the closed line; period 0 where the ends do not meet
+  bool banking_folds = false;          ///< see height()
+  double v_step_m = 0.01;              ///< as the interface answers it
+  std::unique_ptr<Channels> channels;  ///< made when first asked for
 
   const crg::Surface& any() const { return open ? *open : *closed; }
 };

@@ -189,6 +189,17 @@ void crgDataSetModifiersApply(int dataSetId) {
   });
 }
 
+CrgDataStruct* crgDataSetAccess(int dataSetId) {
+  return with_set(__func__, dataSetId, static_cast<CrgDataStruct*>(nullptr), [](DataSet& set) {
+    if (!set.channels) {
+      auto channels = std::make_unique<opencrg::Channels>();
+      channels->take(set.any());
+      set.channels = std::move(channels);
+    }
+    return set.channels->seen();
+  });
+}
+
 void crgDataSetModifierSetDefault(int dataSetId) {
   with_set(__func__, dataSetId, 0, [](DataSet& set) {
     set.modifiers = opencrg::default_modifiers();
@@ -288,3 +299,12 @@ int crgContactPointSetHistory(int cpId, int histSize) {
 }
 
 void crgContactPointSetHistoryForAllPoints(int histSize) { (void)histSize; }
+
+void crgContactPointActivatePerfStat(int cpId) {
+  with_point(__func__, cpId, [](const ContactPoint&) { return 1; });
+}
+
+void crgContactPointPrintPerfStat(int cpId) {
+  if (with_point(__func__, cpId, [](const ContactPoint&) { return 1; }) == 1)
+    crgMsgPrint(dCrgMsgLevelNotice, "contact point %d: searches keep no statistics here\n", cpId);
+}
