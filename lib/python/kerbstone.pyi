@@ -4,16 +4,17 @@ Metres, seconds, kilograms, kelvin and radians. u runs along the reference line,
 coordinates. A place without road gives NaN. Where a file or a value cannot be used: kerbstone.Error.
 """
 
-from collections.abc import Callable, ItemsView, Iterable, Iterator, Sequence
+from collections.abc import Callable, ItemsView, Iterable, Iterator, Sequence, ValuesView
 from os import PathLike
 from types import SimpleNamespace
-from typing import Any, overload
+from typing import Any, TypeVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __version__: str
 
+_Other = TypeVar("_Other")
 _Path = str | bytes | PathLike[str] | PathLike[bytes]
 _Progress = Callable[[str, float], object] | None
 
@@ -185,6 +186,11 @@ class Recording:
     def __iter__(self) -> Iterator[str]: ...
     def keys(self) -> list[str]: ...
     def items(self) -> ItemsView[str, NDArray[np.float64]]: ...
+    def values(self) -> ValuesView[NDArray[np.float64]]: ...
+    @overload
+    def get(self, channel: str) -> NDArray[np.float64] | None: ...
+    @overload
+    def get(self, channel: str, default: _Other) -> NDArray[np.float64] | _Other: ...
     def to_dataframe(self) -> Any: ...
     @property
     def channels(self) -> list[str]: ...

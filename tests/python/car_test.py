@@ -1,9 +1,11 @@
 """The module kerbstone: the simulated car, beside the program crgdrive and Newton."""
 
+import collections.abc
 import csv
 import math
 import os
 import pathlib
+import pickle
 import sys
 import types
 import subprocess
@@ -120,6 +122,11 @@ def test_a_recording_is_a_mapping_and_a_table(circle, car, tmp_path, monkeypatch
     assert len(recording) == len(recording.channels)
     assert dict(recording)["vx_mps"].tolist() == dict(recording.items())["vx_mps"].tolist() == [20.0 + k for k in range(30)]
     monkeypatch.setitem(sys.modules, "pandas", types.SimpleNamespace(DataFrame=lambda columns: ("frame", columns)))
+    assert isinstance(recording, collections.abc.Mapping)
+    assert recording.get("ay_mps2") is None and recording.get("vx_mps")[3] == list(recording.values())[1][3] == 23.0
+    again = pickle.loads(pickle.dumps(recording))
+    assert list(again) == list(recording) and again["vx_mps"].tolist() == recording["vx_mps"].tolist()
+    assert again.step_s == recording.step_s and repr(again) == "Recording(2 channels, 30 rows)"
     kind, columns = recording.to_dataframe()
     assert kind == "frame" and columns["vx_mps"][3] == 23.0
 
@@ -148,9 +155,11 @@ def test_errors_say_what_was_wanted(car, straight):
         car.start(straight, u_m=30000.0)
     with pytest.raises(ValueError, match="no number"):
         car.start(straight, u_m=20.0).step(throttle=math.nan)
-    for odd in ({"throttle": 5.0}, {"throttle": -0.1}, {"clutch": 2.0}, {"gear": 11}, {"brake_pa": [-1.0, 0, 0, 0]}):
+    for odd in ({"throttle": 5.0}, {"throttle": -0.1}, {"clutch": 2.0}, {"gear": 9}, {"brake_pa": [-1.0, 0, 0, 0]}):
         with pytest.raises(ValueError, match="wanted"):
             car.start(straight, u_m=20.0).step(**odd)
+    with pytest.raises(ValueError, match="gear: -1 to 6 wanted"):
+        car.start(straight, u_m=20.0, gear=9)
     car.start(straight, u_m=20.0).step(throttle=1.0 + 1e-10)  # what rounding leaves
     assert kerbstone.Car.read(pathlib.Path(VEHICLE)).name == car.name
     with pytest.raises(KeyError):

@@ -60,6 +60,11 @@ vehicle::LapResult lap(const Car& car, const Road& road, int laps, bool standing
   return vehicle::drive_laps(car.car, vehicle::Road(road.surface), options);
 }
 
+void want_gear(const vehicle::Car<double>& car, int gear) {
+  const int top = vehicle::top_gear(car.parameters);
+  if (gear < -1 || gear > top) throw py::value_error(fmt::format("gear: -1 to {} wanted", top));
+}
+
 /// A car that is driven step by step. Refers to car and road, which Python keeps alive.
 class Drive {
  public:
@@ -84,8 +89,7 @@ class Drive {
         throw py::value_error("throttle, clutch: 0 to 1 wanted");
       *x = std::clamp(*x, 0.0, 1.0);
     }
-    if (gear < -1 || gear > vehicle::kMostGears)
-      throw py::value_error(fmt::format("gear: -1 to {} wanted", vehicle::kMostGears));
+    want_gear(car_, gear);
     if (*std::min_element(brake_pa.begin(), brake_pa.end()) < 0)
       throw py::value_error("brake_pa: 0 or more wanted");
     vehicle::Controls<double> controls;
@@ -137,6 +141,7 @@ std::unique_ptr<Drive> start_drive(const Car& car, const Road& road, double u_m,
   if (!(step_s > 0) || !(step_s <= 0.01))
     throw py::value_error("step_s: more than 0, at most 0.01 wanted");
   if (!(speed_mps >= 0) || !(speed_mps < 150)) throw py::value_error("speed_mps: 0 to 150 wanted");
+  want_gear(car.car, gear);
   const crg::Sample at = road.surface.at_uv(u_m, v_m);
   if (!at.valid || !at.inside)
     throw vehicle::Error("no road at u " + std::to_string(u_m) + " m, v " + std::to_string(v_m) +
@@ -189,6 +194,7 @@ void add_car(py::module_& m) {
                   "path"_a, py::kw_only(), "setup"_a = py::none(),
                   "settings"_a = std::vector<std::string>{})
       .def_property_readonly("name", [](const Car& car) { return car.files.name; })
+      .def("__repr__", [](const Car& car) { return fmt::format("Car({})", car.files.name); })
       .def("lap", &lap,
            "Laps of a road by the built-in driver; record_every: steps of 1 ms per row of "
            "telemetry, 0 none.",

@@ -1,11 +1,13 @@
 // Recordings for Python, and the car that repeats them.
 #include "vehicle/replay.h"
 
+#include <fmt/format.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -31,6 +33,42 @@ py::array_t<double> channel(const recording::Recording& recording, const std::st
   const std::vector<double>* const values = recording.table.find(name);
   if (values == nullptr) throw py::key_error(name);
   return py::array_t<double>(static_cast<py::ssize_t>(values->size()), values->data());
+}
+
+using Rows = std::array<std::size_t, 6>;
+
+/// All of a recording, for pickle.
+py::tuple state_of(const recording::Recording& r) {
+  std::vector<std::pair<std::size_t, std::size_t>> stretches;
+  for (const recording::Stretch& s : r.stretches) stretches.emplace_back(s.begin, s.end);
+  return py::make_tuple(by_name(r.table), stretches,
+                        std::array<double, 3>{r.step_s, r.first_trouble_s, r.longest_gap_s},
+                        Rows{r.rows_read, r.rows_repeated, r.rows_backwards, r.clock_resets,
+                             r.rows_without_time, r.cells_not_numbers},
+                        r.held, r.constant);
+}
+
+recording::Recording recording_of_state(const py::tuple& state) {
+  if (state.size() != 6) throw py::value_error("not the state of a Recording");
+  recording::Recording r;
+  for (const auto& [name, values] : state[0].cast<py::dict>())
+    r.table.add(name.cast<std::string>(), values.cast<std::vector<double>>());
+  for (const auto& [begin, end] : state[1].cast<std::vector<std::pair<std::size_t, std::size_t>>>())
+    r.stretches.push_back({begin, end});
+  const auto seconds = state[2].cast<std::array<double, 3>>();
+  r.step_s = seconds[0];
+  r.first_trouble_s = seconds[1];
+  r.longest_gap_s = seconds[2];
+  const auto rows = state[3].cast<Rows>();
+  r.rows_read = rows[0];
+  r.rows_repeated = rows[1];
+  r.rows_backwards = rows[2];
+  r.clock_resets = rows[3];
+  r.rows_without_time = rows[4];
+  r.cells_not_numbers = rows[5];
+  r.held = state[4].cast<std::vector<std::pair<std::string, double>>>();
+  r.constant = state[5].cast<std::vector<std::string>>();
+  return r;
 }
 
 vehicle::ReplayResult replay(const Car& car, const Road& road,
@@ -61,12 +99,11 @@ py::dict errors_by_channel(const vehicle::ReplayResult& result) {
   return out;
 }
 
-}  // namespace
-
-void add_replay(py::module_& m) {
+void add_recording(py::module_& m) {
   using namespace pybind11::literals;
-  py::class_<recording::Recording>(m, "Recording", "A log of a drive, as canonical channels.")
-      .def_static("read", &read_recording,
+  py::class_<recording::Recording> type(m, "Recording",
+                                        "A log of a drive: a mapping from channels to arrays.");
+  type.def_static("read", &read_recording,
                   "Reads a log of any kind; mapping.yaml says which column is which channel, "
                   "without it the names do.",
                   "path"_a, py::kw_only(), "mapping"_a = py::none())
@@ -83,6 +120,20 @@ void add_replay(py::module_& m) {
           "their names")
       .def("keys", [](const recording::Recording& r) { return r.table.names; })
       .def("items", [](const recording::Recording& r) { return by_name(r.table).attr("items")(); })
+      .def("values",
+           [](const recording::Recording& r) { return by_name(r.table).attr("values")(); })
+      .def(
+          "get",
+          [](const recording::Recording& r, const std::string& name, const py::object& otherwise) {
+            return r.table.find(name) == nullptr ? otherwise : py::object(channel(r, name));
+          },
+          "channel"_a, "default"_a = py::none())
+      .def("__repr__",
+           [](const recording::Recording& r) {
+             return fmt::format("Recording({} channels, {} rows)", r.table.names.size(),
+                                r.table.rows());
+           })
+      .def(py::pickle(&state_of, &recording_of_state))
       .def(
           "to_dataframe",
           [](const recording::Recording& r) {
@@ -92,7 +143,14 @@ void add_replay(py::module_& m) {
       .def_property_readonly("channels",
                              [](const recording::Recording& r) { return r.table.names; })
       .def_readonly("step_s", &recording::Recording::step_s, "median distance of two rows");
+  py::module_::import("collections.abc").attr("Mapping").attr("register")(type);
+}
 
+}  // namespace
+
+void add_replay(py::module_& m) {
+  using namespace pybind11::literals;
+  add_recording(m);
   py::class_<vehicle::ChannelError>(
       m, "ChannelError",
       "How far a channel was from the recording, and trivial predictors: hold (it stays as it was "
