@@ -297,6 +297,10 @@ TEST(Mapping, ThePathSaysTheUnitThatNoNameSays) {
     for (double& v : log.columns[4]) v *= unit / 3.6;
     EXPECT_NEAR(of(propose_mapping(log, "log"), "vx_mps").scale, 1 / unit, 1e-12);
   }
+  recording::Table furlongs = foreign();
+  furlongs.names[4] = "speed [fur/h]";
+  for (double& v : furlongs.columns[4]) v *= 1.38;
+  EXPECT_THROW(of(propose_mapping(furlongs, "log"), "vx_mps"), std::runtime_error);
   recording::Table log = foreign();  // of half the size: up to 2.5 m/s^2, and no g
   for (const std::size_t k : {1u, 2u, 4u})
     for (double& value : log.columns[k]) value *= 0.5;

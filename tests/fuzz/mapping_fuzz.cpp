@@ -21,7 +21,7 @@ void read_back(const explain::Mapping& mapping) {
 void fuzz::run(std::string_view bytes) {
   const std::string path = folder().put("mapping.yaml", bytes);
   try {
-    read_back({recording::read_mapping(path), {}, {}});
+    read_back({recording::read_mapping(path), {}, {}, {}});
   } catch (const base::Error& error) {
     require_refusal(error, path);
   }

@@ -222,6 +222,7 @@ TEST(Log, BeaconsInThePreambleCountLaps) {
   EXPECT_THAT(log.notes, testing::ElementsAre(testing::AllOf(
                              testing::HasSubstr("laps end at 0.050, 0.120 s"),
                              testing::HasSubstr("1 behind the last sample left out"))));
+  EXPECT_EQ(of(with("\"0.05 0.12\","), "beacon lap").values, (std::vector<double>{1, 2, 2, 3}));
   EXPECT_EQ(with("62.7,117.7").channels.size(), 4u);  // none of them is in the log
 }
 

@@ -18,7 +18,7 @@ struct Unit {
   double scale;
   double zero = 0.0;
 };
-constexpr std::array<Unit, 61> kUnits{{{"time", "s", 1},
+constexpr std::array<Unit, 62> kUnits{{{"time", "s", 1},
                                        {"time", "unixtime", 1},
                                        {"time", "ms", 1e-3},
                                        {"time", "us", 1e-6},
@@ -45,6 +45,7 @@ constexpr std::array<Unit, 61> kUnits{{{"time", "s", 1},
                                        {"speed", "kmph", 1 / 3.6},
                                        {"speed", "kph", 1 / 3.6},
                                        {"speed", "mm/s", 1e-3},
+                                       {"speed", "ft/s", 0.3048},
                                        {"speed", "mph", 0.44704},
                                        {"speed", "knots", 1852.0 / 3600},
                                        {"speed", "kn", 1852.0 / 3600},
@@ -80,10 +81,8 @@ constexpr std::array<Unit, 61> kUnits{{{"time", "s", 1},
                                        {"temperature", "degf", 5.0 / 9, 273.15 - 32 * 5.0 / 9},
                                        {"temperature", "°f", 5.0 / 9, 273.15 - 32 * 5.0 / 9}}};
 
-}  // namespace
-
-const std::vector<Alias>& aliases() {
-  static const std::vector<Alias> list{
+std::vector<Alias> aliases_of_places_and_speeds() {
+  return {
       {"time_s",
        "time",
        {"time",        "t",        "ts",    "timestamp", "times",   "logtime",   "sessiontime",
@@ -130,6 +129,11 @@ const std::vector<Alias>& aliases() {
         "gyroyawvelocity", "yawvelocity", "gpsgyro", "gierrate", "giergeschwindigkeit"}},
       {"roll_rate_radps", "rate", {"rollrate", "gyrox", "angularx", "angularvelocityx"}},
       {"pitch_rate_radps", "rate", {"pitchrate", "gyroy", "angulary", "angularvelocityy"}},
+  };
+}
+
+std::vector<Alias> aliases_of_accelerations_and_controls() {
+  return {
       {"ax_mps2",
        "acceleration",
        {"ax",
@@ -186,6 +190,16 @@ const std::vector<Alias>& aliases() {
         "giri"}},
       {"fuel_kg", "none", {"fuel", "fuelmass"}},
   };
+}
+
+}  // namespace
+
+const std::vector<Alias>& aliases() {
+  static const std::vector<Alias> list = [] {
+    std::vector<Alias> out = aliases_of_places_and_speeds();
+    for (const Alias& alias : aliases_of_accelerations_and_controls()) out.push_back(alias);
+    return out;
+  }();
   return list;
 }
 

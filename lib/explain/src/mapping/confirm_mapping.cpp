@@ -173,6 +173,15 @@ void confirm(const Table& table, const std::vector<double>& t, const char* chann
     return;
   }
   fit.slope = settle_unit(fit.slope, *m, mapping);
+  if (mapping.guessed.contains(channel) && std::abs(std::abs(fit.slope) - 1.0) > 0.3) {
+    mapping.notes.push_back(
+        fmt::format("column '{}' is not used: its unit is not known, and {:.3g} times {} is none "
+                    "that is",
+                    m->column, std::abs(fit.slope), what));
+    std::erase_if(mapping.columns,
+                  [&](const ColumnMapping& other) { return other.channel == channel; });
+    return;
+  }
   if (fit.slope < 0) m->scale = -m->scale;
   mapping.notes.push_back(fmt::format("{}: {:.3f} times {}, correlation {:.3f}{}", channel,
                                       std::abs(fit.slope), what, std::abs(fit.correlation),

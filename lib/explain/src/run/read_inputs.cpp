@@ -62,7 +62,7 @@ void note_words(const std::string& path, const recording::Table& table,
 
 Mapping given_mapping(const std::string& path, const std::vector<std::string>& paths,
                       const std::vector<recording::Table>& tables) {
-  Mapping out = {recording::read_mapping(path), {}, {}};
+  Mapping out = {recording::read_mapping(path), {}, {}, {}};
   for (std::size_t k = 0; k < tables.size(); ++k)
     for (const ColumnMapping& m : out.columns)
       if (tables[k].find(m.column) == nullptr)

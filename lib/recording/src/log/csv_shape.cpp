@@ -147,8 +147,10 @@ void take_preamble(const std::vector<NumberedLine>& head, std::size_t end, Shape
       shape.stated_s = std::max(0.0, seconds(1).value_or(0.0));
     if (cells.size() > 1 && cells[0] == "Beacon Markers")
       for (std::size_t c = 1; c < cells.size(); ++c)
-        if (const auto at_s = seconds(c); at_s && std::isfinite(*at_s))
-          shape.beacons_s.push_back(*at_s);
+        for (std::string_view rest = cells[c]; !rest.empty();)  // MoTeC has all in one cell
+          if (const auto at_s = base::to_number<double>(base::take_word(rest));
+              at_s && std::isfinite(*at_s))
+            shape.beacons_s.push_back(*at_s);
   }
 }
 

@@ -102,9 +102,9 @@ std::optional<IsoTime> minutes_and_seconds(std::string_view cell) {
   IsoTime time;
   time.dated = false;
   const std::size_t digits = cell.find(':');
-  if (digits < 1 || digits > 3 || cell.find_first_of(".,") == std::string_view::npos ||
-      !take_digits(cell, digits, 999, minute) || !take_one(cell, ":") ||
-      !take_digits(cell, 2, 59, second) || !take_part(cell, time.part_s) || !cell.empty())
+  if (digits < 1 || digits > 3 || !take_digits(cell, digits, 999, minute) || !take_one(cell, ":") ||
+      !take_digits(cell, 2, 59, second) || cell.empty() || !take_part(cell, time.part_s) ||
+      !cell.empty())
     return std::nullopt;
   time.whole_s = std::int64_t{60} * minute + second;
   return time;
