@@ -210,7 +210,7 @@ TEST(SlowTwoRecordings, HaveOneMapping) {
   const std::string notes = base::dump_json(all.at("remarks"));
   EXPECT_THAT(notes, HasSubstr("held.csv: 'ax_mps2': 50 % of the samples repeat"));
   const explain::Mapping mapping =
-      explain::Mapping{recording::read_mapping(proof.folder.path("out/mapping.yaml")), {}, {}};
+      explain::Mapping{recording::read_mapping(proof.folder.path("out/mapping.yaml")), {}, {}, {}};
   for (const auto& m : mapping.columns) EXPECT_EQ(m.held, m.channel == "ax_mps2") << m.channel;
 }
 

@@ -156,6 +156,19 @@ TEST(BrakesFit, AnotherSimulatorsCar) {
   }
 }
 
+TEST(BrakesFit, AWrongDragAreaIsSaid) {
+  Driven d = driven(2, true);
+  for (const double factor : {0.5, 1.6}) {
+    vehicle::Vehicle other = d.stated;
+    other.parameters[P::aero_drag_area_m2] *= factor;
+    const auto car = make_car(other.files, other.parameters, other.terms, other.contact);
+    const DriveFit fit = identify::fit_brakes(
+        car, other.prior,
+        identify::drive_windows(car, nullptr, recording::make_recording(d.log, "log")), {});
+    EXPECT_THAT(fit.doubts, testing::Contains(testing::HasSubstr("drag area")));
+  }
+}
+
 TEST(BrakesFit, WithoutPressuresNothingIsSaid) {
   const Driven d = driven(1, false);
   recording::Table bare;

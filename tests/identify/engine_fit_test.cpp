@@ -7,6 +7,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <tuple>
 
 #include "base/error.h"
 #include "base/json_text.h"
@@ -132,7 +133,7 @@ TEST(EngineFit, TheTruthLiesInItsIntervals) {
         const EngineFit fit = identify::fit_engine(
             d.as_stated, d.stated.prior, identify::drive_windows(d.as_stated, road, d.recording),
             d.recording, known ? weighed : EngineFitOptions{});
-        EXPECT_TRUE(fit.fit.doubts.empty());
+        EXPECT_THAT(fit.fit.doubts, testing::IsEmpty());
         count(d, fit,
               scores[fmt::format("{}, {}", road == nullptr ? "engine tests" : "one lap",
                                  known ? "weighed" : "stated mass")]);
@@ -184,6 +185,24 @@ TEST(EngineFit, AWrongRatioIsLeftOut) {
   EXPECT_THAT(fit.fit.remarks,
               testing::Contains(testing::ContainsRegex("[1-9][0-9]+ with engine")));
   EXPECT_NO_THROW(vehicle::check_map(identify::engine_map_of(fit), "engine map"));
+}
+
+// Beyond its prior, and with it the torques beyond their intervals.
+TEST(EngineFit, AWrongDragAreaOrEngineInertiaIsSaid) {
+  const Driven d = driven(3, nullptr);
+  for (const auto& [parameter, factor, words] :
+       {std::tuple{P::aero_drag_area_m2, 1.6, "drag area"},
+        std::tuple{P::engine_inertia_kgm2, 3.0, "engine inertia"}}) {
+    vehicle::Vehicle other = d.stated;
+    other.parameters[parameter] *= factor;
+    const auto car = make_car(other.files, other.parameters, other.terms, other.contact);
+    EngineFitOptions options;
+    options.mass_kg = d.truth[P::chassis_mass_kg] + 30.0;
+    options.mass_sd_kg = 1.0;
+    const EngineFit fit = identify::fit_engine(
+        car, other.prior, identify::drive_windows(car, nullptr, d.recording), d.recording, options);
+    EXPECT_THAT(fit.fit.doubts, testing::Contains(testing::HasSubstr(words)));
+  }
 }
 
 TEST(EngineFit, UnvisitedPlacesAreEmpty) {

@@ -91,6 +91,27 @@ struct Score {
   }
 };
 
+TEST(MassFit, AWrongWheelbaseIsSaidAndWidensWhatGoesWithIt) {
+  const crg::Surface surface{identify::proving_road()};
+  const Driven d = driven(1, surface);
+  vehicle::Vehicle other = d.stated;
+  other.parameters[P::chassis_wheelbase_m] *= 1.15;
+  const auto car = stated_car(other);
+  identify::MassFitOptions options;
+  options.fuel_kg = base::median(*d.recording.table.find("fuel_kg"));
+  const double height_m = truth_of(d, options.fuel_kg).at("cog_height_m");
+  DriveWindows w = identify::drive_windows(car, &surface, d.recording);
+  w.wheelbase_m = w.wheelbase_sd_m = NAN;  // as where no steering was recorded
+  EXPECT_THAT(identify::fit_mass(car, other.prior, w, options).remarks,
+              testing::Contains(testing::HasSubstr("in proportion to the wheelbase of 3.45 m")));
+  w.wheelbase_m = d.truth[P::chassis_wheelbase_m];
+  w.wheelbase_sd_m = 0.02;
+  const DriveFit fit = identify::fit_mass(car, other.prior, w, options);
+  EXPECT_THAT(fit.remarks, testing::Contains(testing::HasSubstr("say a wheelbase of 3.00 m")));
+  EXPECT_NE(fit.at("cog_behind_front_m").unseen, "");
+  EXPECT_LT(std::abs(fit.at("cog_height_m").value - height_m), fit.at("cog_height_m").within);
+}
+
 // 40 drives of 45 s (KERBSTONE_HEAVY), measured: 93 % of all 400 numbers inside, each number 88 to
 // 100 %; root mean square errors 0.14 % of the mass, 1.8 mm of the place, 1.7 mm of the height,
 // 0.015 m2 of each lift area.

@@ -60,6 +60,8 @@ struct DriveWindows {
   bool loads = false, travels = false, accelerations = false, lateral_speed = false;
   std::vector<std::string> doubts;  ///< why nothing of this drive may be used, by its channels
   std::size_t blocks = 0;
+  /// That steering, yaw rate and speed say, and its standard deviation; NaN: they do not tell.
+  double wheelbase_m = DriveWindow::kNaN, wheelbase_sd_m = DriveWindow::kNaN;
   double begin_s = 0.0, end_s = 0.0;  ///< of the recording
   std::size_t rows = 0, slow = 0, off_road = 0, on_kerbs = 0,
               short_of_rows = 0;  ///< and why rows are left out

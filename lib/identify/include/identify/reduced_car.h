@@ -18,9 +18,11 @@ namespace identify {
 ///   K = k[0] load_n sin(2 atan(fz / (k[1] load_n)))            cornering stiffness
 ///   y0 = D sin(c atan(B x - e (B x - atan(B x)))), D = mu_y fz, B = K / (c D), e = e[0] + e[1] f
 ///   with x = tan(alpha) + shift_camber gamma + side shift_side
-///   y = G_y y0 + fz (push_camber gamma + side push_side), G_y = cos(wy[2] atan(By kappa)),
+///   y = G_y y0 + fz (push_camber gamma + side push_side),
+///   G_y = cos(wy[2] atan(By (kappa + shift_kappa))) / cos(wy[2] atan(By shift_kappa)),
 ///   By = wy[0] cos(atan(wy[1] tan(alpha)))
-///   x0 and x: the same with mx, kx (Kx = fz (kx[0] + kx[1] f)), cx, ex, kappa, and G_x of wx
+///   x0 and x: the same with mx, kx (Kx = fz (kx[0] + kx[1] f)), cx, ex, kappa, and G_x of wx,
+///   without a shift
 ///
 /// gamma: inclination as in tyre files; side: 1 left, -1 right wheel; an axle has neither. Factors
 /// grip and stiffness scale mu and K: tread temperature, wet road.
@@ -30,6 +32,7 @@ struct WheelCurve {
   std::array<double, 2> k{}, e{}, mx{}, kx{};
   double mu_camber = 0.0, c = 1.5, cx = 1.5, ex = 0.0;
   double shift_camber = 0.0, shift_side = 0.0, push_camber = 0.0, push_side = 0.0;
+  double shift_kappa = 0.0;  ///< tyres may have most side force while they drive or brake a little
 };
 
 struct CurveInput {

@@ -43,7 +43,47 @@ struct BrakesBase {
   bool by_speed;
   BrakesGranted is;
   std::vector<BrakesGranted> moved;
+  std::vector<vehicle::Car<double>> cars;  ///< with another inertia of engine or wheels
 };
+
+/// The drag found beside one factor of the brakes, over the vehicle file's: pressures and speeds
+/// tell them apart where they vary.
+base::Answer<ClusteredFit> solve_drag_too(const BrakesBase& base, const Windows& windows,
+                                          const BrakesGranted& granted) {
+  Equation e;
+  e.columns.resize(2);
+  std::vector<std::size_t> block;
+  BrakesGranted airless = granted;
+  airless.drag = 0.0;
+  for (const DriveWindow* w : windows) {
+    const double left = braking_force(base.car, *w, base.by_speed, airless);
+    e.columns[0].push_back(stated_force(base.car, *w, 0, granted.mass_kg) +
+                           stated_force(base.car, *w, 1, granted.mass_kg));
+    e.columns[1].push_back(left - braking_force(base.car, *w, base.by_speed, granted));
+    e.wanted.push_back(left);
+    block.push_back(w->block);
+  }
+  return try_clustered_fit({e}, block);
+}
+
+void doubt_drag(const BrakesBase& base, const Windows& windows, double prior, DriveFit& out) {
+  constexpr double kTold = 0.1;
+  const auto fit = solve_drag_too(base, windows, base.is);
+  if (!fit) return;
+  double square = std::pow(fit->sd(1), 2.0);
+  for (const BrakesGranted& g : base.moved) {
+    if (g.drag != base.is.drag) continue;
+    const auto moved = solve_drag_too(base, windows, g);
+    if (!moved) return;
+    square += std::pow(moved->value[1] - fit->value[1], 2.0);
+  }
+  const double found = fit->value[1], sd = std::sqrt(square);
+  if (found > 3.0 * sd && std::abs(found - 1.0) > std::max(kTold, prior) + 3.0 * sd)
+    out.doubts.push_back(
+        fmt::format("braking says {:.2f} times (standard deviation {:.2g}) the vehicle file's drag "
+                    "area: torques are as wrong as it; crgidentify aero finds it",
+                    found, sd));
+}
 
 /// The factor in place `k`, with everything that its interval holds; unseen when it is too wide.
 Found factor(const BrakesBase& base, const std::string& name, const Windows& windows, bool apart,
@@ -65,8 +105,12 @@ Found factor(const BrakesBase& base, const std::string& name, const Windows& win
     if (!moved) return f;
     square += std::pow(moved->value[k] - f.value, 2.0);
   }
-  if (const auto other = other_arm(base.car)) {
-    const auto moved = solve_brakes(other->car, windows, apart, base.by_speed, base.is);
+  const auto other = other_arm(base.car);
+  std::vector<const vehicle::Car<double>*> cars;
+  for (const vehicle::Car<double>& car : base.cars) cars.push_back(&car);
+  if (other) cars.push_back(&other->car);
+  for (const vehicle::Car<double>* car : cars) {
+    const auto moved = solve_brakes(*car, windows, apart, base.by_speed, base.is);
     if (!moved) return f;
     square += std::pow(moved->value[k] - f.value, 2.0);
   }
@@ -107,8 +151,9 @@ void say_brakes(const vehicle::Car<double>& car, const BrakesFitOptions& options
       base.is.mass_kg, mass_sd_kg, options.mass_kg > 0.0 ? "the wheel loads" : "the vehicle file"));
   out.remarks.push_back(arm_words(car, windows, base.is.mass_kg));
   out.remarks.emplace_back(
-      "drag, rolling resistance (15 %) and the engine's drag at closed throttle (20 %) are the "
-      "vehicle file's word; standard deviations");
+      "drag, inertias, rolling resistance (15 %) and the engine's drag at closed throttle (20 %) "
+      "are "
+      "the vehicle file's word; standard deviations");
   out.remarks.emplace_back(
       "friction, area and radius of a brake look the same: their product is found");
   if (!car.files->pad_friction.empty() && car.terms[Term::brake_friction_temperature] > 0.0)
@@ -149,15 +194,22 @@ DriveFit fit_brakes(const vehicle::Car<double>& car, const Prior& prior, const D
       out.found.push_back({name, "1", 0, 0, 0, 0, 1.0, why});
     return out;
   }
-  const BrakesBase base{
-      car, !drive.accelerations || (options.body_axes && !drive.loads && !drive.travels),
-      BrakesGranted{mass_kg, 1.0, 1.0, 1.0, 0.0},
-      brakes_granted(mass_kg, mass_sd_kg, sd_share(P::aero_drag_area_m2))};
+  BrakesBase base{car,
+                  !drive.accelerations || (options.body_axes && !drive.loads && !drive.travels),
+                  BrakesGranted{mass_kg, 1.0, 1.0, 1.0, 0.0},
+                  brakes_granted(mass_kg, mass_sd_kg, sd_share(P::aero_drag_area_m2)),
+                  {}};
+  for (const P inertia :
+       {P::engine_inertia_kgm2, P::front_wheel_inertia_kgm2, P::rear_wheel_inertia_kgm2}) {
+    base.cars.push_back(car);
+    base.cars.back().parameters[inertia] *= 1.0 + sd_share(inertia);
+  }
   out.found = {factor(base, "torque", windows, false, 0, options.most_share),
                factor(base, "front_torque", windows, true, 0, options.most_share),
                factor(base, "rear_torque", windows, true, 1, options.most_share)};
   find_torques(base, windows, options.most_share, out);
   say_brakes(car, options, base, windows, mass_sd_kg, out);
+  doubt_drag(base, windows, prior[static_cast<std::size_t>(P::aero_drag_area_m2)], out);
   const Found& both = out.found[0];
   if (both.unseen.empty() && !(both.value > 0.0))
     out.doubts.emplace_back(

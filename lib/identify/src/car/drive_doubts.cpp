@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/statistics.h"
+#include "identify/clustered_fit.h"
 #include "longitudinal.h"
 #include "wheel_names.h"
 #include "window_fit.h"
@@ -101,6 +102,40 @@ std::vector<std::string> drive_doubts(const vehicle::Car<double>& car, const Dri
   if (by_ax) doubt_ax(drive, out);
   doubt_travels(drive, out);
   return out;
+}
+
+DriveWindows with_wheelbase(DriveWindows drive, const recording::Recording& recording) {
+  constexpr double kMostLeft_mps2 = 6.0;
+  const std::vector<double>* const steer = recording.table.find("steer_rad");
+  if (steer == nullptr) return drive;
+  Equation e;
+  e.columns.resize(3);
+  std::vector<std::size_t> block;
+  for (const DriveWindow& w : drive.windows) {
+    const double left = w.yaw_rate_radps * w.vx_mps;
+    double sum = 0.0;
+    for (std::size_t k = w.begin_row; k < w.end_row; ++k) sum += (*steer)[k];
+    if (!std::isfinite(sum) || !(std::abs(left) < kMostLeft_mps2)) continue;
+    e.columns[0].push_back(w.yaw_rate_radps / w.vx_mps);
+    e.columns[1].push_back(left);
+    e.columns[2].push_back(1.0);
+    e.wanted.push_back(sum / static_cast<double>(w.end_row - w.begin_row));
+    block.push_back(w.block);
+  }
+  if (e.wanted.size() < kLeastWindows) return drive;
+  if (const auto fit = try_clustered_fit({e}, block)) {
+    drive.wheelbase_m = fit->value[0];
+    drive.wheelbase_sd_m = fit->sd(0);
+  }
+  return drive;
+}
+
+double wheelbase_off(const vehicle::Car<double>& car, const DriveWindows& drive) {
+  constexpr double kTold = 0.06;  // what differentials and toe may add to the steering
+  const double stated_m = car.parameters[P::chassis_wheelbase_m],
+               off_m = drive.wheelbase_m - stated_m;
+  const bool clear = std::abs(off_m) > kTold * stated_m + 2.5 * drive.wheelbase_sd_m;
+  return clear ? off_m / stated_m : 0.0;
 }
 
 }  // namespace identify

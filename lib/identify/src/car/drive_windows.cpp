@@ -379,7 +379,7 @@ class Cutter {
 DriveWindows drive_windows(const vehicle::Car<double>& car, const crg::Surface* road,
                            const recording::Recording& recording,
                            const DriveWindowsOptions& options) {
-  return Cutter(car, road, recording, options).cut();
+  return with_wheelbase(Cutter(car, road, recording, options).cut(), recording);
 }
 
 std::string normal_words(const DriveWindows& drive, bool body_axes) {

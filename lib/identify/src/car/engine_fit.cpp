@@ -59,6 +59,7 @@ struct EngineSolved {
   MapFit fit;
   vehicle::Map2 torque_nm;  ///< that the deviations are from
   MatrixXd granted;         ///< covariance by what was taken for granted
+  std::vector<std::string> doubts;
 };
 
 struct Asked {
@@ -104,6 +105,58 @@ std::vector<std::size_t> driven_in(const EngineWindows& windows) {
   return out;
 }
 
+/// What of the vehicle file the drive contradicts: found beside the map, with a wide prior of its
+/// own, since gears show one place of the map at several speeds and accelerations.
+std::vector<std::string> contradicted(const Asked& a, const EngineSolved& s,
+                                      const VectorXd& from_stated, const MatrixXd& held,
+                                      const std::vector<std::size_t>& block) {
+  constexpr double kWide = 0.5;
+  constexpr std::ptrdiff_t kLeastGears = 3;
+  const auto in_gear = driven_in(a.windows);
+  if (std::count_if(in_gear.begin(), in_gear.end(), [](std::size_t w) { return w >= 6; }) <
+      kLeastGears)
+    return {};
+  const auto with_both = [](const EngineEquations& e) {
+    MatrixXd rows(e.rows.rows(), e.rows.cols() + 2);
+    rows << e.rows, -e.drag_n, -e.inertia_n;
+    return rows;
+  };
+  const Index n = held.rows();
+  MatrixXd wide = MatrixXd::Zero(n + 2, n + 2);
+  wide.topLeftCorner(n, n) = held;
+  wide(n, n) = kWide * kWide;
+  wide(n + 1, n + 1) = 1.0;
+  const EngineEquations is = engine_equations(a.car, a.windows, s.torque_nm, a.by_speed, a.is);
+  const MapFit fit = map_fit(with_both(is), is.wanted + is.rows * from_stated, block, wide);
+  VectorXd variance = fit.noise.diagonal() + fit.prior_left.diagonal();
+  const VectorXd same = map_fit_again(with_both(is), is.wanted + is.rows * from_stated, wide, fit);
+  for (const EngineGranted& moved : {EngineGranted{a.is.mass_kg + a.mass_sd_kg, 1.0, 0.0, 1.0},
+                                     EngineGranted{a.is.mass_kg, 1.0 + kRollingShare, 0.0, 1.0},
+                                     EngineGranted{a.is.mass_kg, 1.0, kOffset_mps2, 1.0}}) {
+    const EngineEquations e = engine_equations(a.car, a.windows, s.torque_nm, a.by_speed, moved);
+    variance += (map_fit_again(with_both(e), e.wanted + e.rows * from_stated, wide, fit) - same)
+                    .cwiseAbs2();
+  }
+  std::vector<std::string> out;
+  struct Stated {
+    P parameter;
+    double told;  ///< share that this fit may be off by what it takes for granted
+    const char* words;
+  };
+  const Stated stated[] = {{P::aero_drag_area_m2, 0.1, "drag area (crgidentify aero finds it)"},
+                           {P::engine_inertia_kgm2, 0.4, "engine inertia"}};
+  for (Index k = 0; k < 2; ++k) {
+    const double found = 1.0 + fit.value(n + k), sd = std::sqrt(variance(n + k)),
+                 prior = a.prior[static_cast<std::size_t>(stated[k].parameter)];
+    if (found > 3.0 * sd && std::abs(found - 1.0) > std::max(stated[k].told, prior) + 3.0 * sd)
+      out.push_back(fmt::format(
+          "gears at one engine speed say {:.2f} times (standard deviation {:.2g}) the vehicle "
+          "file's {}: torques are as wrong as it; state it",
+          found, sd, stated[k].words));
+  }
+  return out;
+}
+
 /// Covariance of the stated map's errors and of the gears': the map is that of the mean of the
 /// gears that were driven.
 MatrixXd engine_held_by(const vehicle::Map2& stated, const EngineWindows& windows) {
@@ -132,13 +185,12 @@ EngineSolved solve_engine(const Asked& a, const vehicle::Map2& stated) {
   std::vector<std::size_t> block;
   for (const EngineWindow& e : a.windows.windows) block.push_back(e.window->block);
   const MatrixXd held = engine_held_by(stated, a.windows);
-  EngineSolved s{{}, stated, {}};
+  EngineSolved s{{}, stated, {}, {}};
+  VectorXd before = VectorXd::Zero(held.rows());
   const Index places = static_cast<Index>(stated.z.size());
   for (int round = 0; round < 3; ++round) {
     EngineEquations e = engine_equations(a.car, a.windows, s.torque_nm, a.by_speed, a.is);
     // The prior is about the stated map: what the last round added counts as wanted again.
-    VectorXd before(held.rows());
-    before.setZero();
     for (Index k = 0; k < places; ++k)
       before(k) =
           s.torque_nm.z[static_cast<std::size_t>(k)] - stated.z[static_cast<std::size_t>(k)];
@@ -149,6 +201,7 @@ EngineSolved solve_engine(const Asked& a, const vehicle::Map2& stated) {
           stated.z[static_cast<std::size_t>(k)] + s.fit.value(k);
   }
   s.granted = granted_of(a, s, held);
+  s.doubts = contradicted(a, s, before, held, block);
   return s;
 }
 
@@ -309,6 +362,7 @@ EngineFit fit_engine(const vehicle::Car<double>& car, const Prior& prior, const 
   find_places(s, stated, windows, recording.step_s, options, out);
   find_factors(s, windows, out);
   say_engine(asked, options, out);
+  out.fit.doubts = s.doubts;
   const Found& factor = out.fit.at("torque");
   if (factor.unseen.empty() && !(factor.value > 0.1))
     out.fit.doubts.push_back(fmt::format(

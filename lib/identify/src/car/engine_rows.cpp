@@ -206,6 +206,7 @@ EngineEquations engine_equations(const vehicle::Car<double>& car, const EngineWi
   const auto places = static_cast<Index>(torque_nm.z.size());
   const auto count = static_cast<Index>(windows.windows.size());
   EngineEquations out{Eigen::MatrixXd::Zero(count, places + static_cast<Index>(windows.gears)),
+                      Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count),
                       Eigen::VectorXd::Zero(count)};
   for (Index r = 0; r < out.rows.rows(); ++r) {
     const EngineWindow& e = windows.windows[static_cast<std::size_t>(r)];
@@ -229,9 +230,11 @@ EngineEquations engine_equations(const vehicle::Car<double>& car, const EngineWi
         out.rows(r, static_cast<Index>(place)) += count * g.per_torque_1pm * left * weight;
       out.rows(r, places + e.gear - 1) += count * g.per_torque_1pm * boosted;
       given += count * g.per_torque_1pm * (boosted - turned_nm);
+      out.inertia_n(r) += count * g.per_torque_1pm * turned_nm;
     }
+    out.drag_n(r) = p[P::aero_drag_area_m2] * f.drag_m2_n;
     out.wanted(r) = f.inertia_n + wheels_n + granted.mass_kg * granted.offset_mps2 +
-                    granted.rolling * f.rolling_n + p[P::aero_drag_area_m2] * f.drag_m2_n +
+                    granted.rolling * f.rolling_n + out.drag_n(r) +
                     granted.side * side_n(car, e, granted.mass_kg) - given;
   }
   return out;

@@ -50,6 +50,7 @@ struct EngineGranted {
 struct EngineEquations {
   Eigen::MatrixXd rows;
   Eigen::VectorXd wanted;
+  Eigen::VectorXd drag_n, inertia_n;  ///< parts of it: the stated drag; the engine's own spinning
 };
 EngineEquations engine_equations(const vehicle::Car<double>& car, const EngineWindows& windows,
                                  const vehicle::Map2& torque_nm, bool by_speed,

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/statistics.h"
+#include "drive_doubts.h"
 #include "identify/clustered_fit.h"
 #include "longitudinal.h"
 #include "sheet_line.h"
@@ -108,10 +109,10 @@ std::array<double, 6> drive_sd(const vehicle::Car<double>& car, const Loads& l) 
 constexpr double kFuelUnsure_kg = 30.0;  // as much is assumed where nobody states it
 
 /// Parameters of the vehicle file that the results lean on.
-constexpr std::array<P, 8> kMassLeansOn{P::aero_drag_area_m2,        P::aero_drag_height_m,
-                                        P::front_wheel_inertia_kgm2, P::rear_wheel_inertia_kgm2,
-                                        P::front_spring_npm,         P::rear_spring_npm,
-                                        P::front_ride_height_m,      P::rear_ride_height_m};
+constexpr std::array<P, 9> kMassLeansOn{
+    P::chassis_wheelbase_m,      P::aero_drag_area_m2,       P::aero_drag_height_m,
+    P::front_wheel_inertia_kgm2, P::rear_wheel_inertia_kgm2, P::front_spring_npm,
+    P::rear_spring_npm,          P::front_ride_height_m,     P::rear_ride_height_m};
 
 double off_by(const vehicle::Car<double>& car, P parameter,
               const std::array<double, vehicle::kParameterCount>& prior) {
@@ -168,6 +169,16 @@ void say_what_is_assumed(const vehicle::Car<double>& car, const DriveWindows& dr
     out.remarks.emplace_back(
         "lift areas are those at standing ride heights by the maps of the vehicle file; where the "
         "maps are wrong, areas and masses are");
+  out.remarks.push_back(
+      wheelbase_off(car, drive) == 0.0
+          ? fmt::format("place and height of the centre of mass are in proportion to the wheelbase "
+                        "of {:.4g} m, which is the vehicle file's word, with its prior",
+                        p[P::chassis_wheelbase_m])
+          : fmt::format("steering, yaw rate and speed say a wheelbase of {:.2f} m (standard "
+                        "deviation {:.2g}) where {:.4g} are stated, or the steering's ratio is "
+                        "off: place and height of the centre of mass go with it, and their "
+                        "intervals hold the difference",
+                        drive.wheelbase_m, drive.wheelbase_sd_m, p[P::chassis_wheelbase_m]));
   if (!drive.travels)
     out.remarks.emplace_back(
         "no travels: how far the body sinks and tilts is by the vehicle file's springs");
@@ -326,6 +337,8 @@ base::Answer<DriveFit> try_fit_mass(const vehicle::Car<double>& car,
   if (drive.normal != NormalFrom::kMeasured)
     of_file[0] += std::pow(
         value[0] * 0.5 * prior[static_cast<std::size_t>(P::environment_gravity_mps2)], 2.0);
+  const double off = wheelbase_off(car, drive);
+  for (const std::size_t k : {2u, 3u}) of_file[k] += std::pow(value[k] * off, 2.0);
   const double freedom = static_cast<double>(l.fit.blocks - l.columns);
   std::array<Found, 6> found = named(car, options.fuel_kg);
   for (std::size_t k = 0; k < 6; ++k) {

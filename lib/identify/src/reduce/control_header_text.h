@@ -7,7 +7,7 @@ inline constexpr char kControlTypes[] = R"(#include <math.h>
 
 typedef struct {
   double load_n, mu[3], wy[3], wx[3], k[2], e[2], mx[2], kx[2];
-  double mu_camber, c, cx, ex, shift_camber, shift_side, push_camber, push_side;
+  double mu_camber, c, cx, ex, shift_camber, shift_side, push_camber, push_side, shift_kappa;
 } control_curve;
 
 typedef struct {
@@ -47,8 +47,9 @@ static inline double control_magic(double x, double stiffness, double most, doub
   return most * sin(c * atan(bx - e * (bx - atan(bx))));
 }
 
-static inline double control_weight(const double *w, double other, double own) {
-  return cos(w[2] * atan(w[0] / sqrt(1.0 + w[1] * w[1] * other * other) * own));
+static inline double control_weight(const double *w, double other, double own, double shift) {
+  const double b = w[0] / sqrt(1.0 + w[1] * w[1] * other * other);
+  return cos(w[2] * atan(b * (own + shift))) / fmax(0.1, cos(w[2] * atan(b * shift)));
 }
 
 /* side: 1 left wheel, -1 right wheel, 0 axle; gamma: inclination of the wheel */
@@ -64,9 +65,10 @@ static inline void control_curve_forces(const control_curve *c, double fz, doubl
   k = c->k[0] * c->load_n * sin(2.0 * atan(fz / (c->k[1] * c->load_n))) * stiffness;
   x = tan_alpha + c->shift_camber * gamma + side * c->shift_side;
   e = fmin(1.0, c->e[0] + c->e[1] * f);
-  *fy = control_weight(c->wy, tan_alpha, kappa) * control_magic(x, k, most, c->c, e) +
+  *fy = control_weight(c->wy, tan_alpha, kappa, c->shift_kappa) *
+            control_magic(x, k, most, c->c, e) +
         fz * grip * (c->push_camber * gamma + side * c->push_side);
-  *fx = control_weight(c->wx, kappa, tan_alpha) *
+  *fx = control_weight(c->wx, kappa, tan_alpha, 0.0) *
         control_magic(kappa, (c->kx[0] + c->kx[1] * f) * fz * stiffness,
                       (c->mx[0] + c->mx[1] * f) * fz * grip, c->cx, c->ex);
 }
@@ -81,7 +83,7 @@ static inline double control_slip_for_force(const control_curve *c, double fz, d
   int round, i;
   if (fz < 1.0 || fx == 0.0 || !(most > 1e-9) || !(k > 1e-9)) return 0.0;
   for (round = 0; round < 4; ++round) {
-    const double g = control_weight(c->wx, kappa, tan_alpha);
+    const double g = control_weight(c->wx, kappa, tan_alpha, 0.0);
     const double ratio = g > 1e-6 ? fx / (most * g) : (fx > 0.0 ? 1.0 : -1.0);
     const double angle = fabs(ratio) < 1.0 ? asin(ratio) / c->cx : (ratio > 0.0 ? peak : -peak);
     const double wanted = tan(control_clip(angle, -1.55, 1.55));

@@ -17,9 +17,11 @@ double magic(double x, double stiffness, double most, double c, double e) {
   return most * std::sin(c * std::atan(bx - e * (bx - std::atan(bx))));
 }
 
-/// cos(w[2] atan(w[0] cos(atan(w[1] other)) own))
-double weight(const std::array<double, 3>& w, double other, double own) {
-  return std::cos(w[2] * std::atan(w[0] / std::sqrt(1.0 + w[1] * w[1] * other * other) * own));
+/// cos(w[2] atan(b (own + shift))) / cos(w[2] atan(b shift)), b = w[0] cos(atan(w[1] other))
+double weight(const std::array<double, 3>& w, double other, double own, double shift = 0.0) {
+  const double b = w[0] / std::sqrt(1.0 + w[1] * w[1] * other * other);
+  return std::cos(w[2] * std::atan(b * (own + shift))) /
+         std::max(0.1, std::cos(w[2] * std::atan(b * shift)));
 }
 
 /// Longitudinal force by slip.
@@ -81,7 +83,8 @@ CurveForces curve_forces(const WheelCurve& curve, const CurveInput& in) {
                            in.stiffness;
   const double x = in.tan_alpha + curve.shift_camber * in.gamma_rad + in.side * curve.shift_side;
   const double e = std::min(1.0, curve.e[0] + curve.e[1] * f);
-  out.fy_n = weight(curve.wy, in.tan_alpha, in.kappa) * magic(x, stiffness, most, curve.c, e) +
+  out.fy_n = weight(curve.wy, in.tan_alpha, in.kappa, curve.shift_kappa) *
+                 magic(x, stiffness, most, curve.c, e) +
              in.fz_n * in.grip * (curve.push_camber * in.gamma_rad + in.side * curve.push_side);
   out.fx_n = fx_of(curve, in, in.kappa);
   return out;

@@ -34,9 +34,9 @@ std::string c(const std::array<std::array<double, N>, 2>& values) {
 std::string curve_yaml(const WheelCurve& w, const char* pad, bool whole) {
   std::string out = fmt::format(
       "{0}load_n: {1:.9g}\n{0}mu: {2}\n{0}k: {3}\n{0}c: {4:.9g}\n{0}e: {5}\n{0}mx: {6}\n{0}kx: "
-      "{7}\n{0}cx: {8:.9g}\n{0}ex: {9:.9g}\n{0}wy: {10}\n{0}wx: {11}\n",
+      "{7}\n{0}cx: {8:.9g}\n{0}ex: {9:.9g}\n{0}wy: {10}\n{0}wx: {11}\n{0}shift_kappa: {12:.9g}\n",
       pad, w.load_n, yaml(w.mu), yaml(w.k), w.c, yaml(w.e), yaml(w.mx), yaml(w.kx), w.cx, w.ex,
-      yaml(w.wy), yaml(w.wx));
+      yaml(w.wy), yaml(w.wx), w.shift_kappa);
   if (!whole)
     out += fmt::format(
         "{0}mu_camber: {1:.9g}\n{0}shift_camber: {2:.9g}\n{0}shift_side: {3:.9g}\n{0}push_camber: "
@@ -48,9 +48,9 @@ std::string curve_yaml(const WheelCurve& w, const char* pad, bool whole) {
 std::string curve_c(const WheelCurve& w) {
   return fmt::format(
       "{{{:.9g}, {}, {}, {}, {}, {}, {}, {}, {:.9g}, {:.9g}, {:.9g}, {:.9g},\n    {:.9g}, {:.9g}, "
-      "{:.9g}, {:.9g}}}",
+      "{:.9g}, {:.9g}, {:.9g}}}",
       w.load_n, c(w.mu), c(w.wy), c(w.wx), c(w.k), c(w.e), c(w.mx), c(w.kx), w.mu_camber, w.c, w.cx,
-      w.ex, w.shift_camber, w.shift_side, w.push_camber, w.push_side);
+      w.ex, w.shift_camber, w.shift_side, w.push_camber, w.push_side, w.shift_kappa);
 }
 
 std::string part_yaml(const PartError& e) {
@@ -102,9 +102,9 @@ constexpr char kFormulas[] = R"yaml(formulas:
   inclination: "gamma = side (g0 + g1 fz) + g2 ay; side 1 left, -1 right"
   side_force: "f = fz / load_n - 1; D = (mu0 + mu1 f + mu2 f^2) (1 - mu_camber gamma^2) fz grip; K
     = k0 load_n sin(2 atan(fz / (k1 load_n))) stiffness; B = K / (c D); x = tan(alpha) +
-    shift_camber gamma + side shift_side; y = cos(wy2 atan(wy0 cos(atan(wy1 tan(alpha))) kappa)) D
-    sin(c atan(B x - (e0 + e1 f) (B x - atan(B x)))) + fz grip (push_camber gamma + side
-    push_side)"
+    shift_camber gamma + side shift_side; b = wy0 cos(atan(wy1 tan(alpha))); y = cos(wy2 atan(b
+    (kappa + shift_kappa))) / cos(wy2 atan(b shift_kappa)) D sin(c atan(B x - (e0 + e1 f) (B x -
+    atan(B x)))) + fz grip (push_camber gamma + side push_side)"
   longitudinal_force: "D = (mx0 + mx1 f) fz grip; K = (kx0 + kx1 f) fz stiffness; x = cos(wx2
     atan(wx0 cos(atan(wx1 kappa)) tan(alpha))) D sin(cx atan(B kappa - ex (B kappa - atan(B
     kappa))))"

@@ -192,8 +192,9 @@ Log parse_csv(std::string_view text, const std::string& name) {
   if (text.size() / 2 > kMostCells * 2)
     throw base::Error(name + ": more than 2 GB of cells; cut the log");
   const Words words = read_rows(text, shape, name, log);
-  for (Channel& channel : log.channels)
-    if (&channel == clock_of(log)) mend_clock_digits(channel, log.notes);
+  if (const Channel* const clock = clock_of(log); clock != nullptr)
+    mend_clock_digits(log.channels[static_cast<std::size_t>(clock - log.channels.data())],
+                      log.notes);
   if (is_long_form(log)) return signals_of_long_form(std::move(log), words, name);
   give_signs_of_hemispheres(log, words);
   if (shape.exported) number_names(log.channels);

@@ -73,9 +73,9 @@ bool is_long_form(const Log& log) {
 std::vector<bool> columns_with_words(const Log& log) {
   std::vector<bool> out(log.channels.size(), false);
   const bool is_long = is_long_form(log);
+  const std::size_t names = names_of_signals(log), units = units_of_signals(log);
   for (std::size_t c = 0; c < out.size(); ++c)
-    out[c] = is_long ? c == names_of_signals(log) || c == units_of_signals(log) ||
-                           says_car(log.channels[c])
+    out[c] = is_long ? c == names || c == units || says_car(log.channels[c])
                      : c > 0 && is_on_earth(log.channels[c - 1]);
   return out;
 }
