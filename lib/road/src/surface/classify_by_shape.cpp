@@ -372,9 +372,9 @@ std::vector<StripPlace> places_by_shape(const FlatSurface& flat) {
   std::vector<StripPlace> found;
   for (const Ranked& r : ranked) {
     const StripPlace place{place_on(flat, *r.strip), {}};
-    const Strip* wider = wider_strip(flat, chains, joined, *r.strip);
-    const bool is_road =
-        wider != nullptr && wider->width_m() < kWideRoad_m && !is_whole_road(*r.strip);
+    const Strip* wider =
+        is_whole_road(*r.strip) ? nullptr : wider_strip(flat, chains, joined, *r.strip);
+    const bool is_road = wider != nullptr && wider->width_m() < kWideRoad_m;
     if (is_road) found.push_back({place.at_m, wider->width_m()});
     found.push_back(place);
     if (wider != nullptr && !is_road) found.push_back({place.at_m, wider->width_m()});
