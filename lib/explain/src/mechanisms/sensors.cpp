@@ -83,9 +83,9 @@ void list_motion(const Listing& l) {
                "logged = vy + l r", [](Setting& s, double v) { s.vy_ahead += v; })
         .separating = "measure where it is mounted";
   if (has(l, kVy) && has(l, kYaw)) {
-    Unknown& antenna = of_channel(
-        l, kX, "sensor.lever_arm", {"ahead of the centre of mass", "m", 0.5, 0.3},
-        "logged = place + l ahead", [](Setting& s, double v) { s.place_ahead += v; });
+    Unknown& antenna =
+        of_channel(l, kX, "sensor.lever_arm", {"ahead of the centre of mass", "m", 0.5, 0.3},
+                   "logged = place + l ahead", [](Setting& s, double v) { s.place_ahead += v; });
     antenna.channel = column(l, kX) + "," + column(l, kY);
     antenna.separating = "measure where the antenna is mounted";
   }
