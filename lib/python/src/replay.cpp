@@ -38,7 +38,7 @@ py::array_t<double> channel(const recording::Recording& recording, const std::st
 using Rows = std::array<std::size_t, 6>;
 
 /// All of a recording, for pickle.
-py::tuple state_of(const recording::Recording& r) {
+py::tuple state_of_recording(const recording::Recording& r) {
   std::vector<std::pair<std::size_t, std::size_t>> stretches;
   for (const recording::Stretch& s : r.stretches) stretches.emplace_back(s.begin, s.end);
   return py::make_tuple(by_name(r.table), stretches,
@@ -133,7 +133,7 @@ void add_recording(py::module_& m) {
              return fmt::format("Recording({} channels, {} rows)", r.table.names.size(),
                                 r.table.rows());
            })
-      .def(py::pickle(&state_of, &recording_of_state))
+      .def(py::pickle(&state_of_recording, &recording_of_state))
       .def(
           "to_dataframe",
           [](const recording::Recording& r) {
