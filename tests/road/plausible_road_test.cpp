@@ -173,6 +173,14 @@ TEST(PlausibleRoad, ATwinApartFromTheRoadIsDoubted) {
   EXPECT_THAT(report.doubts, Contains(HasSubstr("another strip as long and wide")));
 }
 
+TEST(PlausibleRoad, HalvesBesideALineAreNoTwins) {
+  Mesh mesh = nameless({-5.5, -0.1});
+  support::add_ring_strip(mesh, "", 0.1, 5.5, 0.0, 0.0);
+  road::CleanReport report;
+  road::clean(mesh, {}, &report);
+  EXPECT_THAT(report.doubts, ::testing::Not(Contains(HasSubstr("another strip as long and wide"))));
+}
+
 TEST(PlausibleRoad, CarriagewaysAlikeAreTwoRoads) {
   // What lies between them joins them into one surface, not into one road.
   Mesh mesh;

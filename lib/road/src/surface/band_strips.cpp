@@ -182,6 +182,41 @@ double beside_road(const FlatSurface& flat, const Fans& fans, const std::vector<
   return beside_m / strip.length_m();
 }
 
+double close_to_road(const FlatSurface& flat, const std::vector<char>& road, const Strip& strip,
+                     double reach_m) {
+  using Cell = std::pair<std::int64_t, std::int64_t>;
+  const auto cell_of = [&](const Eigen::Vector2d& p) {
+    return Cell(static_cast<std::int64_t>(std::floor(p.x() / reach_m)),
+                static_cast<std::int64_t>(std::floor(p.y() / reach_m)));
+  };
+  std::multimap<Cell, Eigen::Vector2d> places;  // along the road's edges, twice in `reach_m`
+  for (std::size_t t = 0; t < road.size(); ++t)
+    for (std::size_t c = 0; road[t] && c < 3; ++c) {
+      const Eigen::Vector2d p = flat.vertices_m[flat.triangles[t][c]].head<2>(),
+                            q = flat.vertices_m[flat.triangles[t][(c + 1) % 3]].head<2>();
+      const double steps = std::ceil(2.0 * (q - p).norm() / reach_m);
+      for (double i = 0.0; i < std::min(steps, 1000.0); ++i) {
+        const Eigen::Vector2d at = p + i / steps * (q - p);
+        places.emplace(cell_of(at), at);
+      }
+    }
+  const auto is_close = [&](const Eigen::Vector2d& p) {
+    const Cell own = cell_of(p);
+    for (std::int64_t x = own.first - 1; x <= own.first + 1; ++x)
+      for (std::int64_t y = own.second - 1; y <= own.second + 1; ++y)
+        for (auto [i, end] = places.equal_range({x, y}); i != end; ++i)
+          if ((i->second - p).norm() < reach_m) return true;
+    return false;
+  };
+  std::size_t close = 0;
+  for (const std::uint32_t t : strip.triangles)
+    close += std::any_of(flat.triangles[t].begin(), flat.triangles[t].end(),
+                         [&](std::uint32_t v) { return is_close(flat.vertices_m[v].head<2>()); })
+                 ? 1u
+                 : 0u;
+  return static_cast<double>(close) / static_cast<double>(strip.triangles.size());
+}
+
 double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vector<Strip>& strips,
                      const Strip& chosen) {
   const std::vector<const Strip*> beside = neighbours(flat, fans, strips, chosen);

@@ -39,6 +39,10 @@ std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
 double beside_road(const FlatSurface& flat, const Fans& fans, const std::vector<char>& road,
                    const Strip& strip);
 
+/// Share of a strip's triangles with a corner within `reach_m` of the road, in plan.
+double close_to_road(const FlatSurface& flat, const std::vector<char>& road, const Strip& strip,
+                     double reach_m);
+
 /// Width of the only strip beside the road that may be the road itself; 0 where none may.
 double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vector<Strip>& strips,
                      const Strip& chosen);

@@ -26,6 +26,9 @@ constexpr double kAsManyRings = 0.7;
 // Up to this width all columns in one plane are the likelier road, beyond it one of them.
 constexpr double kWideRoad_m = 16.0;
 
+// Less between two strips is a line on one road.
+constexpr double kMedian_m = 1.0;
+
 // A strip that continues the road across a gap has its width.
 constexpr double kSameWidth = 0.1;
 
@@ -175,7 +178,7 @@ const Strip& main_strip(const std::vector<Strip>& strips) {
   });
 }
 
-/// Another strip as long and wide that is neither the road nor beside it.
+/// Another strip as long and wide that is neither the road nor beside it, but for a line between.
 const Strip* twin_of(const FlatSurface& flat, const Fans& fans, const std::vector<Strip>& strips,
                      const Strip& chosen, const std::vector<char>& road) {
   for (const Strip* strip : long_strips(strips)) {
@@ -183,7 +186,8 @@ const Strip* twin_of(const FlatSurface& flat, const Fans& fans, const std::vecto
                                        [&](std::uint32_t t) { return road[t] != 0; });
     if (strip != &chosen && 2 * static_cast<std::size_t>(of_road) < strip->triangles.size() &&
         std::abs(strip->width_m() - chosen.width_m()) < kSameWidth * chosen.width_m() &&
-        beside_road(flat, fans, road, *strip) < 0.5)
+        beside_road(flat, fans, road, *strip) < 0.5 &&
+        close_to_road(flat, road, *strip, kMedian_m) < 0.5)
       return strip;
   }
   return nullptr;
