@@ -50,6 +50,20 @@ TEST(ClockDigits, SecondsStayWhatTheyAre) {
   }
 }
 
+TEST(ClockDigits, SecondsFarApartStayToo) {
+  for (const char* name : {"time_s", "time"})
+    for (const std::vector<double>& values :
+         {std::vector<double>{0, 100}, {0, 50, 100}, {0, 30, 100, 130, 200}}) {
+      Channel clock;
+      clock.name = name;
+      clock.values = values;
+      std::vector<std::string> notes;
+      mend_clock_digits(clock, notes);
+      EXPECT_EQ(clock.values, values) << name;
+      EXPECT_THAT(notes, testing::IsEmpty());
+    }
+}
+
 TEST(ClockDigits, DaysOfASpreadsheet) {
   Channel clock = clock_of_digits(0.0, [](double t) { return 45413.5 + t / 86400.0; });
   std::vector<std::string> notes;

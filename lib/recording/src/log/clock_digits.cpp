@@ -26,9 +26,16 @@ double usual_step(const std::vector<double>& clock) {
   return *middle;
 }
 
+/// time_s, t_sec: no other unit than its name says.
+bool says_seconds(const std::string& name) {
+  return name.ends_with("_s") || name.ends_with("_sec") || name.ends_with("_seconds");
+}
+
 /// Whether no number has more than 59 in its minutes or seconds, and a minute ends somewhere: by a
-/// jump of 40 and a step.
+/// jump of 40 and a step. Seconds in steps this short would show 60 to 99.
 bool is_hours_in_digits(const std::vector<double>& clock, double step) {
+  constexpr double kLongestStep = 10.0;
+  if (step > kLongestStep) return false;
   bool minute = false;
   double last = std::nan("");
   for (const double t : clock) {
@@ -88,12 +95,13 @@ void to_seconds_of_day(std::vector<double>& clock) {
 
 void mend_clock_digits(Channel& clock, std::vector<std::string>& notes) {
   const double step = usual_step(clock.values);
-  if (clock.unit.empty() && is_hours_in_digits(clock.values, step)) {
+  const bool is_open = clock.unit.empty() && !says_seconds(clock.name);
+  if (is_open && is_hours_in_digits(clock.values, step)) {
     to_seconds_of_day(clock.values);
     clock.unit = "s";
     notes.push_back(fmt::format(
         "'{}': hours, minutes and seconds in one number, read as seconds of the day", clock.name));
-  } else if (clock.unit.empty() && is_days_of_spreadsheet(clock.values, step)) {
+  } else if (is_open && is_days_of_spreadsheet(clock.values, step)) {
     for (double& t : clock.values) t *= kDay_s;
     clock.unit = "s";
     notes.push_back(fmt::format("'{}': days of a spreadsheet, read as seconds", clock.name));
