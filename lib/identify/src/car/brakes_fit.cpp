@@ -152,8 +152,7 @@ void say_brakes(const vehicle::Car<double>& car, const BrakesFitOptions& options
   out.remarks.push_back(arm_words(car, windows, base.is.mass_kg));
   out.remarks.emplace_back(
       "drag, inertias, rolling resistance (15 %) and the engine's drag at closed throttle (20 %) "
-      "are "
-      "the vehicle file's word; standard deviations");
+      "are the vehicle file's word; standard deviations");
   out.remarks.emplace_back(
       "friction, area and radius of a brake look the same: their product is found");
   if (!car.files->pad_friction.empty() && car.terms[Term::brake_friction_temperature] > 0.0)
