@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,9 @@ bool is_dead(const std::vector<double>& values);
 /// numbers: from 5 on they are milliseconds, from 5,000 on microseconds, from 5e6 on nanoseconds.
 /// Else 1.
 double scale_of_moments(const std::vector<double>& moments);
+
+/// Seconds per unit of a clock whose unit is given, or stands in its name.
+std::optional<double> stated_scale(const Channel& clock);
 
 /// The moments of a log in rows, s, from the channel that is called a clock; empty where none is.
 std::vector<double> clock_of_rows(const Log& log);

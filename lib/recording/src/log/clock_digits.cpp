@@ -4,6 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "base/statistics.h"
+#include "recording/look.h"
 
 namespace recording {
 namespace {
@@ -20,15 +24,7 @@ double usual_step(const std::vector<double>& clock) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < clock.size(); ++i)
     if (clock[i] > clock[i - 1]) steps.push_back(clock[i] - clock[i - 1]);
-  if (steps.empty()) return 0.0;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
-}
-
-/// time_s, t_sec: no other unit than its name says.
-bool says_seconds(const std::string& name) {
-  return name.ends_with("_s") || name.ends_with("_sec") || name.ends_with("_seconds");
+  return steps.empty() ? 0.0 : base::median(std::move(steps));
 }
 
 /// Whether no number has more than 59 in its minutes or seconds, and a minute ends somewhere: by a
@@ -95,7 +91,7 @@ void to_seconds_of_day(std::vector<double>& clock) {
 
 void mend_clock_digits(Channel& clock, std::vector<std::string>& notes) {
   const double step = usual_step(clock.values);
-  const bool is_open = clock.unit.empty() && !says_seconds(clock.name);
+  const bool is_open = clock.unit.empty() && !stated_scale(clock);
   if (is_open && is_hours_in_digits(clock.values, step)) {
     to_seconds_of_day(clock.values);
     clock.unit = "s";
@@ -105,6 +101,12 @@ void mend_clock_digits(Channel& clock, std::vector<std::string>& notes) {
     for (double& t : clock.values) t *= kDay_s;
     clock.unit = "s";
     notes.push_back(fmt::format("'{}': days of a spreadsheet, read as seconds", clock.name));
+  } else if (const double scale = scale_of_moments(clock.values); is_open && scale < 1.0) {
+    notes.push_back(fmt::format(
+        "'{}': no unit is known, read as {}; where it is seconds, call it time_s", clock.name,
+        scale == 1e-3   ? "ms"
+        : scale == 1e-6 ? "us"
+                        : "ns"));
   }
   if (const std::size_t times = run_on(clock.values, usual_step(clock.values)); times > 0)
     notes.push_back(fmt::format("'{}': its counter begins again {} times, and is read as going on",

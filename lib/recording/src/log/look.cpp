@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
+#include <utility>
 
+#include "base/statistics.h"
 #include "readers.h"
 
 namespace recording {
@@ -59,28 +62,34 @@ double scale_of_moments(const std::vector<double>& moments) {
   if (largest > 6e14) return 1e-6;
   if (largest > 6e11) return 1e-3;
   if (!whole || steps.empty()) return 1.0;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
+  const double step = base::median(std::move(steps));
   // No logger writes a row every five seconds.
-  return *middle < 5.0 ? 1.0 : *middle < 5e3 ? 1e-3 : *middle < 5e6 ? 1e-6 : 1e-9;
+  return step < 5.0 ? 1.0 : step < 5e3 ? 1e-3 : step < 5e6 ? 1e-6 : 1e-9;
+}
+
+std::optional<double> stated_scale(const Channel& clock) {
+  for (const auto& [unit, scale] :
+       std::initializer_list<std::pair<std::string, double>>{{"s", 1.0},
+                                                             {"sec", 1.0},
+                                                             {"seconds", 1.0},
+                                                             {"ms", 1e-3},
+                                                             {"us", 1e-6},
+                                                             {"ns", 1e-9},
+                                                             {"min", 60.0},
+                                                             {"h", 3600.0}})
+    if (clock.unit == unit || clock.name.ends_with("_" + unit) ||
+        clock.name.find("(" + unit + ")") != std::string::npos ||
+        clock.name.find("[" + unit + "]") != std::string::npos)
+      return scale;
+  return std::nullopt;
 }
 
 std::vector<double> clock_of_rows(const Log& log) {
   const Channel* const clock = clock_of(log);
   if (clock == nullptr) return {};
   std::vector<double> time_s = clock->values;
-  const auto in = [&](const std::string& unit) {
-    return clock->unit == unit || clock->name.ends_with("_" + unit) ||
-           clock->name.find("(" + unit + ")") != std::string::npos ||
-           clock->name.find("[" + unit + "]") != std::string::npos;
-  };
-  const double scale = in("s") || in("sec") ? 1.0
-                       : in("ms")           ? 1e-3
-                       : in("us")           ? 1e-6
-                       : in("ns")           ? 1e-9
-                       : in("min")          ? 60.0
-                       : in("h")            ? 3600.0
-                                            : scale_of_moments(time_s);
+  const std::optional<double> stated = stated_scale(*clock);
+  const double scale = stated ? *stated : scale_of_moments(time_s);
   for (double& t : time_s) t *= scale;
   return time_s;
 }
