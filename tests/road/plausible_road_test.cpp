@@ -55,6 +55,30 @@ TEST(PlausibleRoad, NamesThatCallHalfOfItRoadAreAskedAbout) {
               ::testing::ThrowsMessage<road::Error>(HasSubstr("shape alone finds a closed road")));
 }
 
+TEST(PlausibleRoad, NamesThatCallTheVergeRoadTooAreAskedAbout) {
+  Mesh mesh;
+  support::add_ring_strip(mesh, "Track", -5.0, 5.0, 0.0, 0.0);
+  support::add_ring_strip(mesh, "Track", -13.0, -5.0, -1.2, 0.0);
+  support::add_ring_strip(mesh, "Track", 5.0, 13.0, 0.0, -1.2);
+  const auto doubts = [&](road::UseNames use_names) {
+    road::CleanOptions options;
+    options.use_names = use_names;
+    road::CleanReport report;
+    road::clean(mesh, options, &report);
+    return report.doubts;
+  };
+  EXPECT_THAT(doubts(road::UseNames::automatic),
+              ::testing::ElementsAre(::testing::AllOf(HasSubstr("about 26 m wide"),
+                                                      HasSubstr("the road is about 10 m wide"))));
+  EXPECT_THAT(doubts(road::UseNames::yes), ::testing::IsEmpty());
+  EXPECT_THAT(doubts(road::UseNames::no), ::testing::IsEmpty());
+  // Where little is beside it, all of it is the road that the names say.
+  mesh = {};
+  support::add_ring_strip(mesh, "Track", -5.0, 5.0, 0.0, 0.0);
+  support::add_ring_strip(mesh, "Track", 5.0, 7.0, 0.0, -0.3);
+  EXPECT_THAT(doubts(road::UseNames::automatic), ::testing::IsEmpty());
+}
+
 /// One nameless object: a road of 12 m whose halves fall by 2 and `right` from its middle, between
 /// verges of 10 m.
 Mesh crowned(double right) {

@@ -101,22 +101,50 @@ void look_again(const Mesh& mesh, const Triangles& triangles, const CleanOptions
   if (auto again = along_its_line(mesh, triangles, options, cleaning)) cleaning = *std::move(again);
 }
 
+/// The road of a mesh whose names do not count: by colour or by shape.
+base::Answer<Cleaning> clean_without_names(const Mesh& mesh, const Triangles& triangles,
+                                           ClassesByShape by_shape, const CleanOptions& options,
+                                           const CleanReport& facts) {
+  if (auto coloured = road_by_colour(mesh, triangles, options, facts))
+    return clean_by_colour_or_shape(mesh, triangles, *std::move(coloured), std::move(by_shape),
+                                    options, facts);
+  return clean_by_shape(mesh, triangles, std::move(by_shape.of_triangle), options, facts);
+}
+
+/// Names that call everything road tell nothing apart: a doubt where colour or shape show a closed
+/// road on it that is much narrower.
+void doubt_names_of_all(const Mesh& mesh, const Triangles& triangles, ClassesByShape by_shape,
+                        const CleanOptions& options, Cleaning& named) {
+  CleanReport facts = named.facts;
+  facts.by_names = false;
+  const auto other = clean_without_names(mesh, triangles, std::move(by_shape), options, facts);
+  if (!other) return;  // nothing else to choose
+  const RoadShown all = road_shown(named.soup), narrow = road_shown(other->soup);
+  if (narrow.closed && narrow.width_m < kLaneShare * all.width_m)
+    named.facts.doubts.push_back(fmt::format(
+        "names call all of the ground road, about {:.0f} m wide, and tell no verge from it; by {} "
+        "the road is about {:.0f} m wide: take that with --use-names false, or all of it with "
+        "--use-names true",
+        all.width_m, other->facts.by_colour ? "colour" : "shape", narrow.width_m));
+}
+
 /// The road where nobody says which: by colour, by shape or by names.
 base::Answer<Cleaning> clean_unguided(const Mesh& mesh, const Triangles& triangles,
                                       ClassesByShape by_shape, const CleanOptions& options,
                                       CleanReport facts) {
   const bool by_names = facts.by_names;
-  if (by_names && (options.use_names == UseNames::yes || options.near_m ||
-                   *facts.road_agreement >= kNamesAreRight || is_all_road(mesh, triangles)))
-    return clean_classes(mesh, triangles, triangles.by_names, options, std::move(facts), false);
-  auto cleaning = [&] {
-    if (by_names)
-      return more_plausible(mesh, triangles, std::move(by_shape.of_triangle), options, facts);
-    if (auto coloured = road_by_colour(mesh, triangles, options, facts))
-      return clean_by_colour_or_shape(mesh, triangles, *std::move(coloured), std::move(by_shape),
-                                      options, facts);
-    return clean_by_shape(mesh, triangles, std::move(by_shape.of_triangle), options, facts);
-  }();
+  const bool names_are_told = options.use_names == UseNames::yes || options.near_m;
+  const bool is_all = by_names && is_all_road(mesh, triangles);
+  if (by_names && (names_are_told || is_all || *facts.road_agreement >= kNamesAreRight)) {
+    auto named =
+        clean_classes(mesh, triangles, triangles.by_names, options, std::move(facts), false);
+    if (named && is_all && !names_are_told)
+      doubt_names_of_all(mesh, triangles, std::move(by_shape), options, *named);
+    return named;
+  }
+  auto cleaning =
+      by_names ? more_plausible(mesh, triangles, std::move(by_shape.of_triangle), options, facts)
+               : clean_without_names(mesh, triangles, std::move(by_shape), options, facts);
   if (!cleaning) return cleaning;
   cleaning->soup.compact();
   if (by_names ? !cleaning->is_sure : !cleaning->facts.by_colour)

@@ -35,6 +35,9 @@ base::Answer<Cleaning> clean_classes(const Mesh& mesh, const Triangles& triangle
                                      const CleanOptions& options, CleanReport facts, bool doubtful,
                                      Keep keep = Keep::one);
 
+/// A road that is narrower than this share of another one round the same way is a part of it.
+constexpr double kLaneShare = 0.6;
+
 /// How much road a surface shows: the longest way through it, less what is not closed, and less
 /// what lies beside it.
 struct RoadShown {

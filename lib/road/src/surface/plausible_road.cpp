@@ -27,8 +27,7 @@ constexpr double kMuchGround = 4.0;
 // All of the ground is a road when its longest way covers this much of it, this slim or slimmer.
 constexpr double kAllOfIt = 0.9;
 constexpr double kRingSlimness = 0.1;
-// A road by its shape that is narrower than this share of a ring this wide may be a lane of it.
-constexpr double kLaneShare = 0.6;
+// Of a ring this wide a road by its shape may be a lane.
 constexpr double kWideRing_m = 16.0;
 
 constexpr std::size_t kWaysLookedAt = 4;
