@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "inspect/input_file.h"
+#include "make/summary.h"
 #include "support/lidar_trial.h"
 
 namespace {
