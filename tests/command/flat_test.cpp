@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "sim/unit_driver.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "support/run_tool.h"
@@ -88,8 +89,9 @@ class Running {
 };
 
 void expect_same(const Held& early, const Held& late) {
-  std::printf("after a tenth %ld kB and %ld descriptors, at the end %ld kB and %ld\n",
-              early.resident_kb, early.descriptors, late.resident_kb, late.descriptors);
+  support::figure("early_mb", early.resident_kb / 1024.0);
+  support::figure("late_mb", late.resident_kb / 1024.0);
+  support::figure("descriptors", static_cast<double>(late.descriptors));
   EXPECT_GT(early.resident_kb, 1000);
   EXPECT_LE(std::abs(late.resident_kb - early.resident_kb), 5000);
   EXPECT_EQ(late.descriptors, early.descriptors);

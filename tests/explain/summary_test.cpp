@@ -15,6 +15,7 @@
 
 #include "base/json_text.h"
 #include "base/read_file.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/run_tool.h"
 #include "support/temporary_folder.h"
@@ -160,6 +161,7 @@ bool is_true_torque(const Fleet& fleet, const json& f) {
 TEST(Summary, FleetsOfOtherSeeds) {
   if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "minutes: KERBSTONE_HEAVY=1";
   const std::set<int> leaning{8, 9, 10};
+  int alarms = 0, divided = 0;
   for (const int seed : {2, 3, 4, 5, 6, 7, 11, 12, 13, 8, 9, 10}) {
     const bool leans = leaning.contains(seed);
     const Fleet fleet(leans ? "banking" : "none", 4, 3, seed);
@@ -172,11 +174,14 @@ TEST(Summary, FleetsOfOtherSeeds) {
         EXPECT_NEAR(std::abs(f.at("amount").get<double>()), 0.04, 0.012) << seed;
         continue;
       }
+      alarms += is_true_torque(fleet, f) ? 0 : 1;
       EXPECT_TRUE(is_true_torque(fleet, f)) << seed << ": " << base::dump_json(f, 1);
     }
+    divided += leans && found_banking ? 1 : 0;
     EXPECT_EQ(found_banking, leans) << seed;
     EXPECT_EQ(all.at("verdict"), all.at("findings").empty() ? "none" : "divided") << seed;
   }
+  support::figure("alarms", alarms), support::figure("divided", divided);
 }
 
 TEST(Summary, LessThanTwoLapsAndOverwrittenInputsAreRefused) {
