@@ -101,6 +101,56 @@ TEST_F(Question, ATroughMayHaveItsHeightsNegated) {
   EXPECT_TRUE(trough.summary["validation"]["passed"].get<bool>());
 }
 
+/// Two straights of 200 m, 6 degrees steep, and bends of 140 m, 30 degrees steep, above an apron
+/// that is level: most of the lap is bend.
+road::Mesh oval() {
+  constexpr double kStraight_m = 200.0, kRadius_m = 140.0, kBend_m = M_PI * kRadius_m;
+  constexpr int kRows = 1280;
+  road::Mesh mesh;
+  mesh.objects.resize(2);
+  mesh.objects[0].name = "road", mesh.objects[1].name = "apron grass";
+  for (int i = 0; i < kRows; ++i) {
+    const double s = (2.0 * (kStraight_m + kBend_m)) * i / kRows;
+    const double half = std::fmod(s, kStraight_m + kBend_m), in_bend = half - kStraight_m;
+    const double angle = std::max(0.0, in_bend) / kRadius_m;
+    const double turned = s < kStraight_m + kBend_m ? 0.0 : M_PI;
+    // 60 m from one slope to the other, half of it in the bend.
+    const double into = std::min(in_bend + 30.0, kBend_m - in_bend + 30.0) / 60.0;
+    const double before = (30.0 - half) / 60.0;  // the end of the bend before
+    const double share = std::clamp(std::max(into, before), 0.0, 1.0);
+    const double slope = std::tan((6.0 + 24.0 * share) * M_PI / 180.0);
+    for (const auto& [left_m, z_m] :
+         {std::pair{-7.0, 14.0 * slope}, {0.0, 7.0 * slope}, {7.0, 0.0}, {12.0, 0.0}}) {
+      const double out_m = kRadius_m - left_m;
+      const Eigen::Vector2d at = in_bend < 0.0
+                                     ? Eigen::Vector2d(half - 0.5 * kStraight_m, -out_m)
+                                     : Eigen::Vector2d(0.5 * kStraight_m + out_m * std::sin(angle),
+                                                       -out_m * std::cos(angle));
+      const Eigen::Vector2d turned_at = Eigen::Rotation2Dd(turned) * at;
+      mesh.vertices_m.emplace_back(turned_at.x(), turned_at.y(), z_m);
+    }
+  }
+  for (std::uint32_t i = 0; i < kRows; ++i)
+    for (std::uint32_t column = 0; column < 3; ++column) {
+      const std::uint32_t a = 4 * i + column, b = 4 * ((i + 1) % kRows) + column;
+      mesh.triangles.push_back({a, b, a + 1});
+      mesh.triangles.push_back({b, b + 1, a + 1});
+      mesh.object_of_triangle.insert(mesh.object_of_triangle.end(), 2, column == 2 ? 1 : 0);
+    }
+  return mesh;
+}
+
+// The slope of most of its places was taken for that of all of them: its bends were then the
+// straights.
+TEST_F(Question, AnOvalThatIsMostlyBendIsTheRightWayUp) {
+  const Built built = build(oval());
+  EXPECT_THAT(built.asked, IsEmpty());
+  EXPECT_TRUE(built.summary["validation"]["passed"].get<bool>())
+      << built.summary["validation"]["failures"].dump();
+  const std::string failures = build(reflected(oval(), 1.0, -1.0)).summary["validation"].dump();
+  EXPECT_THAT(failures, HasSubstr("give --up -z --mirror"));
+}
+
 TEST_F(Question, ALevelRoadIsAskedForAllThreeWays) {
   for (const double y : {-1.0, 1.0}) {
     const Built built = build(reflected(ring(0.0), y, -y));

@@ -60,6 +60,7 @@ TEST(PlausibleRoad, NamesThatCallTheVergeRoadTooAreAskedAbout) {
   support::add_ring_strip(mesh, "Track", -5.0, 5.0, 0.0, 0.0);
   support::add_ring_strip(mesh, "Track", -13.0, -5.0, -1.2, 0.0);
   support::add_ring_strip(mesh, "Track", 5.0, 13.0, 0.0, -1.2);
+  mesh.objects[1].material = mesh.objects[2].material = "green";
   const auto doubts = [&](road::UseNames use_names) {
     road::CleanOptions options;
     options.use_names = use_names;
@@ -76,6 +77,7 @@ TEST(PlausibleRoad, NamesThatCallTheVergeRoadTooAreAskedAbout) {
   mesh = {};
   support::add_ring_strip(mesh, "Track", -5.0, 5.0, 0.0, 0.0);
   support::add_ring_strip(mesh, "Track", 5.0, 7.0, 0.0, -0.3);
+  mesh.objects[1].material = "green";
   EXPECT_THAT(doubts(road::UseNames::automatic), ::testing::IsEmpty());
 }
 

@@ -20,7 +20,7 @@ constexpr double kEvery_m = 5.0;
 constexpr double kAside = 0.6;       // of the half width: inside of kerbs and rims
 constexpr double kClearShare = 0.8;  // of the places that tell anything
 constexpr double kTelling = 0.3;     // of all places; of bends they are few
-constexpr std::size_t kFewestBends = 10;
+constexpr std::size_t kFewestBends = 10, kFewestStraight = 10;
 // Roads fall to their sides by 1 to 4 %; a steeper trough is a model's.
 constexpr double kLeastCrown = 0.004, kMostCrown = 0.06;
 constexpr double kLeastBank = 0.01, kWidestBend_m = 400.0;
@@ -97,11 +97,15 @@ int right_way_up(const Centreline& line, const RaySurface& road, const RaySurfac
     }
     if (over != under) cover.add(under);
   }
-  // A road that falls to one side all along is not banked.
-  const double all_along = base::median_or(0.0, banks);
+  // A road that falls to one side all along, on its straights too where it has some, is not banked.
+  const auto is_bend = [&](std::size_t i) { return std::abs(bends_1pm[i]) > 1.0 / kWidestBend_m; };
+  std::vector<double> straight;
   for (std::size_t i = 0; i < banks.size(); ++i)
-    if (const double banked = banks[i] - all_along;
-        std::abs(banked) > kLeastBank && std::abs(bends_1pm[i]) > 1.0 / kWidestBend_m)
+    if (!is_bend(i)) straight.push_back(banks[i]);
+  const double all_along =
+      base::median_or(0.0, straight.size() < kFewestStraight ? banks : straight);
+  for (std::size_t i = 0; i < banks.size(); ++i)
+    if (const double banked = banks[i] - all_along; std::abs(banked) > kLeastBank && is_bend(i))
       bank.add(banked * bends_1pm[i] < 0.0);
   const double some = kTelling * static_cast<double>(places.size());
   const int told[] = {crown.told(some), bank.told(kFewestBends), cover.told(some)};

@@ -111,8 +111,8 @@ base::Answer<Cleaning> clean_without_names(const Mesh& mesh, const Triangles& tr
   return clean_by_shape(mesh, triangles, std::move(by_shape.of_triangle), options, facts);
 }
 
-/// Names that call everything road tell nothing apart: a doubt where colour or shape show a closed
-/// road on it that is much narrower.
+/// Names that call everything road tell nothing apart, whatever it is made of: a doubt where colour
+/// or shape show a closed road on it that is much narrower.
 void doubt_names_of_all(const Mesh& mesh, const Triangles& triangles, ClassesByShape by_shape,
                         const CleanOptions& options, Cleaning& named) {
   CleanReport facts = named.facts;
@@ -138,7 +138,7 @@ base::Answer<Cleaning> clean_unguided(const Mesh& mesh, const Triangles& triangl
   if (by_names && (names_are_told || is_all || *facts.road_agreement >= kNamesAreRight)) {
     auto named =
         clean_classes(mesh, triangles, triangles.by_names, options, std::move(facts), false);
-    if (named && is_all && !names_are_told)
+    if (named && is_all && !names_are_told && has_several_looks(mesh))
       doubt_names_of_all(mesh, triangles, std::move(by_shape), options, *named);
     return named;
   }
