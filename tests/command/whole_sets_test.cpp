@@ -13,6 +13,7 @@
 #include <map>
 #include <set>
 
+#include "support/figure.h"
 #include "support/mesh_files.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
@@ -317,7 +318,7 @@ TEST_P(WholeSets, KilledAtAnyMomentOneIsSeenAndTheNextRunLeavesItsOwn) {
   for (double share = 0.25; killed_ == 0 && share > 0.005 && !HasFailure(); share /= 2)
     kill({.signal_after_s = share * seconds_, .signal = 9},
          fmt::format("killed after {:.3f} of {:.3f} s", share * seconds_, seconds_));
-  std::printf("%d of %d killed, %d while files moved in\n", killed_, 2 * kills, half_);
+  support::figure("killed", killed_), support::figure("while_files_moved", half_);
   EXPECT_GE(killed_, kills);
 }
 
