@@ -159,7 +159,7 @@ ChangedGround find_changed_ground(const Sections& sections,
     const std::size_t all = cells.height_m.size();
     if (ground_m.empty()) {
       ground_m.assign(all, 0.0f), count.assign(all, 0.0f), done.assign(all, 0);
-      out.first_pass.assign(all, 0), out.unsure.assign(all, 0);
+      out.first_pass.assign(all, 0), out.unsure.assign(all, 0), out.agrees_m.assign(all, 0.0f);
     }
     Field raw{cells.along, cells.across, cells.closed, std::vector<float>(all, kNoValue)};
     for (std::size_t k = 0; k < all; ++k)
@@ -172,8 +172,11 @@ ChangedGround find_changed_ground(const Sections& sections,
       for (const std::size_t cell : group)
         raw.around(cell, 1, [&](std::size_t k) {
           out.unsure[k] = 1;
-          if (done[k] == 0) out.first_pass[k] = static_cast<std::uint16_t>(pass + 1);
+          if (done[k] != 0) return;
+          out.first_pass[k] = static_cast<std::uint16_t>(pass + 1);
+          out.agrees_m[k] = static_cast<float>(0.5 * std::abs(place.change_m));
         });
+      for (const std::size_t cell : group) out.agrees_m[cell] = 0.0f;
     }
     for (std::size_t k = 0; k < all; ++k) {
       if (out.first_pass[k] > pass) done[k] = 1;
@@ -184,7 +187,7 @@ ChangedGround find_changed_ground(const Sections& sections,
   std::stable_sort(
       out.places.begin(), out.places.end(),
       [](const ChangedPlace& a, const ChangedPlace& b) { return a.area_m2 > b.area_m2; });
-  if (out.places.empty()) out.first_pass.clear();
+  if (out.places.empty()) out.first_pass.clear(), out.agrees_m.clear();
   return out;
 }
 

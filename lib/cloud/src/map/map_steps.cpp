@@ -91,6 +91,7 @@ void after_first_look(MapState& state, Look&& look, const MapInputs& inputs) {
   report.looked_at = sections.points, report.without_pose = sections.without_pose,
   report.off_road = sections.off_road;
   report.far_from_base = sections.far_from_base, report.on_obstacles = sections.on_obstacles;
+  state.surface.agrees_m = std::move(state.changed.agrees_m);
   check_fit(sections, inputs.frame, inputs.placed, options);
   if (!options.correct_drift) {
     state.drift.correction.assign(sections.list.size(), Correction::Zero());
