@@ -21,10 +21,11 @@ support::KerbedRoad bend() {
   return road;
 }
 
-MapResult refine(const support::KerbedRoad& road, const support::KerbedDrive& drive) {
+MapResult refine(const support::KerbedRoad& road, const support::KerbedDrive& drive,
+                 const MapOptions& options = {}) {
   const support::KerbedScans made = scans_of(road, drive);
   return map_clouds([&](const ChunkSink& sink) { sink(Cloud(made.points)); }, road.base(),
-                    &made.trajectory);
+                    &made.trajectory, options);
 }
 
 // Two cells on every side of the wall kept the base: the outer metre was 39 mm off, with exit 0.
@@ -34,7 +35,17 @@ TEST(RoadEdge, IsMeasuredBesideAWallInLightRain) {
   const support::KerbedRoad road = bend();
   support::KerbedDrive drive;
   drive.wall_m = support::KerbedRoad::kRoad_m + 0.1, drive.rain = 0.005;
-  const support::KerbedError seen = error_of(road, refine(road, drive));
+  MapOptions options;
+  std::vector<double> shares;  // of the way; the drift stood at a quarter of it for minutes
+  options.progress = [&](const std::string&, double share) { shares.push_back(share); };
+  const support::KerbedError seen = error_of(road, refine(road, drive, options));
+  EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+  EXPECT_GT(
+      std::count_if(shares.begin(), shares.end(), [](double s) { return s > 0.25 && s < 0.4; }),
+      10);
+  EXPECT_GT(
+      std::count_if(shares.begin(), shares.end(), [](double s) { return s > 0.5 && s < 0.65; }),
+      10);
   support::figure("road_mm", 1e3 * seen.road_rmse_m);
   support::figure("outer_mm", 1e3 * seen.outer_rmse_m);
   support::figure("outer_inside_percent", 100.0 * seen.outer_inside);

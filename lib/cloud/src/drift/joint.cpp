@@ -340,6 +340,7 @@ JointProblem::Equations JointProblem::assemble_all(const std::vector<Correction>
 double JointProblem::value_of(std::size_t unknown, const std::vector<Correction>& now) const {
   const std::size_t first_node = 6 * sections_.list.size(), common = first_node + 2 * nodes_.size();
   if (unknown < first_node) {
+    if (tell_) tell_(static_cast<double>(first + count) / static_cast<double>(stretches_));
     const auto e = static_cast<Eigen::Index>(unknown % 6);
     return now[unknown / 6][e] + before_[unknown / 6][e];
   }

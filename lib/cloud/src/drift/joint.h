@@ -4,6 +4,8 @@
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <functional>
+#include <utility>
 #include <cmath>
 
 #include "drift.h"
@@ -57,6 +59,8 @@ class JointProblem {
   /// stiffness holds for the sum.
   JointProblem(const Sections& sections, const RoadFrame& frame, const MapOptions& options,
                std::vector<Correction> before);
+  /// Told by the caller's thread what share of a step of solve() is done.
+  void on_progress(std::function<void(double share)> tell) { tell_ = std::move(tell); }
 
   /// Residuals and Jacobians at these corrections.
   void linearise(const std::vector<Correction>& at);
@@ -174,6 +178,7 @@ class JointProblem {
   /// Robust weights of the nodes and of the tilt, and what they say.
   void add_prior_of_base(const JointScales& scales, std::vector<Eigen::Triplet<double>>& entries);
 
+  std::function<void(double)> tell_;
   const Sections& sections_;
   const RoadFrame& frame_;
   const MapOptions& options_;

@@ -194,13 +194,20 @@ ChangedGround find_changed_ground(const Sections& sections,
 Drift estimate_drift_apart(Sections& sections, const RoadFrame& frame, const MapOptions& options,
                            const std::vector<Correction>& before, MapReport& report,
                            std::optional<double> base_tilt, ChangedGround& changed) {
-  Drift drift = estimate_drift(sections, frame, options, before, report, base_tilt);
+  double begin = 0.0, end = 0.5;  // shares of the way; the next estimate takes half of what is left
+  MapOptions part = options;
+  if (options.progress)
+    part.progress = [&](const std::string& stage, double share) {
+      options.progress(stage, begin + share * (end - begin));
+    };
+  Drift drift = estimate_drift(sections, frame, part, before, report, base_tilt);
   changed = find_changed_ground(sections, drift.correction, frame, options.threads);
   for (int round = 0; round < kRounds && !changed.places.empty(); ++round) {
     const HeightCells cells = cells_of(sections, drift.correction, frame, 0, options.threads);
     set_apart(sections, drift.correction, frame, cells,
               round == 0 ? rows_of(changed, cells) : changed.unsure);
-    drift = estimate_drift(sections, frame, options, before, report, base_tilt);
+    begin = end, end = 0.5 * (1.0 + end);
+    drift = estimate_drift(sections, frame, part, before, report, base_tilt);
     const std::vector<std::uint8_t> last = std::move(changed.unsure);
     changed = find_changed_ground(sections, drift.correction, frame, options.threads);
     if (changed.unsure == last) break;
