@@ -91,6 +91,7 @@ void settle(MapState& state, const MapInputs& inputs) {
   report.changed = state.changed.places;
   state.surface = cells_of(state.sections, state.drift.correction, inputs.frame, -1,
                            options.threads, std::move(state.changed.first_pass));
+  state.surface.agrees_m = std::move(state.changed.agrees_m);
 }
 
 void after_first_look(MapState& state, Look&& look, const MapInputs& inputs) {
@@ -101,7 +102,6 @@ void after_first_look(MapState& state, Look&& look, const MapInputs& inputs) {
   report.looked_at = sections.points, report.without_pose = sections.without_pose,
   report.off_road = sections.off_road;
   report.far_from_base = sections.far_from_base, report.on_obstacles = sections.on_obstacles;
-  state.surface.agrees_m = std::move(state.changed.agrees_m);
   check_fit(sections, inputs.frame, inputs.placed, options);
   if (!options.correct_drift) {
     state.drift.correction.assign(sections.list.size(), Correction::Zero());
@@ -192,6 +192,8 @@ Reading read_for(const MapState& state, const CloudSource& scans, const MapInput
   if (state.step == MapStep::look_again) tell(inputs, "look at the straightened points", 0.4);
   if (state.step == MapStep::look_turned_back) tell(inputs, "look at the points turned back", 0.55);
   reading.look = look_at(scans, inputs.frame, poses, inputs.options, inputs.visits_known);
+  if (state.step == MapStep::look && poses != nullptr)
+    want_one_clock(scans, reading.look->sections, poses->poses);
   return reading;
 }
 
