@@ -199,6 +199,10 @@ TEST(SlowRoadEdge, FortyDrivesByKind) {
       all.add(e.tallies);
       support::figure_of_case("drive_road_mm", 1e3 * e.road_rmse_m);
       support::figure_of_case("drive_outer_mm", 1e3 * e.outer_rmse_m);
+      support::figure_of_case("drive_kerb_p95_mm", 1e3 * e.measured_kerb_p95_m);
+      support::figure_of_case("drive_banking_deg", e.banking_rad * 180.0 / M_PI);
+      support::figure_of_case("drive_lost_percent", 100.0 * e.lost);
+      support::figure_of_case("drive_ramp_over_correction", e.steepest_ramp - std::abs(road.tilt));
       SCOPED_TRACE(fmt::format("{}, {}: wall {:.2f} m, grass {:.3f} m, {} cars, rain {:.4f}",
                                kind.name, k, drive.wall_m, drive.grass_m, drive.convoy,
                                drive.rain));
@@ -206,6 +210,9 @@ TEST(SlowRoadEdge, FortyDrivesByKind) {
       EXPECT_TRUE(result.report.faults.empty());
       EXPECT_LT(e.road_rmse_m, kind.most_road_m);
       EXPECT_LT(e.outer_rmse_m, kind.most_road_m);
+      EXPECT_LT(e.measured_kerb_p95_m, 0.005);
+      EXPECT_LT(e.banking_rad, 0.02 * M_PI / 180.0);
+      EXPECT_LT(e.lost, 0.005);
       EXPECT_LT(e.steepest_ramp, std::abs(road.tilt) + 0.035);
     }
   for (const auto& [name, tally] : {std::pair("road", all.road),
@@ -218,6 +225,8 @@ TEST(SlowRoadEdge, FortyDrivesByKind) {
     EXPECT_GT(tally.share(), 0.85);
     EXPECT_LT(tally.share(), 0.95);
   }
+  support::figure("unmeasured_stated_over_true",
+                  all.unmeasured.stated_m() / all.unmeasured.rmse_m());
   EXPECT_LT(all.unmeasured.stated_m(), 3.0 * all.unmeasured.rmse_m());
 }
 
