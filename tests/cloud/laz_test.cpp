@@ -150,6 +150,46 @@ TEST(Laz, EveryFormatVersionAndKindOfChunk) {
         }
 }
 
+/// A record's bytes behind the place of a waveform, and before it.
+std::string without_waves(std::string records, std::size_t length, std::size_t wave) {
+  for (std::size_t at = 0; at < records.size(); at += length)
+    std::fill_n(records.begin() + static_cast<std::ptrdiff_t>(at + wave), 29, '\0');
+  return records;
+}
+
+TEST(Laz, WaveformsArePassedOver) {
+  for (const int format : {9, 10})
+    for (const std::size_t extra : {0, 3}) {
+      SCOPED_TRACE(fmt::format("format {}, {} extra bytes", format, extra));
+      const std::string las = busy_las(format, extra, 2000, 7);
+      const std::size_t wave = format == 9 ? 30 : 38, length = wave + 29 + extra;
+      LazOptions options;
+      options.chunk_points = 333;
+      EXPECT_TRUE(without_waves(unpacked(as_laz(las, options)), length, wave) ==
+                  without_waves(records_of(las), length, wave));
+    }
+}
+
+// Points of format 10; the header's bounds are the writer's.
+TEST(RealClouds, AFullWaveform) {
+  const std::string path = places::data() + "/lidar2/laspy_fullwave.laz", laz = bytes_of(path);
+  if (laz.empty()) GTEST_SKIP() << "no ../shared/data";
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
+  std::size_t points = 0;
+  read_chunks(path, {}, [&](Cloud&& chunk) {
+    points += chunk.size();
+    for (std::size_t i = 0; i < chunk.size(); ++i)
+      low = low.cwiseMin(chunk.origin_m + chunk.point(i)),
+      high = high.cwiseMax(chunk.origin_m + chunk.point(i));
+  });
+  EXPECT_EQ(points, layout_of(laz).count);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto k = static_cast<Eigen::Index>(axis);
+    EXPECT_NEAR(high[k], at<double>(laz, 179 + 16 * axis), 1e-6);
+    EXPECT_NEAR(low[k], at<double>(laz, 187 + 16 * axis), 1e-6);
+  }
+}
+
 TEST(Laz, FieldsThatNeverChangeTakeNoLayer) {
   for (const int format : {6, 7, 8}) {
     std::string las = busy_las(format, 2, 500, 3);

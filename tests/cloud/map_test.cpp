@@ -1,5 +1,6 @@
 #include "cloud/map.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,6 +15,7 @@
 namespace cloud {
 namespace map_test {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 CloudSource source_of(const std::string& folder) {
@@ -392,6 +394,35 @@ TEST(Trajectory, RefusesWhatIsNoPath) {
   for (int i = 0; i <= 3000; ++i)
     far += std::to_string(i) + "," + std::to_string(900 * i) + ",0,0,0,0,0,1\n";
   EXPECT_THAT(said(far), HasSubstr("2700 km driven in all; 2000 km at most wanted"));
+  for (const auto& [first, unit] : {std::pair{"1.7e18", "nanoseconds"}, {"1.7e15", "microsec"}})
+    EXPECT_THAT(said(fmt::format("{},0,0,0,0,0,0,1\n2e18,1,0,0,0,0,0,1\n", first)),
+                AllOf(HasSubstr(fmt::format("as if in {}", unit)), HasSubstr("divide by 1e")));
+}
+
+TEST(Trajectory, FilesOfOtherProgramsAreReadOrNamed) {
+  const support::TemporaryFolder folder;
+  const auto said = [&](const std::string& name, const std::string& bytes) -> std::string {
+    try {
+      read_trajectory(folder.file(name, bytes));
+    } catch (const cloud::Error& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  const Trajectory tum =
+      read_trajectory(folder.file("a.txt",
+                                  "# timestamp tx ty tz qx qy qz qw\n12.5 1 -2\t3 0 0.6 0 0.8\n"
+                                  "12.6 1.5 -2 3 0 0 0 1\n"));
+  ASSERT_EQ(tum.size(), 2u);
+  EXPECT_EQ(tum.time_s[0], 12.5);
+  EXPECT_EQ(tum.position_m[0], Eigen::Vector3d(1.0, -2.0, 3.0));
+  EXPECT_NEAR(tum.orientation[0].y(), 0.6, 1e-12);
+  EXPECT_NEAR(tum.orientation[0].w(), 0.8, 1e-12);
+  EXPECT_THAT(said("b.txt", "1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0\n"),
+              HasSubstr("b.txt:2: '2 0 0 0 0 0 0' seen, eight numbers wanted"));
+  EXPECT_THAT(said("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n"), HasSubstr("poses of KITTI"));
+  EXPECT_THAT(said("a.out", std::string(136 * 3, '\0')), HasSubstr("as a trajectory in SBET is"));
+  EXPECT_THAT(said("a.sbet", std::string(100, '\0')), HasSubstr("is binary; export the poses"));
 }
 
 }  // namespace map_test

@@ -141,7 +141,26 @@ TEST(ReadCloud, LeavesOutPointsThatAreNoNumbersAndRefusesNothingElse) {
   EXPECT_THAT(refusal("123", "a.dat"), HasSubstr("ending"));
 }
 
+// CloudCompare's text begins its line of names so, and its .ply calls what is no coordinate so.
+TEST(ReadCloud, NamesOfCloudCompare) {
+  for (const char* names :
+       {"//X,Y,Z,Intensity,GpsTime", "//X Y Z scalar_Intensity scalar_Gps_Time"}) {
+    const Cloud text = read_bytes(std::string(names) + "\n1,2,3,7,100.25\n", "a.csv");
+    ASSERT_EQ(text.time_s.size(), 1u) << names;
+    EXPECT_EQ(text.time_s[0], 100.25);
+    EXPECT_EQ(text.intensity.at(0), 7.0f);
+  }
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+      "property float z\nproperty float scalar_GpsTime\nproperty float scalar_Classification\n"
+      "end_header\n1 2 3 100.25 2\n";
+  const Cloud cloud = read_bytes(ply, "a.ply");
+  EXPECT_EQ(cloud.time_s.at(0), 100.25);
+  EXPECT_EQ(cloud.classification.at(0), 2);
+}
+
 TEST(ReadCloud, NamesWhatLiesInThePlaceOfAFile) {
+  EXPECT_THAT(refusal("ASTM-E57\x01", "a.e57"), HasSubstr("is an E57 file, which is not read"));
   for (const char* name : {"a.las", "a.laz", "a.ply", "a.pcd", "a.bin", "a.xyz"}) {
     EXPECT_THAT(refusal("version https://git-lfs.github.com/spec/v1\noid sha256:77\n", name),
                 HasSubstr("is a pointer of Git LFS"));

@@ -266,7 +266,7 @@ KerbedError error_of(const KerbedRoad& road, const cloud::MapResult& result) {
   KerbedError out;
   out.converged = result.report.converged;
   const crg::Grid base = road.base().grid;
-  std::vector<double> kerb_m;
+  std::vector<double> kerb_m, measured_kerb_m;
   double lost = 0.0;
   Tally asphalt, kerbs, outer, unmeasured;
   for (std::size_t i = 80; i + 80 < result.grid.rows(); ++i) {
@@ -285,7 +285,7 @@ KerbedError error_of(const KerbedRoad& road, const cloud::MapResult& result) {
         if (std::abs(v_m) > KerbedRoad::kRoad_m - 1.0) outer.add(e, stddev_m);
       } else if (std::abs(v_m) < KerbedRoad::kKerbEnd_m - 0.1) {
         kerb_m.push_back(std::abs(e)), kerbs.add(e, stddev_m);
-        if (measured) out.tallies.kerbs.add(e, stddev_m);
+        if (measured) out.tallies.kerbs.add(e, stddev_m), measured_kerb_m.push_back(std::abs(e));
       }
     }
     out.banking_rad = std::max(out.banking_rad, std::abs(ve / vv));
@@ -294,6 +294,9 @@ KerbedError error_of(const KerbedRoad& road, const cloud::MapResult& result) {
   }
   std::sort(kerb_m.begin(), kerb_m.end());
   out.kerb_p95_m = kerb_m[kerb_m.size() * 95 / 100];
+  std::sort(measured_kerb_m.begin(), measured_kerb_m.end());
+  if (!measured_kerb_m.empty())
+    out.measured_kerb_p95_m = measured_kerb_m[measured_kerb_m.size() * 95 / 100];
   out.road_nodes = static_cast<std::size_t>(asphalt.nodes), out.kerb_nodes = kerb_m.size();
   out.unmeasured_nodes = static_cast<std::size_t>(unmeasured.nodes);
   out.road_rmse_m = asphalt.rmse_m(), out.kerb_rmse_m = kerbs.rmse_m();

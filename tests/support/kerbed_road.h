@@ -72,6 +72,7 @@ struct KerbedTallies {
 struct KerbedError {
   bool converged = false;
   double road_rmse_m = 0.0, road_max_m = 0.0, banking_rad = 0.0, kerb_p95_m = 0.0, lost = 0.0;
+  double measured_kerb_p95_m = 0.0;              ///< the same where points lie; 0: nowhere
   double kerb_rmse_m = 0.0, outer_rmse_m = 0.0;  ///< `outer`: the outermost metre of the road
   double inside = 0.0, outer_inside = 0.0;
   /// Nodes that rest on the base, wherever they lie, and the steepest ramp across them that is

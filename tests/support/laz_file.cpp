@@ -550,15 +550,14 @@ std::string chunk_of(const U8* records, std::size_t length, std::size_t count, i
                      int version) {
   const bool timed = format == 1 || format == 3, coloured = format == 2 || format == 3;
   std::string bytes(reinterpret_cast<const char*>(records), length);
-  const std::size_t base = format >= 6 ? 30u + (format == 7   ? 6
-                                                : format == 8 ? 8
-                                                              : 0)
+  const std::size_t colour14 = format == 7 ? 6u : format == 8 || format == 10 ? 8u : 0u,
+                    base = format >= 6 ? 30u + colour14 + (format >= 9 ? 29u : 0u)
                                        : 20u + (timed ? 8 : 0) + (coloured ? 6 : 0);
   const std::size_t extra = length - base;
   if (format >= 6) {
     Points3 points(records);
     const U32 first_channel = records[15] >> 4 & 3;
-    PerChannel<Colour3> colours(version, base - 30, records + 30, first_channel);
+    PerChannel<Colour3> colours(version, colour14, records + 30, first_channel);
     PerChannel<Bytes3> extras(version, extra, records + base, first_channel);
     LayerOut rgb, nir;
     std::vector<LayerOut> others(extra);
@@ -568,10 +567,10 @@ std::string chunk_of(const U8* records, std::size_t length, std::size_t count, i
       // LASzip's version 3 hands the channel on only where it changes (LASzip issue 74).
       const U32 own = p[15] >> 4 & 3, before = p[15 - static_cast<std::ptrdiff_t>(length)] >> 4 & 3;
       const U32 channel = version > 3 || own != before ? own : 0;
-      if (format > 6)
+      if (colour14 > 0)
         colours.next(p + 30, channel, [&](Colour3& coder, const U8* last) {
           rgb.needed |= coder.rgb.write(rgb.stream, last, p + 30);
-          if (format != 8) return;
+          if (colour14 != 8) return;
           const U32 sym = (last[6] != p[36] ? 1u : 0u) | (last[7] != p[37] ? 2u : 0u);
           nir.needed |= sym != 0;
           nir.stream.symbol(coder.nir.used, sym);
@@ -589,8 +588,9 @@ std::string chunk_of(const U8* records, std::size_t length, std::size_t count, i
     }
     std::vector<std::string> layers;
     for (LayerOut& layer : points.layers) layers.push_back(layer.finish());
-    if (format > 6) layers.push_back(rgb.finish());
-    if (format == 8) layers.push_back(nir.finish());
+    if (colour14 > 0) layers.push_back(rgb.finish());
+    if (colour14 == 8) layers.push_back(nir.finish());
+    if (format >= 9) layers.emplace_back(3 * count, '\xC3');  // whatever an encoder writes
     for (LayerOut& layer : others) layers.push_back(layer.finish());
     bytes += packed(static_cast<U32>(count));
     for (const std::string& layer : layers) bytes += packed(static_cast<U32>(layer.size()));
@@ -645,7 +645,8 @@ std::string as_laz(const std::string& las, const LazOptions& options) {
   } else {
     items.push_back({10, 30});
     if (format == 7) items.push_back({11, 6});
-    if (format == 8) items.push_back({12, 8});
+    if (format == 8 || format == 10) items.push_back({12, 8});
+    if (format >= 9) items.push_back({13, 29});
   }
   std::size_t size = 0;
   for (const auto& item : items) size += item[1];
@@ -701,7 +702,7 @@ std::string as_laz(const std::string& las, const LazOptions& options) {
 
 std::string busy_las(int format, std::size_t extra_bytes, std::size_t points, unsigned seed,
                      unsigned channels) {
-  constexpr std::size_t kLength[] = {20, 28, 26, 34, 0, 0, 30, 36, 38};
+  constexpr std::size_t kLength[] = {20, 28, 26, 34, 0, 0, 30, 36, 38, 59, 67};
   const std::size_t length = kLength[format] + extra_bytes;
   const U16 header = format < 6 ? 227 : 375;
   std::string las(header, '\0');
@@ -769,9 +770,13 @@ std::string busy_las(int format, std::size_t extra_bytes, std::size_t points, un
     for (U16& c : colour)
       if (!one_in(3)) c = static_cast<U16>(c + shade + about(3));
     if (one_in(10)) colour[1] = colour[2] = colour[0];
-    const std::size_t colours = format == 8 ? 4 : format == 2 || format == 3 || format == 7 ? 3 : 0;
+    const std::size_t colours = format == 8 || format == 10                 ? 4
+                                : format == 2 || format == 3 || format == 7 ? 3
+                                                                            : 0;
+    const std::size_t wave = format >= 9 ? 29 : 0;
     for (std::size_t k = 0; k < colours; ++k)
-      put_at(p, kLength[format] - 2 * colours + 2 * k, colour[k]);
+      put_at(p, kLength[format] - wave - 2 * colours + 2 * k, colour[k]);
+    for (std::size_t k = 0; k < wave; ++k) p[kLength[format] - wave + k] = any();
     for (std::size_t k = 0; k < extra_bytes; ++k)  // the second stays as it is
       if (k != 1 && one_in(3))
         p[kLength[format] + k] = static_cast<char>(p[kLength[format] + k] + about(3));

@@ -16,7 +16,7 @@ struct LazOptions {
   bool table_at_end = false;               ///< as a writer that cannot go back
 };
 
-/// `las`: point formats 0 to 3 and 6 to 8, extra bytes too.
+/// `las`: point formats 0 to 3 and 6 to 10, extra bytes too; waveforms of 9 and 10 are no code.
 std::string as_laz(const std::string& las, const LazOptions& options = {});
 
 /// A .las in which every field of every point moves: pulses of several returns, several scanner

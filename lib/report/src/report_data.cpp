@@ -228,6 +228,7 @@ Json common_json(const TrackReport& report) {
           {"findings", findings_json(report)},
           {"rules", rules_json(report)},
           {"looked_for", report.looked_for},
+          {"lead", facts_json(report.lead)},
           {"facts", facts_json(report.facts)},
           {"u_begin_m", report.u_begin_m},
           {"u_step_m", report.u_step_m},

@@ -34,6 +34,10 @@ void write_trajectory(const Trajectory& trajectory, const std::string& path);
 /// known are longer than ten steps as usual, and 0.15 s.
 void measure(Trajectory& trajectory);
 
+/// How far what pose_at() says between two poses lies from the path, in the worst twentieth of it:
+/// found from one pose in two.
+double unknown_between_m(const Trajectory& trajectory);
+
 /// The first pose, or one behind a gap of more than 1 s.
 bool begins_drive(const Trajectory& trajectory, std::size_t pose);
 
@@ -52,8 +56,9 @@ struct PosedInstant {
   }
 };
 
-/// Linear in position, normalised linear in rotation. `hint`: index near the answer, moved; the
-/// answer does not depend on it. False before the first pose, behind the last, or inside a gap.
+/// Linear in position, normalised linear in rotation; over more than 0.025 s cubic. `hint`: index
+/// near the answer, moved; the answer does not depend on it. False before the first pose, behind
+/// the last, or inside a gap.
 bool pose_at(const Trajectory& trajectory, double time_s, std::size_t& hint, PosedInstant& pose);
 
 }  // namespace cloud

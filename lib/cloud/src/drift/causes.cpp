@@ -3,187 +3,26 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <optional>
 #include <tuple>
 #include <utility>
 
-#include "base/parallel.h"
 #include "base/statistics.h"
+#include "cause_bench.h"
+#include "road_trajectory.h"
 
 namespace cloud {
 namespace {
 
-constexpr std::size_t kSamples = 20'000;
-constexpr double kGroup_m = 10.0, kFar_m = 1.0, kFromSensor_m = 20.0;
 constexpr double kBetter =
     0.6;  // of the distance as it is; trials: 0.02 to 0.5 for the right cause
+// Where nothing can be compared; the right cause: 2 and 58 mm in trials.
+constexpr double kCloseWithPlanes_m = 0.012, kClose_m = 0.15;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-struct Sample {
-  double time_s;
-  Eigen::Vector3d point_m;
-};
-
-/// One change of the inputs.
-struct Trial {
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  ///< of the sensor
-  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();   ///< of the sensor on the car
-  double late_s = 0.0;                                 ///< added to the points' times
-  double points_times = 1.0, poses_times = 1.0;
-  bool with_planes = true;
-};
-
-/// Every so many points that no more than twice kSamples are left.
-std::vector<Sample> samples_of(const CloudSource& scans) {
-  std::vector<Sample> samples;
-  std::size_t every = 1, next = 0, at = 0;
-  scans([&](Cloud&& chunk) {
-    for (std::size_t i = 0; i < chunk.size() && !chunk.time_s.empty(); ++i, ++at) {
-      if (at != next) continue;
-      next += every;
-      samples.push_back({chunk.time_s[i], chunk.origin_m + chunk.point(i)});
-      if (samples.size() < 2 * kSamples) continue;
-      for (std::size_t k = 0; 2 * k < samples.size(); ++k) samples[k] = samples[2 * k];
-      samples.resize(samples.size() / 2), every *= 2;
-    }
-  });
-  return samples;
-}
-
-/// Rows of the poses on the road; below 0 where they lie beside it.
-std::vector<double> rows_of(const Trajectory& poses, const RoadFrame& frame) {
-  std::vector<double> rows(poses.size(), -1.0);
-  double row = -1.0;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const Eigen::Vector3d& p = poses.position_m[i];
-    std::optional<GridPlace> place;
-    const auto beside = [&] {
-      return !place || place->v_m < frame.v_m().front() - 3.0 ||
-             place->v_m > frame.v_m().back() + 3.0;
-    };
-    if (row >= 0.0) place = frame.project(p.x(), p.y(), row);
-    // The slow search not for every pose that lies elsewhere.
-    if (beside() && i % 50 == 0)
-      place = frame.project(p.x(), p.y(), frame.nearest_row(p.x(), p.y()));
-    row = beside() ? -1.0 : place->row;
-    rows[i] = row;
-  }
-  return rows;
-}
-
-/// A point over the base, as seen from the sensor.
-struct Seen {
-  double a, b, height;
-};
-
-/// Of the heights that were driven together, by a plane that what stands out does not pull.
-Eigen::Vector3d plane_through(const std::vector<Seen>& seen) {
-  Eigen::Vector3d plane = Eigen::Vector3d::Zero();
-  for (int round = 0; round < 4; ++round) {
-    std::vector<double> off;
-    for (const Seen& s : seen)
-      off.push_back(std::abs(s.height - plane.dot(Eigen::Vector3d(1.0, s.a, s.b))));
-    const double scale = round == 0 ? kInfinity : 3.0 * std::max(0.002, base::median(off));
-    Eigen::Matrix3d matrix = 1e-6 * Eigen::Matrix3d::Identity();
-    Eigen::Vector3d right = Eigen::Vector3d::Zero();
-    for (const Seen& s : seen) {
-      const Eigen::Vector3d j(1.0, s.a, s.b);
-      const double r = (s.height - plane.dot(j)) / scale, w = 1.0 / ((1.0 + r * r) * (1.0 + r * r));
-      matrix += w * j * j.transpose(), right += w * s.height * j;
-    }
-    plane = matrix.ldlt().solve(right);
-  }
-  return plane;
-}
-
-/// Median distance of the points from the base; infinite where too few lie on it.
-double distance_m(const std::vector<Sample>& samples, const RoadFrame& frame,
-                  const Trajectory& poses, const std::vector<double>& rows, const Trial& trial) {
-  std::map<long, std::vector<Seen>> groups;
-  std::size_t hint = 0, near = 0;
-  for (const Sample& sample : samples) {
-    const Eigen::Vector3d local = trial.turn * (trial.points_times * sample.point_m);
-    if (local.norm() > kFromSensor_m) continue;
-    ++near;
-    PosedInstant pose;
-    if (!pose_at(poses, sample.time_s + trial.late_s, hint, pose) || rows[hint] < 0.0) continue;
-    const Eigen::Vector3d arm = pose.orientation * (local + trial.shift_m),
-                          p = pose.position_m + arm;
-    const std::optional<GridPlace> place = frame.project(p.x(), p.y(), rows[hint]);
-    if (!place) continue;
-    const double above = p.z() - frame.z_origin_m() - frame.height(*place);
-    if (!std::isfinite(above)) continue;
-    groups[std::lround(pose.driven_m / kGroup_m)].push_back(
-        {arm.x(), arm.y(), std::clamp(above, -kFar_m, kFar_m)});
-  }
-  std::vector<double> distances;
-  for (auto& [index, seen] : groups) {
-    if (seen.size() < 20) continue;
-    const Eigen::Vector3d plane =
-        trial.with_planes ? plane_through(seen) : Eigen::Vector3d::Zero().eval();
-    for (const Seen& s : seen)
-      distances.push_back(std::abs(s.height - plane.dot(Eigen::Vector3d(1.0, s.a, s.b))));
-  }
-  if (near < 500 || 10 * distances.size() < 3 * near || 40 * near < samples.size())
-    return kInfinity;
-  return base::median(distances);
-}
-
-/// A trial and what it gave.
-struct Tried {
-  Trial trial;
-  double distance_m = kInfinity;
-};
-
-/// What trials are made on.
-class Bench {
- public:
-  Bench(std::vector<Sample> samples, const RoadFrame& frame, const Trajectory& poses,
-        unsigned threads)
-      : samples_(std::move(samples)),
-        frame_(frame),
-        poses_(poses),
-        rows_(rows_of(poses, frame)),
-        threads_(threads) {}
-
-  const std::vector<Sample>& samples() const { return samples_; }
-  const Trajectory& poses() const { return poses_; }
-
-  std::vector<double> distances_of(const std::vector<Trial>& trials) const {
-    std::vector<double> found(trials.size());
-    base::parallel_for(trials.size(), 1, threads_, [&](std::size_t from, std::size_t to) {
-      for (std::size_t k = from; k < to; ++k) found[k] = distance_of(trials[k]);
-    });
-    return found;
-  }
-
-  /// The first of those that bring the points closest.
-  Tried best_of(const std::vector<Trial>& trials) const {
-    const std::vector<double> found = distances_of(trials);
-    const auto least = std::min_element(found.begin(), found.end());
-    return {trials[static_cast<std::size_t>(least - found.begin())], *least};
-  }
-
- private:
-  double distance_of(const Trial& trial) const {
-    if (trial.poses_times == 1.0) return distance_m(samples_, frame_, poses_, rows_, trial);
-    Trajectory poses = poses_;
-    for (Eigen::Vector3d& p : poses.position_m) p *= trial.poses_times;
-    measure(poses);
-    return distance_m(samples_, frame_, poses, rows_of(poses, frame_), trial);
-  }
-
-  std::vector<Sample> samples_;
-  const RoadFrame& frame_;
-  const Trajectory& poses_;
-  std::vector<double> rows_;
-  unsigned threads_;
-};
-
 constexpr double kDegree = std::numbers::pi / 180.0;
 
 Trial turned(double deg, int axis, bool with_planes) {
@@ -231,15 +70,15 @@ Cause try_tilt(const Bench& bench, int axis, const char* name) {
           fmt::format("the sensor turned by {:.0f} deg in {} (--extrinsic)", degrees[least], name)};
 }
 
-/// 5 s to both sides of `middle_s`, then by 5 ms about the best.
-Cause try_clock(const Bench& bench, double middle_s) {
+/// So many times 50 ms to both sides of `middle_s`, then by 5 ms about the best.
+Cause try_clock(const Bench& bench, double middle_s, int reach = 100) {
   const auto later = [](double seconds) {
     Trial trial;
     trial.late_s = seconds;
     return trial;
   };
   std::vector<Trial> trials;
-  for (int k = -100; k <= 100; ++k) trials.push_back(later(middle_s + 0.05 * k));
+  for (int k = -reach; k <= reach; ++k) trials.push_back(later(middle_s + 0.05 * k));
   const Trial coarse = bench.best_of(trials).trial;
   trials = {coarse};
   for (int k = -9; k <= 9; ++k) trials.push_back(later(coarse.late_s + 0.005 * k));
@@ -253,13 +92,121 @@ Cause try_clock(const Bench& bench, double middle_s) {
 /// time.
 std::optional<double> equal_beginnings_s(const Bench& bench) {
   const std::vector<double>& times = bench.poses().time_s;
-  double begin_s = kInfinity, outside = 0.0;
-  for (const Sample& sample : bench.samples()) {
-    begin_s = std::min(begin_s, sample.time_s);
+  const std::vector<Sample>& samples = bench.samples().list;
+  double outside = 0.0;
+  for (const Sample& sample : samples)
     outside += sample.time_s < times.front() || sample.time_s > times.back();
+  if (!(outside > 0.1 * static_cast<double>(samples.size()))) return std::nullopt;
+  return times.front() - bench.samples().begin_s;
+}
+
+/// From a place on the road to the same in other laps.
+std::vector<double> laps_s(const Bench& bench) {
+  constexpr double kLeastLap_s = 6.0;  // what is nearer is tried as a clock
+  constexpr std::size_t kMostLaps = 4;
+  const std::vector<double>& rows = bench.rows();
+  const Trajectory& poses = bench.poses();
+  const auto first = std::find_if(rows.begin(), rows.end(), [](double row) { return row >= 0.0; });
+  std::vector<double> out;
+  if (first == rows.end()) return out;
+  const auto begin = static_cast<std::size_t>(first - rows.begin());
+  double last_s = poses.time_s[begin];
+  for (std::size_t i = begin + 1; i < rows.size() && out.size() < kMostLaps; ++i) {
+    if (rows[i] < 0.0 || poses.time_s[i] - last_s < kLeastLap_s) continue;
+    const bool passes =
+        (rows[i - 1] <= *first) != (rows[i] <= *first) && std::abs(rows[i] - rows[i - 1]) < 100.0;
+    const bool begins = poses.piece[i] != poses.piece[i - 1] && std::abs(rows[i] - *first) < 100.0;
+    if (!passes && !begins) continue;
+    last_s = poses.time_s[i];
+    out.push_back(last_s - poses.time_s[begin]);
   }
-  if (!(outside > 0.1 * static_cast<double>(bench.samples().size()))) return std::nullopt;
-  return times.front() - begin_s;
+  return out;
+}
+
+/// Poses that lie with the points of another lap.
+std::vector<Cause> try_laps(const Bench& bench) {
+  std::vector<Cause> causes;
+  for (const double lap_s : laps_s(bench))
+    for (const double late_s : {lap_s, -lap_s}) {
+      Cause cause = try_clock(bench, late_s, 20);
+      cause.text = fmt::format("points and poses are of different laps: {}", cause.text);
+      causes.push_back(std::move(cause));
+    }
+  return causes;
+}
+
+/// Points on the other side of the sensor, as in a frame of the other hand.
+std::vector<Cause> try_mirrors(const Bench& bench) {
+  std::vector<Cause> causes;
+  for (const auto& [axis, name] : {std::pair{0, 'x'}, {1, 'y'}, {2, 'z'}}) {
+    Trial trial;
+    trial.turn(axis, axis) = -1.0, trial.with_planes = axis < 2;
+    causes.push_back({bench.best_of({trial}),
+                      fmt::format("the points with {} the other way (the sensor's frame has x "
+                                  "ahead, y to the left, z up)",
+                                  name)});
+  }
+  return causes;
+}
+
+void invert(Trajectory& poses) {
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    poses.orientation[i] = poses.orientation[i].conjugate();
+    poses.position_m[i] = -(poses.orientation[i] * poses.position_m[i]);
+  }
+}
+
+void turn_back(Trajectory& poses) {
+  for (Eigen::Quaterniond& q : poses.orientation) q = q.conjugate();
+}
+
+void begin_with_w(Trajectory& poses) {
+  for (Eigen::Quaterniond& q : poses.orientation)
+    q = Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w());
+}
+
+/// Into another frame of the map. A mirrored one has sensors that look the same way as before.
+template <int kX, int kY, int kZ>
+void from_axes(Trajectory& poses) {
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
+  int row = 0;
+  for (const int axis : {kX, kY, kZ}) turn(row++, std::abs(axis) - 1) = axis > 0 ? 1.0 : -1.0;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    poses.position_m[i] = turn * poses.position_m[i];
+    Eigen::Matrix3d axes = turn * poses.orientation[i].toRotationMatrix();
+    if (axes.determinant() < 0.0) axes.col(1) *= -1.0;
+    poses.orientation[i] = Eigen::Quaterniond(axes);
+  }
+}
+
+/// Of the car: ahead, right, down.
+void from_north_east_down(Trajectory& poses) {
+  from_axes<2, 1, -3>(poses);
+  for (Eigen::Quaterniond& q : poses.orientation) q = q * Eigen::Quaterniond(0.0, 1.0, 0.0, 0.0);
+}
+
+/// Poses that were written in another way.
+std::vector<Cause> try_poses(const Bench& bench) {
+  const char* const down = "the poses are north, east, down: east, north, up are wanted";
+  const std::pair<void (*)(Trajectory&), const char*> ways[] = {
+      {invert, "the poses are the map in the sensor's frame: their inverses are wanted"},
+      {turn_back, "the orientations are the map's in the sensor's frame: inverses are wanted"},
+      {begin_with_w, "the quaternions begin with w: name their columns qw,qx,qy,qz"},
+      {from_axes<2, 1, -3>, down},
+      {from_north_east_down, down},
+      {from_axes<2, -1, 3>, "the frame of the poses is turned by 90 deg"},
+      {from_axes<-2, 1, 3>, "the frame of the poses is turned by -90 deg"},
+      {from_axes<-1, -2, 3>, "the frame of the poses is turned by 180 deg"},
+      {from_axes<-1, 2, 3>, "the frame of the poses has x the other way"},
+      {from_axes<1, -2, 3>, "the frame of the poses has y the other way"},
+      {from_axes<2, 1, 3>, "the frame of the poses has x and y exchanged"}};
+  std::vector<Cause> causes;
+  for (const auto& [otherwise, text] : ways) {
+    Trial trial;
+    trial.poses_otherwise = otherwise, trial.with_planes = false;
+    causes.push_back({bench.best_of({trial}), text});
+  }
+  return causes;
 }
 
 Cause try_place(const Bench& bench, int axis, const char* name) {
@@ -270,8 +217,8 @@ Cause try_place(const Bench& bench, int axis, const char* name) {
     trials.back().with_planes = axis < 2;
   }
   const Tried best = bench.best_of(trials);
-  return {best,
-          fmt::format("the sensor {:+.2f} m {} (--extrinsic)", best.trial.shift_m[axis], name)};
+  return {best, fmt::format("the sensor {:+.2f} m {} (--extrinsic{})", best.trial.shift_m[axis],
+                            name, axis == 2 ? ", or the height datum" : "")};
 }
 
 /// Points, and poses, in another unit than is said.
@@ -301,6 +248,9 @@ std::vector<Cause> try_all(const Bench& bench) {
                             try_clock(bench, 0.0)};
   if (const std::optional<double> late_s = equal_beginnings_s(bench))
     causes.push_back(try_clock(bench, *late_s));
+  for (std::vector<Cause>& found :
+       std::array{try_laps(bench), try_mirrors(bench), try_poses(bench)})
+    for (Cause& cause : found) causes.push_back(std::move(cause));
   for (const auto& [axis, name] : {std::pair{0, "ahead"}, {1, "to the left"}, {2, "up"}})
     causes.push_back(try_place(bench, axis, name));
   for (Cause& cause : try_units(bench)) causes.push_back(std::move(cause));
@@ -324,7 +274,11 @@ AsIs as_it_is(const Bench& bench) {
 std::vector<Cause> much_better(std::vector<Cause> causes, const AsIs& as_is) {
   std::erase_if(causes, [&](const Cause& cause) {
     const double found = cause.tried.distance_m;
-    return !(std::isfinite(found) && found < kBetter * as_is.of(cause.tried.trial) && found < 0.25);
+    const double before = as_is.of(cause.tried.trial);
+    const double most = std::isfinite(before)           ? std::min(0.25, kBetter * before)
+                        : cause.tried.trial.with_planes ? kCloseWithPlanes_m
+                                                        : kClose_m;
+    return !(found < most);
   });
   const auto share = [&](const Cause& cause) {
     const double before = as_is.of(cause.tried.trial);
@@ -335,21 +289,98 @@ std::vector<Cause> much_better(std::vector<Cause> causes, const AsIs& as_is) {
   return causes;
 }
 
+/// Times in another unit than seconds: no car drives as slowly, no scanner turns as slowly.
+std::string about_unit(const Samples& samples, const Trajectory& trajectory) {
+  constexpr double kLeastSpan_s = 2.0, kLeastSpeed_mps = 0.3, kLeastStamps_1ps = 1000.0;
+  const double points_s = samples.end_s - samples.begin_s,
+               poses_s = trajectory.time_s.back() - trajectory.time_s.front();
+  if (std::min(points_s, poses_s) < kLeastSpan_s) return {};
+  double way_m = 0.0;
+  for (std::size_t i = 1; i < trajectory.size(); ++i)
+    way_m += (trajectory.position_m[i] - trajectory.position_m[i - 1]).norm();
+  const bool too_slow[] = {way_m < kLeastSpeed_mps * poses_s,
+                           static_cast<double>(samples.stamps) < kLeastStamps_1ps * points_s};
+  for (const auto& [factor, unit] : {std::pair{1e3, "ms"}, {1e6, "us"}, {1e9, "ns"}})
+    for (const bool of_points : {false, true}) {
+      const double ratio = (of_points ? points_s / poses_s : poses_s / points_s) / factor;
+      if (too_slow[of_points ? 1 : 0] && ratio > 0.3 && ratio < 3.0)
+        return fmt::format("the times of the {} look like {}: seconds are wanted",
+                           of_points ? "points" : "trajectory", unit);
+    }
+  return {};
+}
+
+constexpr double kSweep_s = 1.5;  // no scanner takes longer
+
+/// Times that begin again in each sweep; empty: they do not.
+std::string about_sweeps(const Samples& samples) {
+  constexpr std::size_t kLeastSweeps = 5;
+  if (samples.end_s - samples.begin_s > kSweep_s || samples.falls < kLeastSweeps ||
+      samples.by_rings)
+    return {};
+  return fmt::format(
+      "the times of the points begin again {} times and never pass {:.3f} s: they count within "
+      "each sweep; add to each the time at which its sweep begins",
+      samples.falls, samples.end_s);
+}
+
+/// Times that no clock of all points has; empty: they are as wanted.
+std::string about_times(const Samples& samples, const Trajectory& trajectory) {
+  constexpr double kLeastStamp_s = 0.02, kPointsPerStamp = 500.0, kBent_m = 0.1;
+  const double points_s = samples.end_s - samples.begin_s;
+  if (std::string text = about_sweeps(samples); !text.empty()) return text;
+  if (std::string text = about_unit(samples, trajectory); !text.empty()) return text;
+  if (std::string text = about_rate(trajectory);
+      !text.empty() && !(unknown_between_m(trajectory) < kBent_m))
+    return text;
+  const auto stamps = static_cast<double>(samples.stamps);
+  if (points_s > kLeastStamp_s * stamps &&
+      static_cast<double>(samples.points) > kPointsPerStamp * stamps)
+    return fmt::format(
+        "all points of a sweep have one time, one in {:.3f} s: each needs its own, or the sweeps "
+        "must be made free of the car's motion first",
+        points_s / std::max(1.0, stamps - 1.0));
+  return {};
+}
+
+/// Poses so far apart that the car's own bumps lie between them, in words.
+std::string about_distance(const Trajectory& trajectory) {
+  constexpr double kFew_m = 0.5;
+  std::vector<double> steps_m;
+  for (std::size_t i = 1; i < trajectory.size(); ++i)
+    steps_m.push_back((trajectory.position_m[i] - trajectory.position_m[i - 1]).norm());
+  const double step_m = base::median_or(0.0, std::move(steps_m));
+  if (step_m < kFew_m) return {};
+  return fmt::format(
+      "; the trajectory has a pose every {:.1f} m, which does not follow bumps: more "
+      "are wanted",
+      step_m);
+}
+
 }  // namespace
+
+void want_one_clock(const CloudSource& scans, const Sections& sections,
+                    const Trajectory& trajectory) {
+  if (sections.time_end_s - sections.time_begin_s > kSweep_s ||
+      trajectory.time_s.back() - trajectory.time_s.front() < 3.0 * kSweep_s)
+    return;
+  if (const std::string text = about_sweeps(samples_of(scans)); !text.empty()) throw Error(text);
+}
 
 std::string likely_causes(const CloudSource& scans, const RoadFrame& frame,
                           const Trajectory& trajectory, const MapOptions& options) {
-  std::vector<Sample> samples = samples_of(scans);
-  if (samples.size() < 1000) return {};
-  const Bench bench(std::move(samples), frame, trajectory, options.threads);
+  Samples samples = samples_of(scans);
+  if (samples.list.size() < 1000) return {};
+  if (std::string text = about_times(samples, trajectory); !text.empty()) return text;
+  const Bench bench(std::move(samples), frame, trajectory, options);
   const AsIs as_is = as_it_is(bench);
   const std::vector<Cause> causes = much_better(try_all(bench), as_is);
   std::string text = fmt::format(
-      "tried with {} points: the sensor turned in yaw, roll and pitch, its place by 1 m, the clock "
-      "by 5 s, units",
-      bench.samples().size());
+      "tried with {} points: the sensor turned in yaw, roll and pitch or mirrored, its place by "
+      "1 m, the clock by 5 s, other laps, units, other ways to write poses",
+      bench.samples().list.size());
   if (causes.empty())
-    return text +
+    return text + about_distance(trajectory) +
            "; nothing of it fits better: look at the frame of the poses, the height datum, "
            "and whether base and scans show the same place";
   text += "; better, the best first:";

@@ -297,6 +297,11 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
   // taken out of its cells.
   const int begin = again ? kSchedule - 2 : 0;
   int end = !again ? kSchedule + 1 : options.trust_base ? kDriftRounds : kRoundsWithoutBase;
+  double done = 0.0;  // rounds, and parts of them
+  problem.on_progress([&](double of_step) {
+    const double rounds = end - begin;
+    if (options.progress) options.progress("drift", std::min(1.0, (done + 0.5 * of_step) / rounds));
+  });
   for (int round = begin; round < end && !report.converged; ++round) {
     problem.linearise(drift.correction);
     const std::vector<Correction> last = drift.correction;
@@ -315,6 +320,7 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
           scales = nearer_together(old, scales, std::max(0.15, 1.0 / ++measured));
       }
       drift.correction = problem.solve(drift.correction, scales);
+      done += 0.5;
       if (!options.trust_base) problem.hold_as_a_whole(drift.correction);
     }
     if (!options.trust_base && round > kSchedule) step_back(last, drift.correction);

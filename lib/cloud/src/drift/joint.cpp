@@ -10,6 +10,7 @@ namespace cloud {
 namespace {
 
 constexpr double kGradientReach_m = 0.25;
+constexpr float kSlantNoise = 3.0f;  // deviations by which cells slant by chance
 // A cell's mean: noise of single heights, and what does not average out (footprint, place of the
 // points in the cell). Only their ratio matters: the scale is measured.
 constexpr double kPointNoise_m = 0.002, kCellNoise_m = 0.0004;
@@ -211,8 +212,13 @@ void JointProblem::find_slants() {
       }
       // A base that is tilted there has the shape that it should have.
       const float even_m = base::median_or(0.0f, slants);
-      for (std::size_t j = 0; j < across_; ++j)
-        if (is_seen(j) && row[j].slant_m != 0.0f) row[j].slant_m -= even_m;
+      for (std::size_t j = 0; j < across_; ++j) {
+        if (!is_seen(j) || row[j].slant_m == 0.0f) continue;
+        const std::size_t from = is_seen(j - 1) ? j - 1 : j, to = is_seen(j + 1) ? j + 1 : j;
+        const float noise_m = kSlantNoise * std::hypot(row[from].noise_m, row[to].noise_m) /
+                              static_cast<float>(to - from);
+        row[j].slant_m = std::max(0.0f, std::abs(row[j].slant_m - even_m) - noise_m);
+      }
     }
   });
 }
@@ -277,6 +283,7 @@ void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& 
     }
     const double mean = total > 0.0 ? sum / total : 0.0;
     cell.height_m = static_cast<float>(mean);
+    cell.noise_m = total > 0.0 ? static_cast<float>(1.0 / std::sqrt(total * view_scale)) : 0.0f;
     const double even = even_error(index);
     cell.believed =
         options_.trust_base ? static_cast<float>(belief(cell, mean - even, scales)) : 0.0f;
@@ -333,6 +340,7 @@ JointProblem::Equations JointProblem::assemble_all(const std::vector<Correction>
       for (std::size_t k = from; k < to; ++k) assemble(first + k, now, scales, batch[k]);
     });
     for (std::size_t k = 0; k < count; ++k) all.add(batch[k], sections);
+    if (tell_) tell_(static_cast<double>(first + count) / static_cast<double>(stretches_));
   }
   return all;
 }

@@ -3,8 +3,9 @@
 #pragma once
 
 #include <Eigen/SparseCholesky>
-#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include "drift.h"
 
@@ -58,6 +59,8 @@ class JointProblem {
   JointProblem(const Sections& sections, const RoadFrame& frame, const MapOptions& options,
                std::vector<Correction> before);
 
+  /// Told by the caller's thread what share of a step of solve() is done.
+  void on_progress(std::function<void(double share)> tell) { tell_ = std::move(tell); }
   /// Residuals and Jacobians at these corrections.
   void linearise(const std::vector<Correction>& at);
   JointFacts facts(const std::vector<Correction>& now, const JointScales& scales);
@@ -95,7 +98,8 @@ class JointProblem {
   };
   struct Cell {
     float height_m = 0.0f;  ///< mean of its views
-    float slant_m = 0.0f;   ///< how much of that changes to the next across, beyond what all do
+    float noise_m = 0.0f;   ///< deviation of that, as its views scatter
+    float slant_m = 0.0f;  ///< how much it changes to the next across, beyond noise and what all do
     float believed = 1.0f;  ///< robust weight of the base
   };
   /// The node before a cell, the one after it, the share of the latter; its middle across the road.
@@ -119,10 +123,7 @@ class JointProblem {
   double even_error(std::size_t cell) const;
   /// Robust weight of the base at a cell that lies so high over it and its even error.
   double belief(const Cell& cell, double uneven_m, const JointScales& scales) const {
-    constexpr double kNoise = 0.65;  // of the base's scale: sparse cells slant as much by chance
-    const double slant_m =
-        std::max(0.0, std::abs(static_cast<double>(cell.slant_m)) - kNoise * scales.base_m);
-    return geman_mcclure(std::hypot(uneven_m, slant_m), scales.base_m);
+    return geman_mcclure(std::hypot(uneven_m, static_cast<double>(cell.slant_m)), scales.base_m);
   }
   /// Of all cells, by the heights of the step before. Where the base has another shape, as of a
   /// kerb, some height agrees with it wherever the poses lie: that moved them aside.
@@ -177,6 +178,7 @@ class JointProblem {
   const Sections& sections_;
   const RoadFrame& frame_;
   const MapOptions& options_;
+  std::function<void(double)> tell_;
   std::size_t along_ = 0, across_ = 0, rows_per_stretch_ = 0, stretches_ = 0;
   double cell_rows_ = 1.0;
   std::vector<View> views_;                 ///< by section

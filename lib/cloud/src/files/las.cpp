@@ -169,16 +169,12 @@ LasHeader read_las_header(std::string_view bytes, const std::string& name) {
 std::shared_ptr<LazReader> unpacker(std::string_view bytes, const LasHeader& header,
                                     std::string_view laszip, const std::string& name) {
   const int format = header.format;
-  if (format == 4 || format == 5 || format > 8)
+  if (format == 4 || format == 5)
     throw fail(name,
                fmt::format("compressed points of format {} with waveforms are not read; leave "
                            "those out, as with 'las2las -i in.laz -set_point_type {} -o "
                            "out.laz'",
-                           format,
-                           format == 4   ? 1
-                           : format == 5 ? 3
-                           : format == 9 ? 6
-                                         : 8));
+                           format, format == 4 ? 1 : 3));
   if (laszip.empty())
     throw fail(name,
                "its points are marked as compressed, but there is no record 'laszip encoded'; "

@@ -37,7 +37,8 @@ std::vector<ItemKind> items_of(int format, std::size_t length) {
   } else {
     add(laz::kP14, 30);
     if (format == 7) add(laz::kRgb14, 6);
-    if (format == 8) add(laz::kRgbNir14, 8);
+    if (format == 8 || format == 10) add(laz::kRgbNir14, 8);
+    if (format >= 9) add(laz::kWave14, 29);
   }
   if (length > size)
     add(format < 6 ? laz::kBytes : laz::kBytes14, static_cast<unsigned>(length - size));
@@ -187,8 +188,10 @@ void LazReader::State::read_chunk_table(std::uint64_t chunk_points) {
 }
 
 void LazReader::State::open_layers(std::size_t at, std::size_t end, std::uint64_t points) {
-  std::size_t layers = 0;
-  for (const ItemKind& kind : kinds) layers += laz::layers_of(kind);
+  std::vector<bool> is_read;
+  for (const ItemKind& kind : kinds)
+    is_read.insert(is_read.end(), laz::layers_of(kind), kind.type != laz::kWave14);
+  const std::size_t layers = is_read.size();
   if (end - at < 4 + 4 * layers)
     throw fail(at, fmt::format("truncated: {} sizes of layers wanted, {} bytes are left in the "
                                "chunk; copy the file again",
@@ -207,7 +210,7 @@ void LazReader::State::open_layers(std::size_t at, std::size_t end, std::uint64_
                  fmt::format("a layer of {} bytes seen, {} are left in the chunk; copy the file "
                              "again",
                              size, end - begin));
-    if (size > 0) decoders[k] = Decoder(file.substr(begin, size));
+    if (size > 0 && is_read[k]) decoders[k] = Decoder(file.substr(begin, size));
     begin += size;
   }
   if (!decoders.front().is_open()) throw fail(at, "a chunk without positions; copy the file again");

@@ -1,5 +1,7 @@
 // Compressed LAS: the records of a .laz as those of a .las. Chunked and layered files (LASzip
-// compressors 1 to 3, item versions 1 to 4), point formats 0 to 3 and 6 to 8, extra bytes.
+// compressors 1 to 3, item versions 1 to 4), point formats 0 to 3 and 6 to 10, extra bytes. What
+// points of formats 9 and 10 say of their waveforms is passed over: it is that of the chunk's
+// first point.
 #pragma once
 
 #include <cstdint>

@@ -44,6 +44,7 @@ enum : unsigned {
   kP14 = 10,
   kRgb14 = 11,
   kRgbNir14 = 12,
+  kWave14 = 13,  ///< where the waveform of a point lies: not unpacked
   kBytes14 = 14
 };
 

@@ -180,6 +180,12 @@ struct Colour14 {
   }
 };
 
+/// Stays as the first record of the chunk has it.
+class Unread final : public Item {
+ public:
+  void next(Byte*, unsigned&) override {}
+};
+
 struct ExtraBytes14 {
   Decoder* layers;
   std::vector<Symbols> differences;
@@ -197,6 +203,7 @@ std::size_t layers_of(const ItemKind& item) {
     case kP14:
       return kLayers;
     case kRgb14:
+    case kWave14:
       return 1;
     case kRgbNir14:
       return 2;
@@ -209,6 +216,7 @@ std::unique_ptr<Item> layered_item(const ItemKind& kind, Decoder* layers, const 
                                    unsigned channel) {
   const bool mended = kind.version >= 4;
   if (kind.type == kP14) return std::make_unique<Point14>(layers, first, mended);
+  if (kind.type == kWave14) return std::make_unique<Unread>();
   if (kind.type == kBytes14)
     return std::make_unique<PerChannel<ExtraBytes14>>(
         first, kind.size, channel, mended,

@@ -37,6 +37,10 @@ Records records_of(std::string_view bytes, const std::string& name, CloudReadRep
   if (bytes.starts_with("LASF")) return las_records(bytes, name, report);
   if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r"))
     return ply_records(bytes, name, report);
+  if (bytes.starts_with("ASTM-E57") || ending == ".e57")
+    throw Error(name +
+                ": is an E57 file, which is not read; convert it, as with 'pdal translate in.e57 "
+                "out.laz' or CloudCompare");
   if (ending == ".pcd" || bytes.starts_with("# .PCD")) return pcd_records(bytes, name, report);
   if (ending == ".las" || ending == ".laz")
     throw Error(name + ": does not begin with LASF, so it is no LAS file");

@@ -59,15 +59,15 @@ std::size_t size_of(FieldType type) {
 
 Role role_of(std::string name) {
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (name.starts_with("scalar_")) name.erase(0, 7);  // so CloudCompare calls what is no coordinate
   if (name == "x" || name == "x_m") return Role::x;
   if (name == "y" || name == "y_m") return Role::y;
   if (name == "z" || name == "z_m") return Role::z;
   if (name == "time" || name == "time_s" || name == "t" || name == "gps_time" ||
       name == "gpstime" || name == "timestamp")
     return Role::time;
-  if (name == "intensity" || name == "scalar_intensity" || name == "i" || name == "reflectance")
-    return Role::intensity;
-  if (name == "classification" || name == "scalar_classification") return Role::classification;
+  if (name == "intensity" || name == "i" || name == "reflectance") return Role::intensity;
+  if (name == "classification") return Role::classification;
   if (name == "class" || name == "label") return Role::label;
   if (name == "withheld") return Role::withheld;
   if (name == "synthetic") return Role::synthetic;

@@ -122,13 +122,18 @@ Records xyz_records(std::string_view bytes, const std::string& name, CloudReadRe
     const std::string_view line = bytes.substr(here, std::min<std::size_t>(end - here, 4096));
     const std::size_t first = begin_of_text(line);
     ++line_number;
-    const bool is_comment = first < line.size() && line[first] == '#';
+    // So CloudCompare begins the line of names.
+    const bool is_slashed = line.substr(first).starts_with("//"),
+               is_comment = is_slashed || line.substr(first).starts_with('#');
     if (first == line.size() ||
-        (is_comment && line.find_first_of(",x", first) == std::string_view::npos)) {
+        (is_comment &&
+         line.find_first_of(is_slashed ? ",xX" : ",x", first) == std::string_view::npos)) {
       here = next;
       continue;
     }
-    const std::vector<std::string> words = words_of(line.substr(is_comment ? first + 1 : first));
+    const std::vector<std::string> words = words_of(line.substr(first + (is_slashed   ? 2
+                                                                         : is_comment ? 1
+                                                                                      : 0)));
     if (begins_with_number(words)) {
       records.columns = columns_by_number(words.size(), fmt::format("{}:{}", name, line_number));
     } else {
@@ -161,7 +166,7 @@ void read_text(const Records& records, const std::string& name, std::size_t chun
     const char* at = here;
     while (at < line_end && is_gap(*at)) ++at;
     here = line_end + (line_end < end ? 1 : 0);
-    if (at == line_end || *at == '#') continue;
+    if (at == line_end || *at == '#' || *at == '/') continue;
     const std::array<double, kRoles> values =
         values_in(at, line_end, records.columns, records.named, name, line_number);
     for (const Role role : records.columns)

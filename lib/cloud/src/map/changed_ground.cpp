@@ -159,7 +159,7 @@ ChangedGround find_changed_ground(const Sections& sections,
     const std::size_t all = cells.height_m.size();
     if (ground_m.empty()) {
       ground_m.assign(all, 0.0f), count.assign(all, 0.0f), done.assign(all, 0);
-      out.first_pass.assign(all, 0), out.unsure.assign(all, 0);
+      out.first_pass.assign(all, 0), out.unsure.assign(all, 0), out.agrees_m.assign(all, 0.0f);
     }
     Field raw{cells.along, cells.across, cells.closed, std::vector<float>(all, kNoValue)};
     for (std::size_t k = 0; k < all; ++k)
@@ -172,8 +172,11 @@ ChangedGround find_changed_ground(const Sections& sections,
       for (const std::size_t cell : group)
         raw.around(cell, 1, [&](std::size_t k) {
           out.unsure[k] = 1;
-          if (done[k] == 0) out.first_pass[k] = static_cast<std::uint16_t>(pass + 1);
+          if (done[k] != 0) return;
+          out.first_pass[k] = static_cast<std::uint16_t>(pass + 1);
+          out.agrees_m[k] = static_cast<float>(0.5 * std::abs(place.change_m));
         });
+      for (const std::size_t cell : group) out.agrees_m[cell] = 0.0f;
     }
     for (std::size_t k = 0; k < all; ++k) {
       if (out.first_pass[k] > pass) done[k] = 1;
@@ -184,20 +187,27 @@ ChangedGround find_changed_ground(const Sections& sections,
   std::stable_sort(
       out.places.begin(), out.places.end(),
       [](const ChangedPlace& a, const ChangedPlace& b) { return a.area_m2 > b.area_m2; });
-  if (out.places.empty()) out.first_pass.clear();
+  if (out.places.empty()) out.first_pass.clear(), out.agrees_m.clear();
   return out;
 }
 
 Drift estimate_drift_apart(Sections& sections, const RoadFrame& frame, const MapOptions& options,
                            const std::vector<Correction>& before, MapReport& report,
                            std::optional<double> base_tilt, ChangedGround& changed) {
-  Drift drift = estimate_drift(sections, frame, options, before, report, base_tilt);
+  double begin = 0.0, end = 0.5;  // shares of the way; the next estimate takes half of what is left
+  MapOptions part = options;
+  if (options.progress)
+    part.progress = [&](const std::string& stage, double share) {
+      options.progress(stage, begin + share * (end - begin));
+    };
+  Drift drift = estimate_drift(sections, frame, part, before, report, base_tilt);
   changed = find_changed_ground(sections, drift.correction, frame, options.threads);
   for (int round = 0; round < kRounds && !changed.places.empty(); ++round) {
     const HeightCells cells = cells_of(sections, drift.correction, frame, 0, options.threads);
     set_apart(sections, drift.correction, frame, cells,
               round == 0 ? rows_of(changed, cells) : changed.unsure);
-    drift = estimate_drift(sections, frame, options, before, report, base_tilt);
+    begin = end, end = 0.5 * (1.0 + end);
+    drift = estimate_drift(sections, frame, part, before, report, base_tilt);
     const std::vector<std::uint8_t> last = std::move(changed.unsure);
     changed = find_changed_ground(sections, drift.correction, frame, options.threads);
     if (changed.unsure == last) break;

@@ -10,7 +10,10 @@ struct ChangedGround {
   std::vector<ChangedPlace> places;       ///< those that are sure, the largest first
   std::vector<std::uint16_t> first_pass;  ///< the ground of the last pass is that of the passes
                                           ///< from this one on; empty: nothing changed anywhere
-  std::vector<std::uint8_t> unsure;       ///< passes differ here by more than elsewhere: 1 and 0
+  /// Beside changed ground: how far from the later ground what an earlier pass saw may lie to be
+  /// the same; 0: no word of that pass counts. Empty as first_pass.
+  std::vector<float> agrees_m;
+  std::vector<std::uint8_t> unsure;  ///< passes differ here by more than elsewhere: 1 and 0
 };
 
 /// From the last pass back: cells in which it differs, over 2 m^2 and by 8 mm or more, from what

@@ -133,7 +133,9 @@ bool take_out_along_u(const RoadFrame& frame, const Sections& sections, const Dr
 OnNode node_of(const RoadPoint& point, int pass, const RoadFrame& frame, const HeightCells& surface,
                const std::vector<Band>& bands) {
   std::size_t i = 0, j = 0;
-  if (!surface.cell_of(point.place, i, j) || !surface.holds(i, j, pass)) return {};
+  if (!surface.cell_of(point.place, i, j) ||
+      !surface.holds(i, j, pass, point.place, point.above_base_m))
+    return {};
   const Band& band = bands[i * surface.across + j];
   if (!(point.above_base_m > static_cast<double>(band.low) - kGate_m &&
         point.above_base_m < static_cast<double>(band.high) + kGate_m))

@@ -20,6 +20,13 @@ bool HeightCells::holds(std::size_t i, std::size_t j, int pass) const {
   return first_pass.empty() || pass >= static_cast<int>(first_pass[i * across + j]);
 }
 
+bool HeightCells::holds(std::size_t i, std::size_t j, int pass, const GridPlace& place,
+                        double above_m) const {
+  if (holds(i, j, pass)) return true;
+  // False where no surface is there.
+  return std::abs(above_m - at(place)) < static_cast<double>(agrees_m[i * across + j]);
+}
+
 double HeightCells::at(const GridPlace& place) const {
   const double a = place.row / cell_rows - 0.5, b = (place.v_m - v_begin_m) / cell_m - 0.5;
   if (!(b >= 0.0 && b < static_cast<double>(across) - 1.0))

@@ -16,6 +16,8 @@ struct HeightCells {
   std::vector<float> cut_above_m;
   /// The ground changed: passes before this one do not belong to the cell; empty: nowhere.
   std::vector<std::uint16_t> first_pass;
+  /// But what they saw within so much of `height_m` does; as long as that.
+  std::vector<float> agrees_m;
 
   /// Bilinear between the middles of cells; NaN where one of the four is missing.
   double at(const GridPlace& place) const;
@@ -23,6 +25,8 @@ struct HeightCells {
   double at_edge(std::size_t i, std::size_t j, double v_m) const;
   /// Whether what a pass shows of a cell is the ground as it is now.
   bool holds(std::size_t i, std::size_t j, int pass) const;
+  /// The same of a point in it, which lies so high.
+  bool holds(std::size_t i, std::size_t j, int pass, const GridPlace& place, double above_m) const;
   /// Cell of a place; false beside.
   bool cell_of(const GridPlace& place, std::size_t& i, std::size_t& j) const;
 };

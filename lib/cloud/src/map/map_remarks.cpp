@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <utility>
 
 namespace cloud {
 namespace {
@@ -47,6 +49,8 @@ void check_fit(const Sections& sections, const RoadFrame& frame, const RoadTraje
       throw Error(
           "the times of the points are not numbers; seconds on the trajectory's clock wanted");
     const std::vector<double>& t = trajectory->poses.time_s;
+    if (sections.time_begin_s >= t.front() && sections.time_end_s <= t.back())
+      if (const std::string rate = about_rate(trajectory->poses); !rate.empty()) throw Error(rate);
     throw Misfit(
         fmt::format("{:.0f} % of the points lie outside the trajectory's time: points {:.3f} to "
                     "{:.3f} s, trajectory {:.3f} to {:.3f} s; both must use one clock",
@@ -125,6 +129,8 @@ void look_at_poses(const Trajectory& poses, MapReport& report) {
   const auto more = [](std::size_t count, const char* what) {
     return count > 1 ? fmt::format(", and {} more {}", count - 1, what) : std::string();
   };
+  if (std::string rate = about_rate(poses); !rate.empty())
+    report.remarks.push_back(std::move(rate));
   if (leaps > 0)
     report.remarks.push_back(fmt::format(
         "the trajectory leaps by {:.2f} m within {:.3g} s at {:.3f} s{}: what lies behind a leap "

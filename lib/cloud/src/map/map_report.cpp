@@ -10,6 +10,7 @@
 #include "base/write_file.h"
 #include "cloud/road_frame.h"
 #include "inspect/write_report.h"
+#include "map_lead.h"
 #include "no_value.h"
 #include "report/track_report.h"
 
@@ -150,7 +151,7 @@ report::ExtraSection kerbs_before_after(const report::TrackReport& page, const c
 }  // namespace
 
 void write_map_report(const base::OutputSet& outputs, const crg::Crg& base, const crg::Crg& refined,
-                      const crg::Grid& source, const MapReport& facts,
+                      const MapResult& result, const MapReport& facts,
                       const std::vector<road::InputFile>& inputs, unsigned threads) {
   road::ReportRequest request;
   request.crg_path = outputs.staged("refined.crg");
@@ -191,9 +192,12 @@ void write_map_report(const base::OutputSet& outputs, const crg::Crg& base, cons
                      place.pass + 1, place.area_m2)});
   }
   page.findings.insert(page.findings.begin(), faults.begin(), faults.end());
+  page.lead = lead_of(result, page.u_begin_m, result.grid.u_step_m);
+  page.sheet.fields.insert(page.sheet.fields.begin(),
+                           completeness_of(page.sheet, result.source, page.u_begin_m));
   page.extra.push_back(coverage(facts));
   if (facts.sections > 0) page.extra.push_back(registration(facts));
-  page.extra.push_back(kerbs_before_after(page, base, refined, source));
+  page.extra.push_back(kerbs_before_after(page, base, refined, result.source));
   base::write_file(outputs.staged("report.json"), report::report_json(page));
   if (report::page_available())
     base::write_file(outputs.staged("report.html"), report::report_page(page));

@@ -8,10 +8,10 @@
 namespace cloud {
 
 /// report.json and report.html in `outputs`, where refined.crg and base.crg are staged already: the
-/// validation report of the refined road with sections about coverage, drift and kerbs. `source`:
-/// NodeSource per node; `inputs` are listed. Throws as road::make_report.
+/// validation report of the refined road with sections about coverage, drift and kerbs. `facts`:
+/// those of `result` with all remarks; `inputs` are listed. Throws as road::make_report.
 void write_map_report(const base::OutputSet& outputs, const crg::Crg& base, const crg::Crg& refined,
-                      const crg::Grid& source, const MapReport& facts,
+                      const MapResult& result, const MapReport& facts,
                       const std::vector<road::InputFile>& inputs, unsigned threads);
 
 }  // namespace cloud

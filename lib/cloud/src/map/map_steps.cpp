@@ -33,6 +33,16 @@ void tell(const MapInputs& inputs, const char* stage, double share) {
   if (inputs.options.progress) inputs.options.progress(stage, share);
 }
 
+/// What the drift is estimated with: it tells its share of the whole way, from one to another.
+MapOptions between(const MapInputs& inputs, double begin, double end) {
+  MapOptions options = inputs.options;
+  if (options.progress)
+    options.progress = [&inputs, begin, end](const std::string& stage, double share) {
+      inputs.options.progress(stage, begin + share * (end - begin));
+    };
+  return options;
+}
+
 /// The trajectory with the drift taken out.
 Trajectory corrected_trajectory(const RoadTrajectory& trajectory, const Sections& sections,
                                 const Drift& drift) {
@@ -81,6 +91,7 @@ void settle(MapState& state, const MapInputs& inputs) {
   report.changed = state.changed.places;
   state.surface = cells_of(state.sections, state.drift.correction, inputs.frame, -1,
                            options.threads, std::move(state.changed.first_pass));
+  state.surface.agrees_m = std::move(state.changed.agrees_m);
 }
 
 void after_first_look(MapState& state, Look&& look, const MapInputs& inputs) {
@@ -98,10 +109,10 @@ void after_first_look(MapState& state, Look&& look, const MapInputs& inputs) {
     return settle(state, inputs);
   }
   tell(inputs, "drift", 0.25);
-  state.drift = estimate_drift(sections, inputs.frame, options, {}, report);
+  state.drift = estimate_drift(sections, inputs.frame, between(inputs, 0.25, 0.4), {}, report);
   if (inputs.placed == nullptr) {
     const std::vector<Correction> none(sections.list.size(), Correction::Zero());
-    state.drift = estimate_drift(sections, inputs.frame, options, none, report);
+    state.drift = estimate_drift(sections, inputs.frame, between(inputs, 0.4, 0.6), none, report);
     return settle(state, inputs);
   }
   state.taken_out = state.drift.correction;
@@ -112,8 +123,8 @@ void after_first_look(MapState& state, Look&& look, const MapInputs& inputs) {
 /// Once more, for what a section's means do not show.
 void after_second_look(MapState& state, Look&& look, const MapInputs& inputs) {
   state.sections = judged(std::move(look), inputs.frame, false);
-  state.drift = estimate_drift_apart(state.sections, inputs.frame, inputs.options, state.taken_out,
-                                     state.report, {}, state.changed);
+  state.drift = estimate_drift_apart(state.sections, inputs.frame, between(inputs, 0.5, 0.55),
+                                     state.taken_out, state.report, {}, state.changed);
   const bool turned_much =
       inputs.options.trust_base && largest_turn_rad(state.drift) > kTurnedMuch_rad;
   if (!turned_much) settle(state, inputs);
@@ -129,8 +140,8 @@ void after_second_look(MapState& state, Look&& look, const MapInputs& inputs) {
 
 void after_third_look(MapState& state, Look&& look, const MapInputs& inputs) {
   state.sections = judged(std::move(look), inputs.frame, false);
-  state.drift = estimate_drift_apart(state.sections, inputs.frame, inputs.options, state.taken_out,
-                                     state.report, state.base_tilt, state.changed);
+  state.drift = estimate_drift_apart(state.sections, inputs.frame, between(inputs, 0.6, 0.65),
+                                     state.taken_out, state.report, state.base_tilt, state.changed);
   settle(state, inputs);
 }
 
@@ -171,7 +182,7 @@ Reading read_for(const MapState& state, const CloudSource& scans, const MapInput
   if (!state.due) return reading;
   if (state.step == MapStep::heights) {
     const Watch watch(times.seconds_grid);
-    tell(inputs, "heights of the nodes", 0.6);
+    tell(inputs, "heights of the nodes", 0.65);
     reading.sums = accumulate(scans, inputs.frame, poses, state.sections, state.drift,
                               state.surface, inputs.options);
     return reading;
@@ -179,8 +190,10 @@ Reading read_for(const MapState& state, const CloudSource& scans, const MapInput
   const Watch watch(state.step == MapStep::look ? times.seconds_estimate : times.seconds_drift);
   if (state.step == MapStep::look) tell(inputs, "look at the points", 0.0);
   if (state.step == MapStep::look_again) tell(inputs, "look at the straightened points", 0.4);
-  if (state.step == MapStep::look_turned_back) tell(inputs, "look at the points turned back", 0.5);
+  if (state.step == MapStep::look_turned_back) tell(inputs, "look at the points turned back", 0.55);
   reading.look = look_at(scans, inputs.frame, poses, inputs.options, inputs.visits_known);
+  if (state.step == MapStep::look && poses != nullptr)
+    want_one_clock(scans, reading.look->sections, poses->poses);
   return reading;
 }
 

@@ -51,7 +51,7 @@ template <typename Archive, typename Value>
 requires std::is_same_v<std::remove_const_t<Value>, HeightCells>
 void fields(Archive& archive, Value& c) {
   archive(c.along, c.across, c.cell_rows, c.v_begin_m, c.cell_m, c.closed, c.height_m,
-          c.cut_above_m, c.first_pass);
+          c.cut_above_m, c.first_pass, c.agrees_m);
 }
 
 /// All but sections and corrections, which no later step wants, and what the trajectory says.

@@ -94,7 +94,7 @@ Refined write_refined(const RefineRequest& request, const crg::Crg& base, const 
   if (request.report) {
     if (progress) progress("report", 0.95);
     write_road(base, outputs.staged("base.crg"));
-    write_map_report(outputs, base, refined, result.source, out.facts, inputs, request.threads);
+    write_map_report(outputs, base, refined, result, out.facts, inputs, request.threads);
     out.json_path = outputs.path("report.json");
     if (report::page_available()) out.page_path = outputs.path("report.html");
   }

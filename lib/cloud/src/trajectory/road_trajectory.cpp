@@ -4,6 +4,10 @@
 
 #include <cmath>
 #include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/statistics.h"
 
 namespace cloud {
 
@@ -62,6 +66,24 @@ RoadTrajectory place_on_road(Trajectory trajectory, const RoadFrame& frame) {
   }
   placed.poses = std::move(trajectory);
   return placed;
+}
+
+std::string about_rate(const Trajectory& poses) {
+  constexpr double kTold_m = 0.02;
+  std::vector<double> steps_s;
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    steps_s.push_back(poses.time_s[i] - poses.time_s[i - 1]);
+  const double off_m = unknown_between_m(poses), step_s = base::median_or(0.0, std::move(steps_s));
+  if (step_s > 1.0 && poses.piece.back() + 2 > static_cast<int>(poses.size()))
+    return fmt::format(
+        "the trajectory has a pose every {:.3g} s: nothing is known of the way between them; ten "
+        "poses a second and more are wanted",
+        step_s);
+  if (off_m < kTold_m) return {};
+  return fmt::format(
+      "the trajectory has a pose every {:.3g} s: the way between them is known to {:.0f} mm only; "
+      "ten poses a second and more are wanted",
+      step_s, 1e3 * off_m);
 }
 
 Placed Placer::operator()(const Cloud& chunk, std::size_t i, RoadPoint& point) {

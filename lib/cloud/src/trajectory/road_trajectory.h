@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "cloud/cloud.h"
@@ -27,6 +28,10 @@ struct RoadTrajectory {
 /// Rows by walking along the road; a pass ends where the sensor comes round again. Throws
 /// Error where most poses lie beside the road (says where both are).
 RoadTrajectory place_on_road(Trajectory trajectory, const RoadFrame& frame);
+
+/// Poses so far apart that the way between them is not known to 2 cm, in words; empty: they are
+/// not.
+std::string about_rate(const Trajectory& poses);
 
 /// A point on the road: place, height over the base.
 struct RoadPoint {

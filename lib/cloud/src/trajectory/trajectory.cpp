@@ -4,25 +4,63 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <tuple>
 
-#include "base/csv.h"
 #include "base/statistics.h"
 #include "base/write_file.h"
 #include "cloud/error.h"
+#include "pose_table.h"
 
 namespace cloud {
 namespace {
 
 constexpr double kLongestStep_m = 1000.0;  // within a second
 constexpr double kLongestDrive_m = 2e6;    // memory grows with the distance driven
-constexpr double kGap_s = 1.0;             // begins a new piece
+constexpr double kGap_s = 1.05;            // begins a new piece; clocks of one pose a second jitter
 constexpr double kLeastGap_s = 0.15;       // a car that brakes is 5 mm beside a line through it
 // No car changes its acceleration faster; places told in steps, and noise, are no leaps.
 constexpr double kMostJerk_mps3 = 100.0, kLeastLeap_m = 0.05;
+constexpr double kLongStep_s = 0.025;  // within less a line is as good as a bend
 constexpr double kTimesMedian = 10.0, kTimesMost = 4.0;
 
 double step_s(const Trajectory& trajectory, std::size_t i) {
   return trajectory.time_s[i] - trajectory.time_s[i - 1];
+}
+
+/// A share `f` of the way from a pose to the next, by a cubic whose slopes at both come from the
+/// poses beside them; straight where there are none. (Hermite's form, slopes of parabolas.)
+void bend_between(const Trajectory& trajectory, std::size_t i, double f, PosedInstant& pose) {
+  const std::vector<double>& t = trajectory.time_s;
+  const double step_s = t[i + 1] - t[i];
+  const auto is_known = [&](std::size_t a, std::size_t b) {
+    return b < trajectory.size() && trajectory.piece[a] == trajectory.piece[b] &&
+           t[b] - t[a] <= trajectory.longest_step_s;
+  };
+  const bool before = i > 0 && is_known(i - 1, i), behind = is_known(i + 1, i + 2);
+  // Weights of the four poses: those of both ends, and what their slopes add.
+  Eigen::Vector4d weight(0.0, 1.0 - f, f, 0.0);
+  const double g = 1.0 - f;
+  const auto lean = [&](double times, std::size_t from, std::size_t to, Eigen::Index column) {
+    // The slope at a pose is a mean of those of the steps at its sides, the shorter the heavier.
+    const double other_s = t[to] - t[from], share = step_s / (step_s + other_s);
+    weight[column + 1] += times * share * step_s / other_s;
+    weight[column] -= times * share * step_s / other_s;
+    weight[2] -= times * share, weight[1] += times * share;
+  };
+  if (before) lean(f * g * g, i - 1, i, 0);
+  if (behind) lean(-f * f * g, i + 1, i + 2, 2);
+  pose.position_m.setZero();
+  Eigen::Vector4d turn = Eigen::Vector4d::Zero();
+  const Eigen::Vector4d near = trajectory.orientation[i].coeffs();
+  for (std::size_t k = 0; k < 4; ++k) {
+    const double w = weight[static_cast<Eigen::Index>(k)];
+    if (w == 0.0) continue;
+    const Eigen::Vector4d q = trajectory.orientation[i + k - 1].coeffs();
+    pose.position_m += w * trajectory.position_m[i + k - 1];
+    turn += (q.dot(near) < 0.0 ? -w : w) * q;
+  }
+  pose.orientation.coeffs() = turn.normalized();
 }
 
 /// By how much the way from a pose to the next differs from what the ways before and behind lead to
@@ -80,16 +118,28 @@ void check_distance(const Trajectory& trajectory, const std::string& path) {
                     path, 1e-3 * driven_m, 1e-3 * kLongestDrive_m));
 }
 
+/// Since 1970 there are 1.7e9 s.
+void check_first_time(double time_s, const std::string& path, std::size_t line) {
+  for (const auto& [least, unit, per_second] : {std::tuple{1e17, "nanoseconds", "1e9"},
+                                                {1e14, "microseconds", "1e6"},
+                                                {1e11, "milliseconds", "1000"}})
+    if (std::abs(time_s) > least)
+      throw Error(
+          fmt::format("{}:{}: time_s is {:.6g}, as if in {} since 1970; seconds wanted: divide by "
+                      "{}, and best subtract the first time of all from poses and points",
+                      path, line, time_s, unit, per_second));
+}
+
 }  // namespace
 
 Trajectory read_trajectory(const std::string& path, const Eigen::Isometry3d& extrinsic) {
-  const base::CsvTable table =
-      base::read_csv(path, {"time_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"});
+  const base::CsvTable table = pose_table(path);
   if (table.rows() < 2)
     throw Error(fmt::format("{}: {} poses seen, two or more wanted", path, table.rows()));
   Trajectory trajectory;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const auto at = [&](std::size_t column) { return table.value(i, column); };
+    if (i == 0) check_first_time(at(0), path, table.line[i]);
     for (std::size_t k = 0; k < 8; ++k)
       if (!(std::abs(at(k)) < 1e12))
         throw Error(fmt::format("{}:{}: {} is {}; wanted seconds and metres; leave the row out",
@@ -141,6 +191,25 @@ void measure(Trajectory& trajectory) {
   }
 }
 
+double unknown_between_m(const Trajectory& trajectory) {
+  std::vector<double> off_m;
+  const std::vector<Eigen::Vector3d>& p = trajectory.position_m;
+  for (std::size_t i = 3; i + 3 < trajectory.size(); ++i) {
+    double least_s = std::numeric_limits<double>::infinity(), most_s = 0.0;
+    for (std::size_t k = i - 2; k <= i + 3; ++k)
+      least_s = std::min(least_s, step_s(trajectory, k)),
+      most_s = std::max(most_s, step_s(trajectory, k));
+    if (trajectory.piece[i - 3] != trajectory.piece[i + 3] || most_s > 1.5 * least_s) continue;
+    // What one pose in two leaves unknown: over steps half as long a line leaves a quarter of that,
+    // a cubic a sixteenth.
+    const Eigen::Vector3d line = 0.5 * (p[i - 1] + p[i + 1]),
+                          cubic = line + 0.0625 * (p[i - 1] + p[i + 1] - p[i - 3] - p[i + 3]);
+    off_m.push_back(most_s > kLongStep_s ? (p[i] - cubic).norm() / 16.0
+                                         : (p[i] - line).norm() / 4.0);
+  }
+  return quantile(std::move(off_m), 0.95);
+}
+
 bool begins_drive(const Trajectory& trajectory, std::size_t pose) {
   return pose == 0 || step_s(trajectory, pose) > kGap_s;
 }
@@ -165,12 +234,16 @@ bool pose_at(const Trajectory& trajectory, double time_s, std::size_t& hint, Pos
   if (piece[i] != piece[i + 1]) return false;
   if (time_s > t[i] && t[i + 1] - t[i] > trajectory.longest_step_s) return false;
   const double f = (time_s - t[i]) / (t[i + 1] - t[i]);
-  pose.position_m =
-      trajectory.position_m[i] + f * (trajectory.position_m[i + 1] - trajectory.position_m[i]);
-  const Eigen::Vector4d a = trajectory.orientation[i].coeffs();
-  Eigen::Vector4d b = trajectory.orientation[i + 1].coeffs();
-  if (a.dot(b) < 0.0) b = -b;
-  pose.orientation.coeffs() = (a + f * (b - a)).normalized();
+  if (t[i + 1] - t[i] > kLongStep_s) {
+    bend_between(trajectory, i, f, pose);
+  } else {
+    pose.position_m =
+        trajectory.position_m[i] + f * (trajectory.position_m[i + 1] - trajectory.position_m[i]);
+    const Eigen::Vector4d a = trajectory.orientation[i].coeffs();
+    Eigen::Vector4d b = trajectory.orientation[i + 1].coeffs();
+    if (a.dot(b) < 0.0) b = -b;
+    pose.orientation.coeffs() = (a + f * (b - a)).normalized();
+  }
   pose.driven_m =
       trajectory.driven_m[i] + f * (trajectory.driven_m[i + 1] - trajectory.driven_m[i]);
   return true;

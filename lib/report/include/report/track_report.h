@@ -148,6 +148,7 @@ struct TrackReport {
   std::vector<RuleView> rules;  ///< of the verdict, those that are kept among them
   std::vector<std::string>
       looked_for;           ///< sentences with the limits beyond which something is a finding
+  std::vector<Fact> lead;   ///< what the page begins with, below the verdict; mostly empty
   std::vector<Fact> facts;  ///< the few numbers beside the verdict
   double u_begin_m = 0.0, u_step_m = 1.0, u_end_m = 0.0;  ///< of the curves
   bool closed = false;

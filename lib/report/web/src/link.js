@@ -13,7 +13,7 @@ export function hashOf(state) {
   const whole = state.range[0] === state.uBegin && state.range[1] === state.uEnd;
   if (!whole) parts.push(`u=${rounded(state.range)}`);
   if (state.place) parts.push(`place=${rounded(state.place)}`);
-  if (state.field !== 'elevation') parts.push(`colour=${encodeURIComponent(state.field)}`);
+  if (state.field !== state.firstField) parts.push(`colour=${encodeURIComponent(state.field)}`);
   if (state.point) parts.push(`cut=${rounded([state.point.u, state.point.v])}`);
   if (state.measured.length === 2) parts.push(`measure=${rounded(state.measured.flatMap((point) => [point.u, point.v]))}`);
   if (state.map) parts.push(`plan=${rounded([state.map.x, state.map.y, state.map.span])}`);
@@ -34,7 +34,7 @@ export function followHash(hash, state, sheet) {
   state.setMeasured(measured && onRoad(measured[0], measured[1]) && onRoad(measured[2], measured[3])
     ? [{ u: measured[0], v: measured[1] }, { u: measured[2], v: measured[3] }] : []);
   const field = sheet.fields.find((candidate) => encodeURIComponent(candidate.key) === said.colour);
-  state.setField(field ? field.key : 'elevation');
+  state.setField(field ? field.key : state.firstField);
   if (one && one[0] >= state.uBegin && one[0] <= state.uEnd) {
     state.goTo(one[0], one[0]);
   } else {

@@ -128,8 +128,8 @@ async function main() {
   }
   const data = await readData();
   document.title = `${data.title} – road report`;
-  const state = makeState(data.u_begin_m, data.u_end_m);
   const sheet = unpackSheet(data.sheet);
+  const state = makeState(data.u_begin_m, data.u_end_m, sheet.fields.some((field) => field.key === 'completeness') ? 'completeness' : 'elevation');
   const windows = data.windows.map(unpackSheet);
   const surface = makeSurface(sheet, windows, () => (data.detail ? unpackDetail(data.detail) : sheet));
 
@@ -149,6 +149,7 @@ async function main() {
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { state.emit('theme'); refreshCharts(); });
 
   const fields = el('select', { 'aria-label': 'Colour', 'data-role': 'field' }, sheet.fields.map((field) => el('option', { value: field.key }, field.name)));
+  fields.value = state.field;
   fields.addEventListener('change', () => state.setField(fields.value));
   const measuring = el('button', { type: 'button', 'data-role': 'measuring', 'aria-pressed': 'false', onclick: () => state.setMeasuring(!state.measuring) }, 'Measure');
   state.subscribe((what) => { if (what === 'measuring') measuring.setAttribute('aria-pressed', String(state.measuring)); });
@@ -156,11 +157,13 @@ async function main() {
   const errorsFound = data.findings.filter((finding) => finding.severity === 'error').length;
   const counts = data.findings.length === 0 ? '' : `${errorsFound} error${errorsFound === 1 ? '' : 's'}, ${data.findings.length - errorsFound} remark${data.findings.length - errorsFound === 1 ? '' : 's'}`;
 
+  const factsPanel = (facts, view) => el('div', { class: 'panel', 'data-view': view }, el('dl', { class: 'facts' }, facts.map((fact) => el('div', {}, el('dt', {}, fact.name), el('dd', {}, fact.value)))));
   const section = (id, title, ...children) => el('section', { id }, el('h2', {}, title), ...children);
   document.getElementById('report').append(
     el('h1', {}, data.title),
     el('div', { class: `panel verdict ${data.verdict in verdicts ? data.verdict : ''}`, id: 'verdict', 'data-view': 'verdict' },
       el('strong', {}, word), el('span', {}, sentence), el('span', { class: 'muted' }, counts)),
+    (data.lead ?? []).length === 0 ? null : factsPanel(data.lead, 'lead'),
     el('div', { class: 'bar' },
       el('nav', {}, [['verdict', 'Verdict'], ['track', 'Track'], ['along', 'Along u'], ['errors', 'Errors'], ['kerbs', 'Kerbs'], ['roughness', 'Roughness'], ['health', 'File']]
         .map(([id, text]) => el('a', { href: `#${id}` }, text))),
@@ -168,7 +171,7 @@ async function main() {
     el('div', {}, el('div', { class: 'panel', id: 'map' }, el('div', { class: 'tools' }, el('label', {}, 'Colour', fields), measuring,
       el('span', {}, 'click: cross section · drag: move · two fingers, or click and wheel: zoom')), makePlan(sheet, windows, surface, data, state)), rules(data, state)),
     findings(data, state),
-    el('div', { class: 'panel' }, el('dl', { class: 'facts' }, data.facts.map((fact) => el('div', {}, el('dt', {}, fact.name), el('dd', {}, fact.value))))),
+    factsPanel(data.facts, 'facts'),
     section('track', 'Track',
       el('div', { class: 'panel two even' }, makeCut(surface, data, state), makeMeasure(surface, data, state)),
       el('div', { class: 'panel' }, makeScene(sheet, windows, data, state))),

@@ -12,7 +12,7 @@ export function makePlan(sheet, windows, surface, data, state) {
   const legend = el('div', { class: 'legend' });
   const root = el('div', { 'data-view': 'plan' }, box, legend);
   const view = { x: 0, y: 0, scale: 1 };  // map point in the middle, pixels per metre
-  let field = sheet.fields[0], scale = scaleOf(field);
+  let field = sheet.fields.find((f) => f.key === state.field) ?? sheet.fields[0], scale = scaleOf(field);
   let width = 1, height = 1, pending = false;
   const painted = { canvas: document.createElement('canvas'), look: '', scale: null };
 

@@ -1,14 +1,14 @@
 // What all views share: the range of u they show, the place under the cursor, the colour field, what was
 // picked to be cut or measured.
 
-export function makeState(uBegin, uEnd) {
+export function makeState(uBegin, uEnd, firstField) {
   const listeners = [];
   const state = {
     uBegin, uEnd,
     range: [uBegin, uEnd],
     place: null,       // [begin, end] of the finding that was asked for
     cursor: null,      // u
-    field: 'elevation',
+    firstField, field: firstField,  // the colour at first, of which links say nothing; the one chosen
     point: null,       // {u, v}: where the cross section lies
     measured: [],      // up to two {u, v}
     measuring: false,  // whether clicks on the plan measure
