@@ -20,10 +20,10 @@ namespace vehicle {
 /// The time derivative of `s` under `in`. Pure: the same arguments give the same answer; cursors
 /// are scratch. `Built` leaves terms out of the compiled equations; the result is bit for bit that
 /// of amplitude 0. Units as in State, per second. Numbers that are not finite in the state or the
-/// road travel to the result: step() names them.
-template <class T, TermSet Built = kAllTerms>
-void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const Road& road,
-                RoadCursors& cursors, State<T>& out, Detail<T>& detail) {
+/// road travel to the result: step() names them. A pack of cars has as many roads and cursors.
+template <class T, TermSet Built = kAllTerms, class Roads = Road, class Cursors = RoadCursors>
+void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const Roads& road,
+                Cursors& cursors, State<T>& out, Detail<T>& detail) {
   detail = Detail<T>{};
   detail.inputs = in;
   dynamics::Evaluation<T, Built> e{car, s, in, out, detail};
