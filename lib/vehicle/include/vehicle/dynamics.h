@@ -8,6 +8,8 @@
 // The pieces lie in dynamics/, the laws that they call in laws/.
 #pragma once
 
+#include <memory>
+
 #include "vehicle/dynamics/body.h"
 #include "vehicle/dynamics/brakes.h"
 #include "vehicle/dynamics/chassis.h"
@@ -24,7 +26,7 @@ namespace vehicle {
 template <class T, TermSet Built = kAllTerms, class Roads = Road, class Cursors = RoadCursors>
 void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const Roads& road,
                 Cursors& cursors, State<T>& out, Detail<T>& detail) {
-  detail = Detail<T>{};
+  std::construct_at(&detail);  // a temporary would be copied
   detail.inputs = in;
   dynamics::Evaluation<T, Built> e{car, s, in, out, detail};
   detail.to_map = e.R;

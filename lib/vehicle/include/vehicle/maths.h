@@ -21,21 +21,11 @@ using std::sqrt;
 /// Added to a number of less than 2^51 it leaves the nearest whole number in the last bits.
 inline constexpr double kRounder = 6755399441055744.0;
 
-inline constexpr double kRightAngle[] = {1.5707963267341256, 6.077100506303966e-11,
-                                         2.0222662487959506e-21};
+inline constexpr double kTurn[] = {4.0 * 1.5707963267341256, 4.0 * 6.077100506303966e-11,
+                                   4.0 * 2.0222662487959506e-21};
 inline constexpr double kLn2[] = {0.6931471805601177, -1.7239444525614835e-13};
 inline constexpr double kSixteenthOfLn2[] = {0.04332169878489367, 1.0291218489310676e-13};
 inline constexpr double kPi = 3.141592653589793;
-
-/// Whether bit `which` of a number that kRounder was added to is set.
-inline bool bit_set(double shifted, int which) {
-  return (std::bit_cast<std::uint64_t>(shifted) >> which & 1) != 0;
-}
-template <int N>
-[[gnu::always_inline]] inline Mask<N> bit_set(const Pack<N>& shifted, int which) {
-  using Lanes = typename Mask<N>::Vector;
-  return Mask<N>(Lanes((shifted.bits() >> which & 1) != 0));
-}
 
 /// The value of a table that the last bits of `shifted` say; for packs: native.h.
 inline double looked_up(const double* table, double shifted, std::uint64_t bits) {
@@ -83,13 +73,6 @@ template <int N>
   return Pack<N>(reinterpret_cast<typename Pack<N>::Vector>(bits));
 }
 
-/// x where it is `known`, in other lanes 0: what the tables have. One number is known by then.
-inline double held(bool /*known*/, double x) { return x; }
-template <int N>
-[[gnu::always_inline]] inline Pack<N> held(const Mask<N>& known, const Pack<N>& x) {
-  return select(known, x, Pack<N>(0.0));
-}
-
 /// The library's function, number by number: for arguments that the series do not know.
 template <class F>
 double one_by_one(double x, const F& f) {
@@ -112,12 +95,12 @@ struct Waves {
   }
 };
 
-/// Of angles of less than 4, by the sum with that of the table.
-inline constexpr double kNearAngle = 4.0;
+/// Of angles of less than kNearAngle, by the sum with that of the table.
+inline constexpr double kNearAngle = 7.9;
 template <class T>
 [[gnu::always_inline]] inline Waves<T> near_waves(const T& x) {
   const T size = abs(x);
-  const T shifted = held(size < T(kNearAngle), size) * 16.0 + kRounder;
+  const T shifted = size * 16.0 + kRounder;
   const T d = size - (shifted - kRounder) * (1.0 / 16.0);
   const T s = looked_up(kSines, shifted, 127), c = looked_up(kCosines, shifted, 127);
   const T z = d * d, z2 = z * z;
@@ -126,40 +109,28 @@ template <class T>
   return {signed_as(T(s + (c * of_d + s * less)), x), c + (c * less - s * of_d)};
 }
 
-/// Sine, or cosine: x less the nearest multiple of a right angle (W. J. Cody and W. Waite, Software
-/// Manual for the Elementary Functions, 1980: in three parts).
+/// Of any angle: less whole turns (W. J. Cody and W. Waite, Software Manual for the Elementary
+/// Functions, 1980: in three parts).
 template <class T>
-T far_wave(const T& x, bool cosine) {
-  const auto known = abs(x) < T(1e5);
-  const T shifted = x * 0.63661977236758134308 + kRounder;
-  const T n = shifted - kRounder;
-  const T r = ((x - n * kRightAngle[0]) - n * kRightAngle[1]) - n * kRightAngle[2];
-  const T z = r * r, z2 = z * z, z4 = z2 * z2;
-  const auto turned = bit_set(shifted, 0);
-  const auto sine = [&] {
-    const T p = ((-1.0 / 6.0 + z * (1.0 / 120.0)) + z2 * (-1.0 / 5040.0 + z * (1.0 / 362880.0))) +
-                z4 * ((-1.0 / 39916800.0 + z * (1.0 / 6227020800.0)) +
-                      z2 * (-1.0 / 1307674368000.0 + z * (1.0 / 355687428096000.0)));
-    return T(r + r * (z * p));
+Waves<T> any_waves(const T& x) {
+  const auto turned = [&] {
+    const T n = (x * 0.15915494309189535 + kRounder) - kRounder;
+    return near_waves(T(((x - n * kTurn[0]) - n * kTurn[1]) - n * kTurn[2]));
   };
-  const auto other = [&] {
-    const T p =
-        ((1.0 / 24.0 + z * (-1.0 / 720.0)) + z2 * (1.0 / 40320.0 + z * (-1.0 / 3628800.0))) +
-        z4 * ((1.0 / 479001600.0 + z * (-1.0 / 87178291200.0)) + z2 * (1.0 / 20922789888000.0));
-    return T((1.0 - 0.5 * z) + z2 * p);
+  const auto far = [&] {
+    return Waves<T>{one_by_one(x, [](double far_x) { return std::sin(far_x); }),
+                    one_by_one(x, [](double far_x) { return std::cos(far_x); })};
   };
-  const T size = choose(cosine ? !turned : turned, other, sine);
-  const auto negative = cosine ? bit_set(shifted + T(1.0), 1) : bit_set(shifted, 1);
-  const T near = select(negative, T(-size), size);
-  if (all(known)) return near;
-  const auto far = [&](double far_x) { return cosine ? std::cos(far_x) : std::sin(far_x); };
-  return select(known, near, one_by_one(x, far));
+  const T size = abs(x);
+  return choose(
+      size < T(kNearAngle), [&] { return near_waves(x); },
+      [&] { return choose(size < T(1e5), turned, far); });
 }
 
 /// x between -700 and 700.
 template <class T>
 [[gnu::always_inline]] inline T near_exponential(const T& x) {
-  const T shifted = held(abs(x) < T(700), x) * 23.083120654223414 + kRounder;
+  const T shifted = x * 23.083120654223414 + kRounder;
   const T k = shifted - kRounder;
   const T r = (x - k * kSixteenthOfLn2[0]) - k * kSixteenthOfLn2[1];
   const T s = looked_up(kSixteenths, shifted, 15);
@@ -193,7 +164,7 @@ T logarithm(const T& x) {
   return select(known, near, one_by_one(x, [](double far_x) { return std::log(far_x); }));
 }
 
-/// By atan x = atan c + atan((x - c) / (1 + c x)) with c of the table; x from 0 to 4.
+/// By atan x = atan c + atan((x - c) / (1 + c x)) with c of the table; x from 0 to 15.9.
 template <class T>
 [[gnu::always_inline]] inline T near_arc_tangent(const T& x) {
   const T shifted = x * 16.0 + kRounder;
@@ -202,12 +173,12 @@ template <class T>
   const T z = t * t;
   const T p = (-1.0 / 3.0 + z * (1.0 / 5.0)) +
               (z * z) * ((-1.0 / 7.0 + z * (1.0 / 9.0)) + (z * z) * (-1.0 / 11.0));
-  return looked_up(kArcTangents, shifted, 127) + (t + t * (z * p));
+  return looked_up(kArcTangents, shifted, 255) + (t + t * (z * p));
 }
 template <class T>
 T arc_tangent(const T& x) {
   const T size = abs(x);
-  const auto within = size <= T(4);
+  const auto within = size < T(15.9);
   const T beside = near_arc_tangent(choose(
       within, [&] { return size; }, [&] { return T(1.0 / size); }));
   return signed_as(select(within, beside, T(1.5707963267948966 - (beside - 6.123233995736766e-17))),
@@ -231,27 +202,6 @@ T hyperbolic_tangent(const T& x) {
   return choose(size < T(0.625), low, high);
 }
 
-template <class T>
-T sine(const T& x) {
-  return choose(
-      abs(x) < T(kNearAngle), [&] { return near_waves(x).sine; },
-      [&] { return far_wave(x, false); });
-}
-template <class T>
-T cosine(const T& x) {
-  return choose(
-      abs(x) < T(kNearAngle), [&] { return near_waves(x).cosine; },
-      [&] { return far_wave(x, true); });
-}
-template <class T>
-Waves<T> both_waves(const T& x) {
-  return choose(
-      abs(x) < T(kNearAngle), [&] { return near_waves(x); },
-      [&] {
-        return Waves<T>{far_wave(x, false), far_wave(x, true)};
-      });
-}
-
 // What laws call: for one number compiled once, in maths.cpp.
 double sin(double x);
 double cos(double x);
@@ -263,15 +213,15 @@ double tanh(double x);
 
 template <int N>
 [[gnu::noinline]] Pack<N> sin(Pack<N> x) {
-  return sine(x);
+  return any_waves(x).sine;
 }
 template <int N>
 [[gnu::noinline]] Pack<N> cos(Pack<N> x) {
-  return cosine(x);
+  return any_waves(x).cosine;
 }
 template <int N>
 [[gnu::noinline]] Waves<Pack<N>> waves(Pack<N> x) {
-  return both_waves(x);
+  return any_waves(x);
 }
 template <int N>
 [[gnu::noinline]] Pack<N> atan(Pack<N> x) {

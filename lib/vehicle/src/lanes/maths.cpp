@@ -2,9 +2,9 @@
 
 namespace vehicle::maths {
 
-double sin(double x) { return sine(x); }
-double cos(double x) { return cosine(x); }
-Waves<double> waves(double x) { return both_waves(x); }
+double sin(double x) { return any_waves(x).sine; }
+double cos(double x) { return any_waves(x).cosine; }
+Waves<double> waves(double x) { return any_waves(x); }
 double atan(double x) { return arc_tangent(x); }
 double exp(double x) { return exponential(x); }
 double log(double x) { return logarithm(x); }

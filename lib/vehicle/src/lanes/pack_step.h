@@ -110,7 +110,7 @@ class PackKernel final : public Kernel {
     std::array<std::array<RoadPoint, N>, kWheels> points;
     const PackRoads<N> roads{lanes, whose, road, points};
     NoCursors none;
-    Detail<T> detail;
+    Detail<T>& detail = detail_;
     derivative(car_, s, in, roads, none, rate, detail);
     for (std::size_t k = 0; k < lanes.size(); ++k) {
       Lane& lane = lanes[k];
@@ -225,6 +225,7 @@ class PackKernel final : public Kernel {
   }
 
   Car<T> car_;
+  Detail<T> detail_;  // of the last step
 };
 
 }  // namespace vehicle::many
