@@ -64,17 +64,31 @@ void hold_back(const Car<T>& car, Discrete<T>& d, Inputs<T>& in) {
   }
 }
 
-/// Moves actuators and gearbox on by one step and returns what the car gets during it.
+/// How a car's actuators answer, for steps of one length.
 template <class T>
-Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls, double step_s) {
+struct Responses {
+  laws::Response<T> steer, throttle, brake;
+};
+template <class T>
+Responses<T> actuator_responses(const Car<T>& car, double step_s) {
   using P = Parameter;
-  const Parameters<T>& p = car.parameters;
   // The four parameters of an actuator follow one another in the list.
   const auto response = [&](Term term, P dead_time) {
     if (is_exactly_zero(car.terms[term])) return laws::Response<T>{};
-    const T* const own = &p[dead_time];  // dead time, lag, damping, lead
+    const T* const own = &car.parameters[dead_time];  // dead time, lag, damping, lead
     return laws::actuator_response(own[0], own[1], own[2], own[3], step_s);
   };
+  return {response(Term::steering_actuator, P::steering_dead_time_s),
+          response(Term::throttle_actuator, P::throttle_dead_time_s),
+          response(Term::brake_actuator, P::brake_dead_time_s)};
+}
+
+/// Moves actuators and gearbox on by one step and returns what the car gets during it.
+template <class T>
+Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls, double step_s,
+                  const Responses<T>& responses) {
+  using P = Parameter;
+  const Parameters<T>& p = car.parameters;
   const auto through = [&](laws::Actuator<T>& actuator, Term term, const T& command,
                            const laws::Response<T>& by) {
     if (is_exactly_zero(car.terms[term])) return command;
@@ -85,7 +99,7 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
   in.steer_rad = through(
       d.steer, Term::steering_actuator,
       laws::road_wheel_angle(car.files->steering, p[P::steering_ratio], controls.steer_command_rad),
-      response(Term::steering_actuator, P::steering_dead_time_s));
+      responses.steer);
   if (!is_exactly_zero(car.terms[Term::steering_friction])) {
     // The wheels stay where they are until the actuator is ahead of them by the friction width.
     const T width = car.terms[Term::steering_friction] * p[P::steering_friction_rad];
@@ -109,12 +123,10 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
   in.steer_rate_radps = d.step == 0 ? T(0) : T((in.steer_rad - d.last_steer_rad) / step_s);
   d.last_steer_rad = in.steer_rad;
   in.throttle = through(d.throttle, Term::throttle_actuator,
-                        T(p[P::throttle_gain] * controls.throttle_command),
-                        response(Term::throttle_actuator, P::throttle_dead_time_s));
-  const laws::Response<T> of_brakes = response(Term::brake_actuator, P::brake_dead_time_s);
+                        T(p[P::throttle_gain] * controls.throttle_command), responses.throttle);
   for (std::size_t i = 0; i < kWheels; ++i)
     in.brake_pa[i] = through(d.brake[i], Term::brake_actuator,
-                             T(p[P::brake_gain] * controls.brake_command_pa[i]), of_brakes);
+                             T(p[P::brake_gain] * controls.brake_command_pa[i]), responses.brake);
   hold_back(car, d, in);
   in.clutch = controls.clutch_command;
   in.hold_n = controls.hold_n;
@@ -138,6 +150,10 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
   in.next_gear = d.gear == 0 ? d.gear_wanted : 0;
   ++d.step;
   return in;
+}
+template <class T>
+Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls, double step_s) {
+  return actuate(car, d, controls, step_s, actuator_responses(car, step_s));
 }
 
 }  // namespace vehicle

@@ -31,7 +31,7 @@ struct WheelDetail {
   Vec3<T> centre, slide;     ///< wheel centre, and its path per travel
   Vec3<T> couple;            ///< moment of the tyre on the wheel
   T couple_on_travel = T(0), damper_n = T(0);
-  RoadPoint road;
+  RoadPointOf<Real<T>> road;
 };
 
 /// Powers that enter or leave the car, W; positive feeds the motion.

@@ -8,6 +8,8 @@
 // The pieces lie in dynamics/, the laws that they call in laws/.
 #pragma once
 
+#include <memory>
+
 #include "vehicle/dynamics/body.h"
 #include "vehicle/dynamics/brakes.h"
 #include "vehicle/dynamics/chassis.h"
@@ -20,11 +22,11 @@ namespace vehicle {
 /// The time derivative of `s` under `in`. Pure: the same arguments give the same answer; cursors
 /// are scratch. `Built` leaves terms out of the compiled equations; the result is bit for bit that
 /// of amplitude 0. Units as in State, per second. Numbers that are not finite in the state or the
-/// road travel to the result: step() names them.
-template <class T, TermSet Built = kAllTerms>
-void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const Road& road,
-                RoadCursors& cursors, State<T>& out, Detail<T>& detail) {
-  detail = Detail<T>{};
+/// road travel to the result: step() names them. A pack of cars has as many roads and cursors.
+template <class T, TermSet Built = kAllTerms, class Roads = Road, class Cursors = RoadCursors>
+void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const Roads& road,
+                Cursors& cursors, State<T>& out, Detail<T>& detail) {
+  std::construct_at(&detail);  // a temporary would be copied
   detail.inputs = in;
   dynamics::Evaluation<T, Built> e{car, s, in, out, detail};
   detail.to_map = e.R;

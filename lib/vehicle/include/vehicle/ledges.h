@@ -177,16 +177,26 @@ void descend(const Car<T>& car, const State<T>& s, double h, std::size_t i, cons
 
 /// Remembers where the hub of wheel `i` is and what plane presses it.
 template <class T>
-void remember(const Rotation<double>& R, const Vec3<double>& origin, const WheelDetail<T>& w,
+void remember(const Rotation<Real<T>>& R, const Vec3<Real<T>>& origin, const WheelDetail<T>& w,
               laws::Ledge<T>& ledge) {
-  const auto value = [](const Vec3<T>& v) {
-    return Vec3<double>{value_of(v.x), value_of(v.y), value_of(v.z)};
-  };
-  ledge.hub_m = origin + R.apply(value(w.centre));
-  ledge.normal = R.apply(value(w.normal));
-  ledge.radius_m = -dot(value(w.arm), value(w.normal));
-  ledge.pressed_m = w.deflection_m > T(0) ? w.deflection_m : T(0);
+  ledge.hub_m = origin + R.apply(value_of(w.centre));
+  ledge.normal = R.apply(value_of(w.normal));
+  ledge.radius_m = -dot(value_of(w.arm), value_of(w.normal));
+  ledge.pressed_m = select(w.deflection_m > T(0), w.deflection_m, T(0));
   ledge.known = true;
+}
+
+/// By how much more the plane of `now` presses the wheel than that of `last` would where it is.
+template <class T>
+Real<T> jump_m(const laws::Ledge<T>& last, const laws::Ledge<T>& now) {
+  return dot(last.normal, now.hub_m - last.hub_m) + last.radius_m - now.radius_m;
+}
+
+/// Whether a plane that jumps so is one to settle.
+template <class T>
+Flag<T> turns(const laws::Ledge<T>& last, const Real<T>& jump) {
+  using std::abs;
+  return last.known && (abs(jump) > laws::kLedge_m || last.sunk_m > T(0));
 }
 
 /// Whether the car was put elsewhere between two steps: then it met no ledge.
@@ -242,22 +252,18 @@ void settle_ledges(const Car<T>& car, double h, const State<T>& s,
                    std::array<laws::Ledge<T>, kWheels>& all, laws::LedgeTotal& total,
                    State<T>& rate, Detail<T>& detail) {
   if (car.contact == Contact::kStrip) return;
-  const auto value = [](const Vec3<T>& v) {
-    return Vec3<double>{value_of(v.x), value_of(v.y), value_of(v.z)};
-  };
-  const Rotation<double> R{value(detail.to_map.x), value(detail.to_map.y), value(detail.to_map.z)};
-  const Vec3<double> origin = value({s[kX], s[kY], s[kZ]});
+  const Rotation<double> R = value_of(detail.to_map);
+  const Vec3<double> origin = value_of(Vec3<T>{s[kX], s[kY], s[kZ]});
   for (std::size_t i = 0; i < kWheels; ++i) {
     laws::Ledge<T>& ledge = all[i];
     const laws::Ledge<T> last = ledge;
     ledges::remember(R, origin, detail.wheel[i], ledge);
     ledge.sunk_m = T(0);
-    const double jump_m =
-        dot(last.normal, ledge.hub_m - last.hub_m) + last.radius_m - ledge.radius_m;
-    const bool turns = std::abs(jump_m) > laws::kLedge_m || last.sunk_m > T(0);
-    if (!last.known || !turns) continue;
-    if (ledges::was_put(last, ledge, norm(value({s[kVx], s[kVy], s[kVz]})), h)) continue;
-    ledges::meet(car, s, h, i, jump_m, last, ledge, total, rate, detail);
+    const double jump = ledges::jump_m(last, ledge);
+    if (!ledges::turns(last, jump)) continue;
+    const Vec3<T> velocity{s[kVx], s[kVy], s[kVz]};
+    if (ledges::was_put(last, ledge, norm(value_of(velocity)), h)) continue;
+    ledges::meet(car, s, h, i, jump, last, ledge, total, rate, detail);
   }
 }
 

@@ -10,6 +10,8 @@
 #include <string_view>
 #include <type_traits>
 
+#include "vehicle/lanes.h"
+
 namespace vehicle {
 
 /// Names every parameter; parameters.def says what each one means.
@@ -65,6 +67,23 @@ T overall_ratio(const Parameters<T>& p, int gear) {
          p[Parameter::gearbox_final];
 }
 
+/// Whether a gear is asked for at all.
+inline bool is_gear(int gear) { return gear != 0; }
+
+/// Each car in its own gear.
+template <int N>
+Pack<N> overall_ratio(const Parameters<Pack<N>>& p, const Int<Pack<N>>& gear) {
+  Pack<N> out(0.0);
+  for (std::size_t lane = 0; lane < N; ++lane) out.set(lane, overall_ratio(p, gear[lane])[lane]);
+  return out;
+}
+template <std::size_t N>
+Mask<static_cast<int>(N)> is_gear(const std::array<int, N>& gear) {
+  Mask<static_cast<int>(N)> out = false;
+  for (std::size_t lane = 0; lane < N; ++lane) out.set(lane, is_gear(gear[lane]));
+  return out;
+}
+
 /// The highest forward gear that a car has; 0: it has none.
 int top_gear(const Parameters<double>& p);
 
@@ -112,10 +131,13 @@ std::string describe_parameters();
 /// of convection).
 Amplitudes<double> default_amplitudes();
 
-/// True for a number that is zero and whose derivatives, if it has any, are all zero.
+/// True for a number that is zero and whose derivatives, if it has any, are all zero; for a pack of
+/// nothing else.
 template <class T>
 bool is_exactly_zero(const T& x) {
-  if constexpr (std::is_arithmetic_v<T>) {
+  if constexpr (kIsPack<T>) {
+    return all(x == T(0.0));
+  } else if constexpr (std::is_arithmetic_v<T>) {
     return x == T(0);
   } else {
     if (x.a != 0) return false;
@@ -125,10 +147,22 @@ bool is_exactly_zero(const T& x) {
   }
 }
 
+/// The same, lane by lane.
+template <class T>
+Flag<T> exactly_zero(const T& x) {
+  if constexpr (kIsPack<T>) {
+    return x == T(0.0);
+  } else {
+    return is_exactly_zero(x);
+  }
+}
+
 /// The value of a number without its derivatives.
 template <class T>
-double value_of(const T& x) {
-  if constexpr (std::is_arithmetic_v<T>) {
+Real<T> value_of(const T& x) {
+  if constexpr (kIsPack<T>) {
+    return x;
+  } else if constexpr (std::is_arithmetic_v<T>) {
     return static_cast<double>(x);
   } else {
     return x.a;

@@ -15,14 +15,17 @@ struct RoadCursors {
   std::array<crg::Cursor, 4> wheel;
 };
 
-/// One answer about the ground, map frame.
-struct RoadPoint {
-  double z_m = 0.0;
-  double dzdx = 0.0, dzdy = 0.0;
-  double friction = 1.0;  ///< factor on the tyre's grip
-  double u_m = 0.0, v_m = 0.0;
-  bool on_road = true;  ///< false: beside the grid or over a hole; z_m is the nearest valid height
+/// One answer about the ground, map frame; T is double or a pack of them.
+template <class T>
+struct RoadPointOf {
+  T z_m = 0.0;
+  T dzdx = 0.0, dzdy = 0.0;
+  T friction = 1.0;  ///< factor on the tyre's grip
+  T u_m = 0.0, v_m = 0.0;
+  Flag<T> on_road =
+      true;  ///< false: beside the grid or over a hole; z_m is the nearest valid height
 };
+using RoadPoint = RoadPointOf<double>;
 
 /// The ground. Refers to the surface, which must outlive it. Without a surface it is the plane
 /// z = slope_x * x + slope_y * y, u = x, v = y. Immutable, may be shared between threads.

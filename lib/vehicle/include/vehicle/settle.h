@@ -13,7 +13,7 @@ namespace settling {
 /// x held to -most to most.
 template <class T>
 T hold(const T& x, const T& most) {
-  return x > most ? most : (x < -most ? -most : x);
+  return select(x > most, most, select(x < -most, T(-most), x));
 }
 
 /// Front wheels have nothing but their brakes; rate of their spin, torque of the brake.
@@ -51,9 +51,12 @@ struct Driven {
 template <class T>
 T fall(double h, const T& slope, const T& torque, const T& slip, const T& inertia) {
   using std::abs;
-  if (value_of(slip) == 0.0) return slope;
-  const T ending = abs(torque / slip) - inertia / h;
-  return ending > slope ? ending : slope;
+  const auto steeper = [&] {
+    const T ending = abs(T(torque / slip)) - inertia / h;
+    return select(ending > slope, ending, slope);
+  };
+  return choose(
+      value_of(slip) == 0.0, [&] { return slope; }, steeper);
 }
 
 template <class T>
@@ -65,10 +68,12 @@ Driven<T> couple(const Car<T>& car, double h, const State<T>& rate, const Detail
   const T& e = detail.drive_efficiency;
   Driven<T> d;
   const T half = d.half = 0.5 * detail.gear_ratio;
-  T c = T(0);
-  if (!is_exactly_zero(detail.gear_ratio))
-    c = fall(h, detail.clutch_stiffness_nms, detail.clutch_nm, detail.clutch_slip_radps,
-             T(1.0 / (1.0 / inertia_e + 2.0 * half * half * e / inertia_w)));
+  const auto clutched = [&] {
+    return fall(h, detail.clutch_stiffness_nms, detail.clutch_nm, detail.clutch_slip_radps,
+                T(1.0 / (1.0 / inertia_e + 2.0 * half * half * e / inertia_w)));
+  };
+  const T c = choose(
+      exactly_zero(detail.gear_ratio), [] { return T(0); }, clutched);
   d.clutch_fall = c;
   d.a00 = 1.0 + h * c / inertia_e;
   d.a01 = -h * c * half / inertia_e;
@@ -83,7 +88,8 @@ Driven<T> couple(const Car<T>& car, double h, const State<T>& rate, const Detail
   // on which the limited slip depends.
   T slope = detail.differential_stiffness_nms;
   d.differential_nm = detail.differential_nm;
-  if (!is_exactly_zero(detail.limited_slip_nm)) {
+  const auto limited = !exactly_zero(detail.limited_slip_nm);
+  if (any(limited)) {
     const T both = (d.free[0] + d.free[1] +
                     h / inertia_w * (detail.wheel[2].brake_nm + detail.wheel[3].brake_nm)) /
                    (1.0 + 2.0 * (through - eliminated));
@@ -92,10 +98,11 @@ Driven<T> couple(const Car<T>& car, double h, const State<T>& rate, const Detail
                                                 T(clutch_nm * detail.gear_ratio * e)) -
                       detail.limited_slip_nm;
     const T& grip = detail.limited_slip_grip;
-    d.differential_nm += more_nm * grip;
-    slope += more_nm * (1.0 - grip * grip) / p[P::differential_stick_radps];
-    d.free[0] -= h / inertia_w * more_nm * grip;
-    d.free[1] += h / inertia_w * more_nm * grip;
+    const auto set = [&](T& to, const T& value) { to = select(limited, value, to); };
+    set(d.differential_nm, T(d.differential_nm + more_nm * grip));
+    set(slope, T(slope + more_nm * (1.0 - grip * grip) / p[P::differential_stick_radps]));
+    set(d.free[0], T(d.free[0] - h / inertia_w * more_nm * grip));
+    set(d.free[1], T(d.free[1] + h / inertia_w * more_nm * grip));
   }
   const T k = fall(h, slope, d.differential_nm, detail.differential_slip_radps, T(0.5 * inertia_w));
   d.differential_fall = k;
@@ -114,45 +121,44 @@ std::array<T, 2> stop_rear(const Driven<T>& d, double h, const T& inertia_w,
   using std::abs;
   const T &m0 = d.m0, &m1 = d.m1;
   std::array<T, 2> change;
-  std::array<bool, 2> holds{}, slides{};
+  std::array<Flag<T>, 2> holds, slides;
   for (std::size_t i = 0; i < 2; ++i) {
     const WheelDetail<T>& w = detail.wheel[2 + i];
-    const double spin = value_of(w.spin_radps);
+    const Real<T> spin = value_of(w.spin_radps);
     slides[i] = !(value_of(w.brake_capacity_nm) > 0.0);
     holds[i] = !slides[i] && spin == 0.0;
-    brake_nm[2 + i] = spin > 0.0 ? T(-w.brake_capacity_nm) : w.brake_capacity_nm;
+    brake_nm[2 + i] = select(spin > 0.0, T(-w.brake_capacity_nm), w.brake_capacity_nm);
   }
   for (int round = 0; round < 5; ++round) {
     const auto right = [&](std::size_t i) { return d.free[i] + h / inertia_w * brake_nm[2 + i]; };
     const auto stop = [&](std::size_t i) { return T(-detail.wheel[2 + i].spin_radps); };
-    if (holds[0] && holds[1]) {
-      change = {stop(0), stop(1)};
-    } else if (holds[0]) {
-      change[0] = stop(0);
-      change[1] = (right(1) - m1 * change[0]) / m0;
-    } else if (holds[1]) {
-      change[1] = stop(1);
-      change[0] = (right(0) - m1 * change[1]) / m0;
-    } else {
-      const T determinant = m0 * m0 - m1 * m1;
-      change[0] = (right(0) * m0 - m1 * right(1)) / determinant;
-      change[1] = (m0 * right(1) - m1 * right(0)) / determinant;
-    }
-    bool done = true;
-    for (std::size_t i = 0; i < 2 && done; ++i) {
+    // Of a wheel that turns, beside another that stops (`held`) or turns.
+    const auto turning = [&](std::size_t i, const Flag<T>& held) {
+      return choose(
+          held, [&] { return T((right(i) - m1 * stop(1 - i)) / m0); },
+          [&] { return T((m0 * right(i) - m1 * right(1 - i)) / (m0 * m0 - m1 * m1)); });
+    };
+    for (std::size_t i = 0; i < 2; ++i)
+      change[i] = choose(
+          holds[i], [&] { return stop(i); }, [&] { return turning(i, holds[1 - i]); });
+    Flag<T> done = true;  // for good: another round decides nothing else
+    for (std::size_t i = 0; i < 2; ++i) {
       const WheelDetail<T>& w = detail.wheel[2 + i];
-      if (holds[i]) {
+      const Flag<T> held = done && holds[i];
+      const Flag<T> stops =
+          done && !holds[i] && !slides[i] && w.spin_radps * (w.spin_radps + change[i]) <= T(0);
+      if (any(held)) {
         const T needed_nm = (m0 * change[i] + m1 * change[1 - i] - d.free[i]) * inertia_w / h;
-        brake_nm[2 + i] = hold(needed_nm, w.brake_capacity_nm);
-        slides[i] = abs(needed_nm) > w.brake_capacity_nm;
-        holds[i] = !slides[i];
-        done = holds[i];
-      } else if (!slides[i] && w.spin_radps * (w.spin_radps + change[i]) <= T(0)) {
-        holds[i] = true;
-        done = false;
+        const Flag<T> torn = held && abs(needed_nm) > w.brake_capacity_nm;
+        brake_nm[2 + i] = select(held, hold(needed_nm, w.brake_capacity_nm), brake_nm[2 + i]);
+        slides[i] = slides[i] || torn;
+        holds[i] = holds[i] && !torn;
+        done = done && !torn;
       }
+      holds[i] = holds[i] || stops;
+      done = done && !stops;
     }
-    if (done) break;
+    if (all(done)) break;
   }
   return change;
 }

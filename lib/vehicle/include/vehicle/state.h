@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <string_view>
 
+#include "vehicle/lanes.h"
+
 namespace vehicle {
 
 /// Wheels in the order front left, front right, rear left, rear right everywhere.
@@ -75,12 +77,12 @@ struct Inputs {
   T steer_rate_radps = T(0);          ///< of that angle; only turn slip asks for it
   T throttle = T(0);                  ///< 0 to 1
   std::array<T, kWheels> brake_pa{};  ///< pressure at each wheel's brake
-  int gear = 0;                       ///< 1 to kMostGears; 0: nothing engaged; -1: reverse
-  int next_gear = 0;                  ///< while a shift has nothing engaged: the gear to come
+  Int<T> gear{};                      ///< 1 to kMostGears; 0: nothing engaged; -1: reverse
+  Int<T> next_gear{};                 ///< while a shift has nothing engaged: the gear to come
   T clutch = T(0);  ///< pedal: 0 released (as the clutch does by itself) to 1, no torque
   T hold_n = T(0);  ///< a push from outside, forward, at the design centre of mass
   std::array<T, kWheels> sunk_m{};     ///< deflection that does not press, see laws/ledge.h
-  bool opponent = false;               ///< a car whose wake acts on this one
+  Flag<T> opponent = false;            ///< a car whose wake acts on this one
   T wake_x_m = T(0), wake_y_m = T(0);  ///< its place in the body frame, if so
 };
 

@@ -27,6 +27,8 @@ struct StepOptions {
                                ///< the car goes on over the nearest valid height
 };
 
+inline constexpr double kFastest_mps = 1000.0, kFarthestTilt_rad = 1.4;
+
 /// How a step ended.
 struct StepResult {
   enum class Problem { kNone, kNotFinite, kRanAway, kNoRoad, kRolledOver } problem = Problem::kNone;
@@ -89,6 +91,21 @@ void integrate(const Car<T>& car, State<T>& s, const State<T>& rate, const Detai
   for (std::size_t i = 0; i < kWheels; ++i) s[kTravel + i] += h * s[kTravelRate + i];
 }
 
+/// What is wrong with a state that a step has led to.
+template <class T>
+StepResult judge(const State<T>& s) {
+  for (std::size_t i = 0; i < kStateSize; ++i)
+    if (!std::isfinite(value_of(s[i]))) return {StepResult::Problem::kNotFinite, i};
+  // No car is that fast: numbers that will soon not be finite.
+  for (std::size_t i = kVx; i <= kVz; ++i)
+    if (std::abs(value_of(s[i])) > kFastest_mps) return {StepResult::Problem::kRanAway, i};
+  // Euler angles end at 90 degrees of pitch; a car ends before.
+  if (std::abs(value_of(s[kPitch])) > kFarthestTilt_rad ||
+      std::abs(value_of(s[kRoll])) > kFarthestTilt_rad)
+    return {StepResult::Problem::kRolledOver, 0};
+  return {};
+}
+
 /// One step: actuators, derivative, integration, and a look at the result. `detail` describes the
 /// beginning of the step, with the friction torques of the step. Allocates nothing. On a problem
 /// the state is left as it came out, so that the value that is not finite can be seen.
@@ -108,15 +125,7 @@ StepResult step(const Car<T>& car, Simulation<T>& sim, const Controls<T>& contro
                 detail);
   integrate(car, sim.state, rate, detail, options);
   sim.time_s = static_cast<double>(sim.discrete.step) * options.step_s;
-  for (std::size_t i = 0; i < kStateSize; ++i)
-    if (!std::isfinite(value_of(sim.state[i]))) return {StepResult::Problem::kNotFinite, i};
-  // No car is that fast: numbers that will soon not be finite.
-  for (std::size_t i = kVx; i <= kVz; ++i)
-    if (std::abs(value_of(sim.state[i])) > 1000.0) return {StepResult::Problem::kRanAway, i};
-  // Euler angles end at 90 degrees of pitch; a car ends before.
-  if (std::abs(value_of(sim.state[kPitch])) > 1.4 || std::abs(value_of(sim.state[kRoll])) > 1.4)
-    return {StepResult::Problem::kRolledOver, 0};
-  return {};
+  return judge(sim.state);
 }
 
 // As derivative().

@@ -3,6 +3,9 @@
 
 #include <cmath>
 
+#include "vehicle/maths.h"
+#include "vehicle/parameters.h"
+
 namespace vehicle {
 
 template <class T>
@@ -47,6 +50,10 @@ template <class T>
 Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+template <int N>
+Vec3<Pack<N>> select(const Mask<N>& which, const Vec3<Pack<N>>& a, const Vec3<Pack<N>>& b) {
+  return {select(which, a.x, b.x), select(which, a.y, b.y), select(which, a.z, b.z)};
+}
 template <class T>
 T norm(const Vec3<T>& a) {
   using std::sqrt;
@@ -74,9 +81,8 @@ struct Attitude {
 
 template <class T>
 Attitude<T> attitude(const T& roll, const T& pitch, const T& yaw) {
-  using std::cos;
-  using std::sin;
-  return {cos(roll), sin(roll), cos(pitch), sin(pitch), cos(yaw), sin(yaw)};
+  const auto r = maths::waves(roll), p = maths::waves(pitch), y = maths::waves(yaw);
+  return {r.cosine, r.sine, p.cosine, p.sine, y.cosine, y.sine};
 }
 
 /// R_map_body for yaw, then pitch (nose down positive), then roll (left side up positive).
@@ -91,6 +97,16 @@ Rotation<T> rotation(const Attitude<T>& a) {
 template <class T>
 Rotation<T> rotation(const T& roll, const T& pitch, const T& yaw) {
   return rotation(attitude(roll, pitch, yaw));
+}
+
+/// Values without derivatives.
+template <class T>
+Vec3<Real<T>> value_of(const Vec3<T>& v) {
+  return {value_of(v.x), value_of(v.y), value_of(v.z)};
+}
+template <class T>
+Rotation<Real<T>> value_of(const Rotation<T>& r) {
+  return {value_of(r.x), value_of(r.y), value_of(r.z)};
 }
 
 }  // namespace vehicle

@@ -115,7 +115,16 @@ void weigh_body(Evaluation<T, Built>& e) {
   inertia[5][5] = car.sprung_inertia_kgm2.z;
   inertia[5][3] = car.sprung_inertia_xz_kgm2;
   const T& fuel = e.s[kFuel];
-  if (fuel > T(0)) add_point_mass(inertia, fuel, car.tank_m, none, T(1));
+  const auto fuelled = fuel > T(0);
+  if (all(fuelled)) {
+    add_point_mass(inertia, fuel, car.tank_m, none, T(1));
+  } else if (any(fuelled)) {
+    const Matrix6<T> dry = inertia;
+    add_point_mass(inertia, fuel, car.tank_m, none, T(1));
+    for (std::size_t i = 0; i < 6; ++i)
+      for (std::size_t j = 0; j <= i; ++j)
+        inertia[i][j] = select(fuelled, inertia[i][j], dry[i][j]);
+  }
 }
 
 /// Gravity and centrifugal forces of body and fuel.
@@ -125,7 +134,7 @@ void swing_body(Evaluation<T, Built>& e) {
   const Vec3<T>& omega = e.omega;
   const T ms = car.sprung_mass_kg;
   const T& fuel = e.s[kFuel];
-  const T fuel_mass = fuel > T(0) ? fuel : T(0);
+  const T fuel_mass = select(fuel > T(0), fuel, T(0));
   const Vec3<T> first_moment = ms * car.sprung_cog_m + fuel_mass * car.tank_m;
   e.force += (ms + fuel_mass) * e.gravity - cross(omega, cross(omega, first_moment));
   e.moment += cross(first_moment, e.gravity);

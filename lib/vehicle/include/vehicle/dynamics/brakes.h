@@ -14,10 +14,10 @@ namespace vehicle::dynamics {
 template <class T, TermSet Built>
 void press_pads(Evaluation<T, Built>& e, std::size_t i, const T& bite) {
   using P = Parameter;
-  using std::tanh;
+  using maths::tanh;
   const std::size_t a = axle_of(i);
   WheelDetail<T>& w = e.detail.wheel[i];
-  const T pressure = e.in.brake_pa[i] > T(0) ? e.in.brake_pa[i] : T(0);
+  const T pressure = select(e.in.brake_pa[i] > T(0), e.in.brake_pa[i], T(0));
   T friction = e.p.axle(a, P::front_brake_friction);
   if (e.active(Term::brake_friction_temperature))
     friction = laws::pad_friction(friction, e.amplitude(Term::brake_friction_temperature),
@@ -25,7 +25,7 @@ void press_pads(Evaluation<T, Built>& e, std::size_t i, const T& bite) {
   friction *= bite;
   const T capacity = laws::brake_torque(friction, pressure, e.p.axle(a, P::front_brake_area_m2),
                                         e.p.axle(a, P::front_brake_radius_m));
-  w.brake_nm = -capacity * tanh(e.spin[i] / e.p[P::brake_stop_radps]);
+  w.brake_nm = -capacity * tanh(T(e.spin[i] / e.p[P::brake_stop_radps]));
   w.brake_capacity_nm = capacity;
   e.spin_torque[i] += w.brake_nm + w.drive_nm;
   e.detail.power.brake += w.brake_nm * e.spin[i];

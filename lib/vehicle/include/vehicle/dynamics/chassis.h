@@ -36,8 +36,8 @@ template <class T, TermSet Built>
 laws::AirForces<T> air_with_maps(const Evaluation<T, Built>& e, const Vec3<T>& air,
                                  const T& air_speed, const T& air_speed2) {
   using laws::map_factor;
+  using maths::atan2;
   using std::abs;
-  using std::atan2;
   const CarFiles& files = e.files;
   laws::AirForces<T> f = laws::air_forces(e.p, air_speed, air_speed2);
   if (e.active(Term::aero_ride_height)) {
@@ -57,10 +57,13 @@ laws::AirForces<T> air_with_maps(const Evaluation<T, Built>& e, const Vec3<T>& a
     f.front_n *= lift;
     f.rear_n *= lift;
   }
-  if (e.active(Term::aero_slipstream) && e.in.opponent) {
+  if (e.active(Term::aero_slipstream) && any(e.in.opponent)) {
     const T& k = e.amplitude(Term::aero_slipstream);
-    f.drag_nspm *= laws::wake_factor(k, files.wake_drag_factor, e.in.wake_x_m, e.in.wake_y_m);
-    const T lift = laws::wake_factor(k, files.wake_lift_factor, e.in.wake_x_m, e.in.wake_y_m);
+    const auto factor = [&](const Map2& map) {
+      return select(e.in.opponent, laws::wake_factor(k, map, e.in.wake_x_m, e.in.wake_y_m), T(1));
+    };
+    f.drag_nspm *= factor(files.wake_drag_factor);
+    const T lift = factor(files.wake_lift_factor);
     f.front_n *= lift;
     f.rear_n *= lift;
   }
@@ -72,8 +75,8 @@ laws::AirForces<T> air_with_maps(const Evaluation<T, Built>& e, const Vec3<T>& a
 template <class T, TermSet Built>
 void blow_air(Evaluation<T, Built>& e) {
   using P = Parameter;
-  using std::cos;
-  using std::sin;
+  using maths::cos;
+  using maths::sin;
   using std::sqrt;
   Vec3<T> air = e.V;
   if (e.active(Term::wind)) {
@@ -82,32 +85,34 @@ void blow_air(Evaluation<T, Built>& e) {
                      w * sin(e.p[P::environment_wind_heading_rad]), T(0)});
   }
   const T air_speed2 = air.x * air.x + air.y * air.y;
-  if (!(air_speed2 > T(1e-12))) return;
+  const auto blows = air_speed2 > T(1e-12);
+  if (!any(blows)) return;
   const T air_speed = sqrt(air_speed2);
   const laws::AirForces<T> f = air_with_maps(e, air, air_speed, air_speed2);
   Detail<T>& detail = e.detail;
+  const auto set = [&](auto& to, const auto& value) { to = select(blows, value, to); };
   const auto push = [&](const Vec3<T>& force, const Vec3<T>& at, T& account) {
-    e.force += force;
+    set(e.force, e.force + force);
     const Vec3<T> m = cross(at, force);
-    e.moment += m;
-    account += dot(force, e.V) + dot(m, e.omega);
+    set(e.moment, e.moment + m);
+    set(account, T(account + (dot(force, e.V) + dot(m, e.omega))));
   };
   if (e.active(Term::aero_drag)) {
     const T& k = e.amplitude(Term::aero_drag);
     const T height = e.p[P::aero_drag_height_m] - e.p[P::chassis_cog_height_m];
-    detail.drag_n = k * f.drag_nspm * air_speed;
-    detail.drag = T(-k * f.drag_nspm) * air;
+    set(detail.drag_n, T(k * f.drag_nspm * air_speed));
+    set(detail.drag, T(-k * f.drag_nspm) * air);
     push(detail.drag, {T(0), T(0), height}, detail.power.drag);
-    detail.side_n = laws::side_force(e.p, k, air_speed, air.y);
+    set(detail.side_n, laws::side_force(e.p, k, air_speed, air.y));
     push({T(0), detail.side_n, T(0)}, {-e.p[P::aero_side_behind_cog_m], T(0), height},
          detail.power.side);
   }
   if (e.active(Term::aero_downforce)) {
     const T& k = e.amplitude(Term::aero_downforce);
-    detail.front_downforce_n = k * f.front_n;
-    detail.rear_downforce_n = k * f.rear_n;
+    set(detail.front_downforce_n, T(k * f.front_n));
+    set(detail.rear_downforce_n, T(k * f.rear_n));
     const T rise = air.z / air_speed2;
-    detail.down = {rise * air.x, rise * air.y, T(-1)};
+    set(detail.down, Vec3<T>{rise * air.x, rise * air.y, T(-1)});
     push(detail.front_downforce_n * detail.down, {e.car.wheel_m[0].x, T(0), T(0)},
          detail.power.downforce);
     push(detail.rear_downforce_n * detail.down, {e.car.wheel_m[2].x, T(0), T(0)},
@@ -119,8 +124,9 @@ void blow_air(Evaluation<T, Built>& e) {
 template <class T, TermSet Built>
 void push_body(Evaluation<T, Built>& e) {
   if (is_exactly_zero(e.in.hold_n)) return;
-  e.force.x += e.in.hold_n;
-  e.detail.power.hold = e.in.hold_n * e.V.x;
+  const auto held = !exactly_zero(e.in.hold_n);
+  e.force.x = select(held, T(e.force.x + e.in.hold_n), e.force.x);
+  e.detail.power.hold = select(held, T(e.in.hold_n * e.V.x), T(0));
 }
 
 }  // namespace vehicle::dynamics

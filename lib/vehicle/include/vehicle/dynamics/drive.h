@@ -67,12 +67,15 @@ void run_engine(Evaluation<T, Built>& e) {
   e.map_torque =
       e.files.turbo == Turbo::kFull ? breathe(e, throttle, fuelled) : fire(e, throttle, fuelled);
   detail.engine_nm = e.map_torque + laws::idle_torque(e.p, engine_speed);
-  if (e.in.next_gear != 0 && !is_exactly_zero(e.p[P::gearbox_rev_match]) &&
-      e.p[P::gearbox_shift_s] > T(0)) {
+  const auto matches = is_gear(e.in.next_gear) && !exactly_zero(e.p[P::gearbox_rev_match]) &&
+                       e.p[P::gearbox_shift_s] > T(0);
+  if (any(matches)) {
     const T ratio = overall_ratio(e.p, e.in.next_gear);
-    if (ratio != T(0))
-      detail.engine_nm = laws::rev_match_torque(e.p, detail.engine_nm, engine_speed,
-                                                T(ratio * 0.5 * (e.spin[2] + e.spin[3])));
+    const auto matched = [&] {
+      return laws::rev_match_torque(e.p, detail.engine_nm, engine_speed,
+                                    T(ratio * 0.5 * (e.spin[2] + e.spin[3])));
+    };
+    detail.engine_nm = choose(matches && ratio != T(0), matched, [&] { return detail.engine_nm; });
   }
   e.engine_torque += detail.engine_nm;
   detail.power.engine += detail.engine_nm * engine_speed;
@@ -82,9 +85,9 @@ void run_engine(Evaluation<T, Built>& e) {
 template <class T, TermSet Built>
 T engage_clutch(Evaluation<T, Built>& e) {
   using P = Parameter;
-  if (e.in.gear == 0) return T(0);
   const T ratio = overall_ratio(e.p, e.in.gear);
-  if (!(ratio != T(0))) return T(0);
+  const auto engaged = ratio != T(0);
+  if (!any(engaged)) return T(0);
   const T& engine_speed = e.s[kEngine];
   Detail<T>& detail = e.detail;
   T capacity = laws::clutch_capacity(e.p, e.amount(Term::centrifugal_clutch), engine_speed);
@@ -92,17 +95,18 @@ T engage_clutch(Evaluation<T, Built>& e) {
   const T slip = engine_speed - ratio * 0.5 * (e.spin[2] + e.spin[3]);
   const laws::SlipFriction<T> clutch =
       laws::slip_friction(capacity, slip, e.p[P::clutch_stick_radps]);
-  detail.clutch_slip_radps = slip;
-  detail.clutch_nm = clutch.torque_nm;
-  detail.clutch_stiffness_nms = clutch.stiffness_nms;
-  detail.gear_ratio = ratio;
-  detail.drive_efficiency = laws::gear_efficiency(e.p[P::gearbox_efficiency], detail.clutch_nm);
+  const auto set = [&](T& to, const T& value) { to = select(engaged, value, to); };
+  set(detail.clutch_slip_radps, slip);
+  set(detail.clutch_nm, clutch.torque_nm);
+  set(detail.clutch_stiffness_nms, clutch.stiffness_nms);
+  set(detail.gear_ratio, ratio);
+  set(detail.drive_efficiency, laws::gear_efficiency(e.p[P::gearbox_efficiency], detail.clutch_nm));
   const T driven = detail.clutch_nm * ratio * detail.drive_efficiency;
-  e.engine_torque -= detail.clutch_nm;
-  detail.power.clutch = -detail.clutch_nm * slip;
-  detail.power.driveline -=
-      detail.clutch_nm * engine_speed - driven * 0.5 * (e.spin[2] + e.spin[3]);
-  return driven;
+  set(e.engine_torque, T(e.engine_torque - detail.clutch_nm));
+  set(detail.power.clutch, T(-detail.clutch_nm * slip));
+  set(detail.power.driveline, T(detail.power.driveline - (detail.clutch_nm * engine_speed -
+                                                          driven * 0.5 * (e.spin[2] + e.spin[3]))));
+  return select(engaged, driven, T(0));
 }
 
 /// Clutch, gears and differential: the torques on the driven wheels.
@@ -136,14 +140,15 @@ void turn_driveline(Evaluation<T, Built>& e) {
 template <class T, TermSet Built>
 void burn_fuel(Evaluation<T, Built>& e) {
   e.out[kFuel] = T(0);
-  if (!e.active(Term::fuel_burn) || !(e.s[kFuel] > T(0))) return;
+  const auto fuelled = e.s[kFuel] > T(0);
+  if (!e.active(Term::fuel_burn) || !any(fuelled)) return;
   const T burn = e.files.turbo == Turbo::kFull ? e.detail.turbo.fuel_kgps
                                                : laws::fuel_kgps(e.p, e.map_torque, e.s[kEngine]);
-  e.out[kFuel] = -e.amplitude(Term::fuel_burn) * burn;
+  e.out[kFuel] = select(fuelled, T(-e.amplitude(Term::fuel_burn) * burn), T(0));
   const Vec3<T> tank_v = e.V + cross(e.omega, e.car.tank_m);
-  e.detail.power.fuel =
-      e.out[kFuel] * (0.5 * dot(tank_v, tank_v) + e.p[Parameter::environment_gravity_mps2] *
-                                                      (e.position.z + e.R.apply(e.car.tank_m).z));
+  const T per_kg = 0.5 * dot(tank_v, tank_v) + e.p[Parameter::environment_gravity_mps2] *
+                                                   (e.position.z + e.R.apply(e.car.tank_m).z);
+  e.detail.power.fuel = select(fuelled, T(e.out[kFuel] * per_kg), T(0));
 }
 
 }  // namespace vehicle::dynamics

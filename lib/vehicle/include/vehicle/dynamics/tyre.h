@@ -1,7 +1,6 @@
 // What a tyre does at its contact: factors, slip, forces, heat.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include "vehicle/dynamics/wheel.h"
@@ -60,7 +59,7 @@ void relax_tyre(Evaluation<T, Built>& e, std::size_t i, const TyreFactors<T>& fa
   const T& pressure = e.p.axle(axle_of(i), P::front_tyre_pressure_pa);
   const T &u_x = e.s[kSlipX + i], &u_y = e.s[kSlipY + i];
   T &rate_x = e.out[kSlipX + i], &rate_y = e.out[kSlipY + i];
-  const Stiffness<T> origin = tyre_stiffness(tyre, w.fz_n, pressure, factors);
+  const Stiffness<T>& origin = e.upright[i] = tyre_stiffness(tyre, w.fz_n, pressure, factors);
   const Relaxation<T> sigma = relaxation_lengths(tyre, w.fz_n, origin.slip_n, origin.cornering_npr,
                                                  T(w.camber_rad * factors.camber), pressure);
   const bool damped = e.active(Term::tyre_carcass_damping);
@@ -80,19 +79,20 @@ void relax_tyre(Evaluation<T, Built>& e, std::size_t i, const TyreFactors<T>& fa
     across += tau * rate_y;
   }
   const T forward = abs(w.vx_mps);
-  const T pace_x = std::max(forward, T(abs(w.slip_x_mps)));
-  const T pace_y = std::max(forward, T(abs(w.slip_y_mps)));
+  const T pace_x = larger(forward, T(abs(w.slip_x_mps)));
+  const T pace_y = larger(forward, T(abs(w.slip_y_mps)));
   const T slow(laws::kSlowSliding_mps);
-  if (w.fz_n > T(0) && (pace_x < slow || pace_y < slow)) {
+  const auto creeps = w.fz_n > T(0) && (pace_x < slow || pace_y < slow);
+  if (any(creeps)) {
     const Friction<T> peak = peak_friction(tyre, w.fz_n, pressure, factors);
     const T excess_x = laws::patch_unwinding(pace_x, T(abs(peak.x * w.fz_n / origin.slip_n)),
                                              sigma.longitudinal_m, u_x);
     const T excess_y = laws::patch_unwinding(pace_y, T(abs(peak.y * w.fz_n / origin.cornering_npr)),
                                              sigma.lateral_m, u_y);
-    rate_x -= excess_x * u_x;
-    rate_y -= excess_y * u_y;
-    w.decay_x_1ps += excess_x;
-    w.decay_y_1ps += excess_y;
+    rate_x = select(creeps, T(rate_x - excess_x * u_x), rate_x);
+    rate_y = select(creeps, T(rate_y - excess_y * u_y), rate_y);
+    w.decay_x_1ps = select(creeps, T(w.decay_x_1ps + excess_x), w.decay_x_1ps);
+    w.decay_y_1ps = select(creeps, T(w.decay_y_1ps + excess_y), w.decay_y_1ps);
   }
   const T& k = e.amplitude(Term::tyre_relaxation);
   const T kappa = along / sigma.longitudinal_m, tan_alpha = across / sigma.lateral_m;
@@ -109,8 +109,8 @@ void slip_tyre(Evaluation<T, Built>& e, std::size_t i, const TyreFactors<T>& fac
   const T forward = abs(w.vx_mps);
   const T transport_x = laws::patch_transport(forward, w.slip_x_mps);
   const T transport_y = laws::patch_transport(forward, w.slip_y_mps);
-  w.kappa = -w.slip_x_mps / std::max(transport_x, low);
-  w.tan_alpha = w.slip_y_mps / std::max(transport_y, low);
+  w.kappa = -w.slip_x_mps / larger(transport_x, low);
+  w.tan_alpha = w.slip_y_mps / larger(transport_y, low);
   e.out[kSlipX + i] = T(0);
   e.out[kSlipY + i] = T(0);
   if (e.active(Term::tyre_relaxation)) relax_tyre(e, i, factors, transport_x, transport_y);
@@ -134,13 +134,14 @@ TyreForces<T> pull_tyre(const Evaluation<T, Built>& e, std::size_t i,
   slip.gamma_rad = w.camber_rad;
   slip.vx_mps = w.vx_mps;
   slip.pressure_pa = e.p.axle(a, P::front_tyre_pressure_pa);
+  if (e.active(Term::tyre_relaxation)) slip.upright = &e.upright[i];
   TyreOptions options = e.car.tyre_options;
   options.mirrored = is_left(i) != tyre.left_side;
   options.moments = e.active(Term::tyre_moments) || e.active(Term::rolling_resistance);
   if (!has_turn_slip(tyre) || !e.active(Term::tyre_turn_slip))
     return tyre_forces(tyre, slip, factors, options);
   const T turning = dot(e.omega, w.normal) + (a == 0 ? e.in.steer_rate_radps : T(0));
-  slip.turn_1pm = turning / std::max(T(abs(w.vx_mps)), e.p[P::tyre_turn_speed_mps]);
+  slip.turn_1pm = turning / larger(T(abs(w.vx_mps)), e.p[P::tyre_turn_speed_mps]);
   TyreForces<T> f = tyre_forces(tyre, slip, factors, options);
   const T& k = e.amplitude(Term::tyre_turn_slip);
   if (!is_exactly_zero(T(1.0 - k))) {

@@ -13,7 +13,7 @@ namespace vehicle::dynamics {
 template <class T>
 struct Ground {
   T z_m;
-  double dzdx, dzdy;
+  Real<T> dzdx, dzdy;
 };
 
 template <class T>
@@ -58,8 +58,6 @@ struct WheelPose {
 /// Kinematics of suspension and steering: path, axis and spin of wheel `i`.
 template <class T, TermSet Built>
 WheelPose<T> place_wheel(Evaluation<T, Built>& e, std::size_t i) {
-  using std::cos;
-  using std::sin;
   const std::size_t a = axle_of(i);
   const double side = is_left(i) ? 1.0 : -1.0;
   const T& travel = e.s[kTravel + i];
@@ -73,7 +71,8 @@ WheelPose<T> place_wheel(Evaluation<T, Built>& e, std::size_t i) {
   const T lean = -side * motion.camber_rad;  // rotation about x; the top of the wheel leans right
   T steer = -side * motion.toe_rad;
   if (a == 0) steer += laws::ackermann_angle(e.p, side, e.in.steer_rad);
-  const T cs = cos(steer), ss = sin(steer), cl = cos(lean), sl = sin(lean);
+  const maths::Waves<T> steered = maths::waves(steer), leaning = maths::waves(lean);
+  const T &cs = steered.cosine, &ss = steered.sine, &cl = leaning.cosine, &sl = leaning.sine;
   e.axis[i] = {-ss * cl, cs * cl, sl};
   e.spin[i] = e.s[kSpin + i] - dot(e.omega, e.axis[i]);
   WheelDetail<T>& w = e.detail.wheel[i];
@@ -93,11 +92,12 @@ struct Touch {
 };
 
 /// Contact with the plane that touches the road below the wheel, and the load by the deflection.
-template <class T, TermSet Built>
+template <class T, TermSet Built, class Roads, class Cursors>
 Touch<T> touch_road(Evaluation<T, Built>& e, std::size_t i, const WheelPose<T>& pose,
-                    const Road& road, RoadCursors& cursors) {
+                    const Roads& road, Cursors& cursors) {
   using P = Parameter;
-  using std::asin;
+  using maths::asin;
+  using std::sqrt;
   const std::size_t a = axle_of(i);
   WheelDetail<T>& w = e.detail.wheel[i];
   const TyreCoefficients& tyre = e.files.tyre[a];
@@ -107,7 +107,7 @@ Touch<T> touch_road(Evaluation<T, Built>& e, std::size_t i, const WheelPose<T>& 
   const Ground<T> ground =
       ground_under(road, e.car, i, below.x, below.y, value_of(below.z), value_of(forward_map.x),
                    value_of(forward_map.y), cursors, w.road);
-  const double tilt = 1.0 / std::sqrt(1.0 + ground.dzdx * ground.dzdx + ground.dzdy * ground.dzdy);
+  const Real<T> tilt = 1.0 / sqrt(1.0 + ground.dzdx * ground.dzdx + ground.dzdy * ground.dzdy);
   const Vec3<T> n = e.R.undo({T(-ground.dzdx * tilt), T(-ground.dzdy * tilt), T(tilt)});
   w.normal = n;
   w.heading = unit(cross(e.axis[i], n));
@@ -129,11 +129,12 @@ Touch<T> touch_road(Evaluation<T, Built>& e, std::size_t i, const WheelPose<T>& 
   out.velocity_mps = v;
   w.ride_m = dot(e.car.wheel_m[i] - w.contact_m, n) - e.car.static_radius_m[a] +
              e.p.axle(a, P::front_ride_height_m);
-  if (w.deflection_m > T(0)) {
+  const auto pressed = w.deflection_m > T(0);
+  if (any(pressed)) {
     const T& pressure = e.p.axle(a, P::front_tyre_pressure_pa);
-    w.fz_n = tyre_load(tyre, w.deflection_m, e.spin[i], pressure) -
-             tyre.vertical_damping_nspm * dot(v, n);
-    if (w.fz_n < T(0)) w.fz_n = T(0);
+    const T load = tyre_load(tyre, w.deflection_m, e.spin[i], pressure) -
+                   tyre.vertical_damping_nspm * dot(v, n);
+    w.fz_n = select(pressed, select(load < T(0), T(0), load), T(0));
   }
   w.rolling_radius_m = rolling_radius(tyre, w.fz_n, out.free_radius_m, w.deflection_m);
   w.vx_mps = dot(v, w.heading);

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "vehicle/laws/clip.h"
+#include "vehicle/maths.h"
 #include "vehicle/parameters.h"
 
 namespace vehicle::laws {
@@ -37,10 +38,12 @@ struct BoostLag {
 template <class T>
 BoostLag<T> boost_lag(const BoostParameters<T>& p, const T& lacking, const T& engine_radps,
                       const T& throttle) {
-  if (!(lacking > T(0))) return {T(1), p.fall_s};
-  return {clip(T(engine_radps / p.reference_radps), 0.02, 10.0) *
-              (p.idle_flow + (1.0 - p.idle_flow) * throttle),
-          p.rise_s};
+  const auto rises = lacking > T(0);
+  const auto flow = [&] {
+    return T(clip(T(engine_radps / p.reference_radps), 0.02, 10.0) *
+             (p.idle_flow + (1.0 - p.idle_flow) * throttle));
+  };
+  return {choose(rises, flow, [] { return T(1); }), select(rises, p.rise_s, p.fall_s)};
 }
 
 /// Rate of the boost, 1/s.
@@ -56,7 +59,7 @@ T boost_rate(const BoostParameters<T>& p, const T& boost, const T& engine_radps,
 template <class T>
 T boost_after(const BoostParameters<T>& p, const T& boost, const T& engine_radps, const T& throttle,
               double step_s) {
-  using std::exp;
+  using maths::exp;
   const T lacking = throttle - boost;
   const BoostLag<T> lag = boost_lag(p, lacking, engine_radps, throttle);
   return throttle - lacking * exp(-step_s * (lag.flow / lag.time_s));
@@ -66,7 +69,8 @@ T boost_after(const BoostParameters<T>& p, const T& boost, const T& engine_radps
 /// torque needs full boost.
 template <class T>
 T boosted_torque(const T& torque_nm, const T& share, const T& lacking) {
-  return lacking > T(0) && torque_nm > T(0) ? T(torque_nm * (1.0 - share * lacking)) : torque_nm;
+  return select(lacking > T(0) && torque_nm > T(0), T(torque_nm * (1.0 - share * lacking)),
+                torque_nm);
 }
 
 }  // namespace vehicle::laws

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "vehicle/maths.h"
+
 namespace vehicle::laws {
 
 inline constexpr double kAirConductivity = 0.026;  ///< W/(m K), near 300 K
@@ -19,13 +21,17 @@ inline constexpr double kAirPrandtl = 0.71;
 /// AIChE J. 18, 1972). Speeds are absolute values.
 template <class T>
 T disc_face_nusselt(const T& diameter_m, const T& disc_radps, const T& air_mps, const T& still) {
-  using std::pow;
+  using maths::pow;
   using std::sqrt;
   const T own = 0.25 * disc_radps * diameter_m * diameter_m / kAirViscosity;
-  const T turning = 2.0 * (own < T(39840) ? T(0.36 * sqrt(own + 1e-9)) : T(0.015 * pow(own, 0.8)));
+  const T turning = 2.0 * choose(
+                              own < T(39840), [&] { return T(0.36 * sqrt(T(own + 1e-9))); },
+                              [&] { return T(0.015 * pow(own, 0.8)); });
   const T air = air_mps * diameter_m / kAirViscosity;
-  const T blown = air < T(93789) ? T(0.70 * pow(air + 1e-9, 0.55)) : T(0.04 * pow(air, 0.8));
-  return pow(turning * turning * turning + blown * blown * blown + still * still * still + 1e-30,
+  const T blown = choose(
+      air < T(93789), [&] { return T(0.70 * pow(T(air + 1e-9), 0.55)); },
+      [&] { return T(0.04 * pow(air, 0.8)); });
+  return pow(T(turning * turning * turning + blown * blown * blown + still * still * still + 1e-30),
              1.0 / 3.0);
 }
 
@@ -34,7 +40,7 @@ T disc_face_nusselt(const T& diameter_m, const T& disc_radps, const T& air_mps, 
 template <class T>
 T vane_air_mps(const T& outer_m, const T& inner_m, const T& disc_radps) {
   using std::sqrt;
-  return 0.5 * disc_radps * sqrt(outer_m * outer_m - inner_m * inner_m) *
+  return 0.5 * disc_radps * sqrt(T(outer_m * outer_m - inner_m * inner_m)) *
          (0.5 * (1.0 + inner_m / outer_m));
 }
 
@@ -45,13 +51,13 @@ T vane_air_mps(const T& outer_m, const T& inner_m, const T& disc_radps) {
 /// near the turbulent one.
 template <class T>
 T vane_nusselt(const T& hydraulic_m, const T& length_m, const T& air_mps) {
-  using std::pow;
+  using maths::pow;
   const T reynolds = air_mps * hydraulic_m / kAirViscosity + 1e-9;
   const T slender = hydraulic_m / length_m;
-  const T laminar = 1.86 * pow(kAirPrandtl * reynolds, 1.0 / 3.0) * pow(slender, 0.33);
+  const T laminar = 1.86 * pow(T(kAirPrandtl * reynolds), 1.0 / 3.0) * pow(slender, 0.33);
   const T turbulent =
       0.023 * (1.0 + pow(slender, 0.67)) * pow(reynolds, 0.8) * std::pow(kAirPrandtl, 0.33);
-  return laminar > turbulent ? laminar : turbulent;
+  return select(laminar > turbulent, laminar, turbulent);
 }
 
 }  // namespace vehicle::laws

@@ -7,7 +7,6 @@
 // choices for a standing and a sliding tyre.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include "vehicle/laws/clip.h"
@@ -24,7 +23,7 @@ inline constexpr double kUnwinding_s = 0.005;    ///< with which it loses what i
 template <class T>
 T patch_transport(const T& travel_mps, const T& sliding_mps) {
   using std::abs;
-  return std::max(travel_mps, T(abs(sliding_mps) / kLargestSlip));
+  return larger(travel_mps, T(abs(sliding_mps) / kLargestSlip));
 }
 
 /// How fast a deflection decays, 1/s, and what part of the sliding it takes up, less by damping.
@@ -50,11 +49,12 @@ PatchLag<T> patch_lag(const T& transport_mps, const T& sigma_m, const T& damping
 template <class T>
 T patch_unwinding(const T& pace_mps, const T& held_slip, const T& sigma_m, const T& deflection_m) {
   using std::abs;
-  const T held = std::min(T(kLargestSlip), held_slip);
+  const T held = smaller(T(kLargestSlip), held_slip);
   const T most =
       (held + (kLargestSlip - held) * smooth_step(T(pace_mps / kSlowSliding_mps))) * sigma_m;
   const T size = abs(deflection_m);
-  return size > most ? T((1.0 - most / size) / kUnwinding_s) : T(0);
+  return choose(
+      size > most, [&] { return T((1.0 - most / size) / kUnwinding_s); }, [] { return T(0); });
 }
 
 }  // namespace vehicle::laws

@@ -72,7 +72,7 @@ struct DiscAir {
 
 template <class T>
 DiscAir<T> disc_air(const DiscParameters<T>& p, const DiscAmounts<T>& amount, const T& speed_mps) {
-  using std::pow;
+  using maths::pow;
   if (!amount.blown_as_one()) return {speed_mps, T(0)};
   return {speed_mps, p.nusselt_car * pow(T(speed_mps * p.diameter_m / kAirViscosity + 1e-9), 0.8)};
 }
@@ -89,8 +89,8 @@ template <class T>
 DiscCooling<T> disc_convection(const DiscParameters<T>& p, const DiscAmounts<T>& amount,
                                const T& surface_k, const T& core_k, const T& spin_radps,
                                const DiscAir<T>& air) {
+  using maths::pow;
   using std::abs;
-  using std::pow;
   DiscCooling<T> out;
   if (is_exactly_zero(amount.convection)) return out;
   const bool vanes = !is_exactly_zero(amount.vanes);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "vehicle/laws/clip.h"
+#include "vehicle/maths.h"
 #include "vehicle/parameters.h"
 
 namespace vehicle::laws {
@@ -19,8 +20,8 @@ struct SlipFriction {
 
 template <class T>
 SlipFriction<T> slip_friction(const T& capacity_nm, const T& slip_radps, const T& stick_radps) {
-  using std::tanh;
-  const T grip = tanh(slip_radps / stick_radps);
+  using maths::tanh;
+  const T grip = tanh(T(slip_radps / stick_radps));
   return {capacity_nm * grip, grip, capacity_nm * (1.0 - grip * grip) / stick_radps};
 }
 
@@ -40,7 +41,7 @@ T clutch_capacity(const Parameters<T>& p, const T& amount, const T& engine_radps
 /// Torque behind the gears over torque before them and the ratio: the loss is the driven side's.
 template <class T>
 T gear_efficiency(const T& efficiency, const T& torque_nm) {
-  return torque_nm > T(0) ? efficiency : T(1.0 / efficiency);
+  return select(torque_nm > T(0), efficiency, T(1.0 / efficiency));
 }
 
 /// Friction torque of the limited slip differential, fully sliding, under a torque `driven_nm`
@@ -49,7 +50,8 @@ template <class T>
 T limited_slip_torque(const Parameters<T>& p, const T& amount, const T& driven_nm) {
   using P = Parameter;
   using std::abs;
-  const T& ramp = driven_nm > T(0) ? p[P::differential_drive_ramp] : p[P::differential_coast_ramp];
+  const T ramp =
+      select(driven_nm > T(0), p[P::differential_drive_ramp], p[P::differential_coast_ramp]);
   return amount * (p[P::differential_preload_nm] + ramp * abs(driven_nm)) * 0.5;
 }
 

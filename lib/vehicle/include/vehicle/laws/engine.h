@@ -5,6 +5,7 @@
 
 #include "vehicle/laws/clip.h"
 #include "vehicle/map.h"
+#include "vehicle/maths.h"
 #include "vehicle/parameters.h"
 
 namespace vehicle::laws {
@@ -25,7 +26,7 @@ T fuelled_share(const T& limit_radps, const T& engine_radps) {
 /// What the limiter leaves of a torque; a dragging engine drags on.
 template <class T>
 T limited_torque(const T& torque_nm, const T& fuelled) {
-  return torque_nm > T(0) ? T(torque_nm * fuelled) : torque_nm;
+  return select(torque_nm > T(0), T(torque_nm * fuelled), torque_nm);
 }
 
 /// What the idle control adds, N m: in proportion to the speed that is missing, never a brake.
@@ -33,7 +34,7 @@ template <class T>
 T idle_torque(const Parameters<T>& p, const T& engine_radps) {
   using P = Parameter;
   const T idle = p[P::engine_idle_gain_nms] * (p[P::engine_idle_radps] - engine_radps);
-  return idle < T(0) ? T(0) : idle;
+  return select(idle < T(0), T(0), idle);
 }
 
 /// Engine control between two gears: of the difference to the speed wanted, the share
@@ -43,7 +44,7 @@ template <class T>
 T rev_match_torque(const Parameters<T>& p, const T& driver_nm, const T& engine_radps,
                    const T& wanted_radps) {
   using P = Parameter;
-  using std::log;
+  using maths::log;
   const T& share = p[P::gearbox_rev_match];
   const T rate_1ps = -log(T(1.0 - 0.99 * share)) / p[P::gearbox_shift_s];
   return (1.0 - share) * driver_nm +

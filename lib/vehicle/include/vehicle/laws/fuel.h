@@ -17,7 +17,7 @@ T fuel_for_work(const Parameters<T>& p, const T& useful_w) {
 /// Fuel that burns, kg/s, at a torque of the engine map; below 0: idling alone.
 template <class T>
 T fuel_kgps(const Parameters<T>& p, const T& torque_nm, const T& engine_radps) {
-  const T useful = torque_nm > T(0) ? T(torque_nm * engine_radps) : T(0);
+  const T useful = select(torque_nm > T(0), T(torque_nm * engine_radps), T(0));
   return p[Parameter::fuel_idle_kgps] + fuel_for_work(p, useful);
 }
 

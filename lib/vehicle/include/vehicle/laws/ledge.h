@@ -11,13 +11,13 @@ namespace vehicle::laws {
 /// What is kept of a wheel's last step.
 template <class T>
 struct Ledge {
-  bool known = false;          ///< whether there was one
-  Vec3<double> hub_m, normal;  ///< place of the hub, normal of the road's plane; map frame
-  double radius_m = 0.0;       ///< from the plane to the hub
-  T pressed_m = T(0);          ///< deflection that pressed
-  T sunk_m = T(0);             ///< deflection that nothing has paid for: it does not press
-  T lent_j = T(0);             ///< work taken that may be given back
-  Vec3<double> lent_at_m;      ///< where the hub was when it was last taken
+  Flag<T> known = false;        ///< whether there was one
+  Vec3<Real<T>> hub_m, normal;  ///< place of the hub, normal of the road's plane; map frame
+  Real<T> radius_m = 0.0;       ///< from the plane to the hub
+  T pressed_m = T(0);           ///< deflection that pressed
+  T sunk_m = T(0);              ///< deflection that nothing has paid for: it does not press
+  T lent_j = T(0);              ///< work taken that may be given back
+  Vec3<Real<T>> lent_at_m;      ///< where the hub was when it was last taken
 };
 
 /// All that planes would have done by turning, had it not been taken from the motion.

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "vehicle/laws/wheel_path.h"
+#include "vehicle/maths.h"
 #include "vehicle/parameters.h"
 #include "vehicle/vec3.h"
 
@@ -117,8 +118,8 @@ T spring_force(const Parameters<T>& p, const SpringAmounts<T>& amount, std::size
   if (!is_exactly_zero(amount.stops)) {
     const StopCompression<T> into = stop_compression(p, axle, travel_m);
     const T k = amount.stops * p.axle(axle, P::front_bump_stop_npm2);
-    if (into.bump_m > T(0)) spring -= k * into.bump_m * into.bump_m;
-    if (into.droop_m > T(0)) spring += k * into.droop_m * into.droop_m;
+    spring = select(into.bump_m > T(0), T(spring - k * into.bump_m * into.bump_m), spring);
+    spring = select(into.droop_m > T(0), T(spring + k * into.droop_m * into.droop_m), spring);
   }
   return spring;
 }
@@ -128,12 +129,12 @@ T spring_force(const Parameters<T>& p, const SpringAmounts<T>& amount, std::size
 template <class T>
 T damper_force(const Parameters<T>& p, std::size_t axle, const T& rate_mps) {
   using P = Parameter;
-  using std::tanh;
+  using maths::tanh;
   const T& knee = p.axle(axle, P::front_damper_knee_mps);
   const T& share = p.axle(axle, P::front_damper_fast_share);
-  return (rate_mps > T(0) ? p.axle(axle, P::front_bump_damping_nspm)
-                          : p.axle(axle, P::front_rebound_damping_nspm)) *
-         (share * rate_mps + (1.0 - share) * knee * tanh(rate_mps / knee));
+  return select(rate_mps > T(0), p.axle(axle, P::front_bump_damping_nspm),
+                p.axle(axle, P::front_rebound_damping_nspm)) *
+         (share * rate_mps + (1.0 - share) * knee * tanh(T(rate_mps / knee)));
 }
 
 }  // namespace vehicle::laws

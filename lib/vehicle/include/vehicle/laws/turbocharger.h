@@ -14,7 +14,9 @@
 #include <cmath>
 #include <cstddef>
 
+#include "vehicle/laws/soft_root.h"
 #include "vehicle/map.h"
+#include "vehicle/maths.h"
 #include "vehicle/parameters.h"
 
 namespace vehicle::laws {
@@ -23,40 +25,16 @@ inline constexpr double kGas = 287.0;         ///< J/(kg K), air and exhaust gas
 inline constexpr double kAirHeat = 1004.5;    ///< J/(kg K), of air at constant pressure
 inline constexpr double kExhaustHeat = 1150;  ///< J/(kg K), of exhaust gas
 
-/// A value and how fast it grows.
-template <class T>
-struct Sloped {
-  T value, slope;
-};
-
-/// The square root of x, but of finite slope below `small`: odd, smooth to the first derivative,
-/// straight through zero but for a term of the second order.
-template <class T>
-Sloped<T> soft_root(const T& x, double small) {
-  using std::sqrt;
-  if (x >= T(small)) {
-    const T root = sqrt(x);
-    return {root, 0.5 / root};
-  }
-  const double root = std::sqrt(small);
-  if (x >= T(0)) return {x / root * (1.5 - 0.5 / small * x), (1.5 - x / small) / root};
-  if (x > T(-small)) return {x / root * (1.5 + 0.5 / small * x), (1.5 + x / small) / root};
-  const T other = sqrt(-x);
-  return {-other, 0.5 / other};
-}
-
-/// Rises from 0 to 1 over [0, 1] without a kink.
-template <class T>
-Sloped<T> soft_step(const T& x) {
-  if (!(x > T(0))) return {T(0), T(0)};
-  if (x >= T(1)) return {T(1), T(0)};
-  return {x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x)};
-}
-
 /// A flow, kg/s, and its derivatives after the pressures before and behind, kg/(s Pa).
 template <class T>
 struct Flow {
   T kgps = T(0), per_before = T(0), per_behind = T(0);
+
+  friend Flow select(const Flag<T>& which, const Flow& a, const Flow& b) {
+    return {vehicle::select(which, a.kgps, b.kgps),
+            vehicle::select(which, a.per_before, b.per_before),
+            vehicle::select(which, a.per_behind, b.per_behind)};
+  }
 };
 
 /// Through an opening of effective area `area_m2`: p / sqrt(R T) area psi, psi = sqrt(2 r (1 - r))
@@ -67,19 +45,22 @@ template <class T>
 Flow<T> nozzle(const T& area_m2, const T& before_pa, const T& behind_pa, const T& before_k,
                const T& behind_k) {
   using std::sqrt;
-  if (behind_pa > before_pa) {
-    const Flow<T> back = nozzle(area_m2, behind_pa, before_pa, behind_k, before_k);
-    return {-back.kgps, -back.per_behind, -back.per_before};
-  }
-  const T scale = area_m2 / sqrt(kGas * before_k);
-  const T ratio = behind_pa / before_pa;
-  if (ratio < T(0.5)) {
-    const double choked = std::sqrt(0.5);
-    return {scale * before_pa * choked, scale * choked, T(0)};
-  }
-  const Sloped<T> psi = soft_root(T(2.0 * ratio * (1.0 - ratio)), 2.0 * 0.98 * 0.02);
-  const T slope = psi.slope * (2.0 - 4.0 * ratio);
-  return {scale * before_pa * psi.value, scale * (psi.value - ratio * slope), scale * slope};
+  const auto back = behind_pa > before_pa;
+  const T high_pa = select(back, behind_pa, before_pa), low_pa = select(back, before_pa, behind_pa);
+  const T scale = area_m2 / sqrt(T(kGas * select(back, behind_k, before_k)));
+  const T ratio = low_pa / high_pa;
+  const auto choked = [&] {
+    const double psi = std::sqrt(0.5);
+    return Flow<T>{scale * high_pa * psi, scale * psi, T(0)};
+  };
+  const auto open = [&] {
+    const Sloped<T> psi = soft_root(T(2.0 * ratio * (1.0 - ratio)), 2.0 * 0.98 * 0.02);
+    const T slope = psi.slope * (2.0 - 4.0 * ratio);
+    return Flow<T>{scale * high_pa * psi.value, scale * (psi.value - ratio * slope), scale * slope};
+  };
+  const Flow<T> out = choose(ratio < T(0.5), choked, open);
+  return {select(back, T(-out.kgps), out.kgps), select(back, T(-out.per_behind), out.per_before),
+          select(back, T(-out.per_before), out.per_behind)};
 }
 
 /// What the air path is made of; names and units as in parameters.def.
@@ -190,7 +171,7 @@ struct Compressor {
 template <class T>
 Compressor<T> compressor(const TurboParameters<T>& p, const T& shaft_radps, const T& behind_pa,
                          const TurboMaps& maps, const T& mapped) {
-  using std::pow;
+  using maths::pow;
   const Map2 &flow_map = maps.compressor_kgps, &efficiency_map = maps.compressor_efficiency;
   constexpr double kExponent = kGas / kAirHeat;
   const T ratio = behind_pa / p.air_pa;
@@ -205,12 +186,12 @@ Compressor<T> compressor(const TurboParameters<T>& p, const T& shaft_radps, cons
   out.kgps = area_density * p.flow * root.value;
   out.per_pa = -area_density * p.flow * root.slope * 2.0 * kAirHeat * p.air_k * kExponent * power /
                (behind_pa * p.head);
-  const T wheel_mps = tip_mps > T(20) ? tip_mps : T(20);
+  const T wheel_mps = select(tip_mps > T(20), tip_mps, T(20));
   T away = out.kgps / (area_density * wheel_mps * p.best_flow) - 1.0;
-  if (away > T(2)) away = T(2);
-  if (away < T(-1)) away = T(-1);
+  away = select(away > T(2), T(2), away);
+  away = select(away < T(-1), T(-1), away);
   T share = 1.0 - p.narrowness * away * away;
-  if (share < T(0.35)) share = T(0.35);
+  share = select(share < T(0.35), T(0.35), share);
   out.efficiency = p.compressor_efficiency * share;
   if (!is_exactly_zero(mapped)) {
     if (!flow_map.empty()) out.kgps += mapped * (evaluate(flow_map, shaft_radps, ratio) - out.kgps);
@@ -240,7 +221,7 @@ template <class T>
 void map_turbine(const TurboMaps& maps, const T& mapped, const T& expansion_ratio,
                  const T& exhaust_pa, const T& exhaust_k, const T& shaft_radps, const T& air_pa,
                  Turbine<T>& out) {
-  using std::pow;
+  using maths::pow;
   using std::sqrt;
   const T root_k = sqrt(exhaust_k), reduced_radps = shaft_radps / root_k;
   if (!maps.turbine_flow.empty()) {
@@ -250,17 +231,19 @@ void map_turbine(const TurboMaps& maps, const T& mapped, const T& expansion_rati
         kPerMega * evaluate(maps.turbine_flow, reduced_radps, T(expansion_ratio + kFurther));
     const T kgps = reduced * exhaust_pa / root_k;
     const T per_pa = (reduced + (further - reduced) / kFurther * exhaust_pa / air_pa) / root_k;
-    if (out.kgps > T(0)) out.torque_nm *= 1.0 + mapped * (kgps / out.kgps - 1.0);
+    out.torque_nm =
+        select(out.kgps > T(0), T(out.torque_nm * (1.0 + mapped * (kgps / out.kgps - 1.0))),
+               out.torque_nm);
     out.kgps += mapped * (kgps - out.kgps);
-    out.per_pa += mapped * ((per_pa > T(0) ? per_pa : T(0)) - out.per_pa);
+    out.per_pa += mapped * (select(per_pa > T(0), per_pa, T(0)) - out.per_pa);
   }
   if (!maps.turbine_efficiency.empty()) {
     const T efficiency = evaluate(maps.turbine_efficiency, reduced_radps, expansion_ratio);
     const T expansion_jpkg =
         kExhaustHeat * exhaust_k * (1.0 - pow(expansion_ratio, -kGas / kExhaustHeat));
-    const T per_radps = shaft_radps > T(500) ? shaft_radps : T(500);
+    const T per_radps = select(shaft_radps > T(500), shaft_radps, T(500));
     const T torque_nm =
-        expansion_ratio > T(1) ? T(out.kgps * efficiency * expansion_jpkg / per_radps) : T(0);
+        select(expansion_ratio > T(1), T(out.kgps * efficiency * expansion_jpkg / per_radps), T(0));
     out.torque_nm += mapped * (torque_nm - out.torque_nm);
   }
 }
@@ -269,7 +252,7 @@ template <class T>
 Turbine<T> turbine(const TurboParameters<T>& p, const T& wastegate, const T& charge_pa,
                    const T& exhaust_pa, const T& exhaust_k, const T& shaft_radps,
                    const TurboMaps& maps, const T& mapped) {
-  using std::pow;
+  using maths::pow;
   using std::sqrt;
   Turbine<T> out{T(0), T(0), T(0), T(0)};
   const T ratio = p.air_pa / exhaust_pa;
@@ -277,14 +260,15 @@ Turbine<T> turbine(const TurboParameters<T>& p, const T& wastegate, const T& cha
   const Sloped<T> ellipse = soft_root(T(1.0 - ratio * ratio), 0.04);
   out.kgps = scale * exhaust_pa * ellipse.value;
   out.per_pa = scale * (ellipse.value + 2.0 * ratio * ratio * ellipse.slope);
-  if (out.kgps > T(0)) {
+  const auto driven = [&] {
     const T expansion_jpkg = kExhaustHeat * exhaust_k * (1.0 - pow(ratio, kGas / kExhaustHeat));
     const T jet_mps = soft_root(T(2.0 * expansion_jpkg), 2500.0).value;
     const T radius_m = 0.5 * p.turbine_m;
-    out.torque_nm =
+    return T(
         out.kgps * p.turbine_efficiency * radius_m *
-        (jet_mps / p.blade_ratio - radius_m * shaft_radps / (2.0 * p.blade_ratio * p.blade_ratio));
-  }
+        (jet_mps / p.blade_ratio - radius_m * shaft_radps / (2.0 * p.blade_ratio * p.blade_ratio)));
+  };
+  out.torque_nm = choose(out.kgps > T(0), driven, [] { return T(0); });
   if (!is_exactly_zero(mapped))
     map_turbine(maps, mapped, T(exhaust_pa / p.air_pa), exhaust_pa, exhaust_k, shaft_radps,
                 p.air_pa, out);
@@ -306,10 +290,10 @@ template <class T>
 TurboRates<T> turbocharged(const TurboParameters<T>& p, const TurboAmounts<T>& amount,
                            const TurboState<T>& s, const T& engine_radps, const T& throttle,
                            const T& fuelled, const TurboMaps& maps) {
-  using std::cos;
-  using std::pow;
+  using maths::cos;
+  using maths::pow;
   constexpr double kPi = 3.141592653589793;
-  const auto at_least = [](const T& x, double least) { return x > T(least) ? x : T(least); };
+  const auto at_least = [](const T& x, double least) { return select(x > T(least), x, T(least)); };
   const T manifold_pa = at_least(s.manifold_pa, 1e3), charge_pa = at_least(s.charge_pa, 1e3);
   const T exhaust_pa = at_least(s.exhaust_pa, 1e3);
   const T shaft = at_least(s.shaft_radps, 0.0), engine = at_least(engine_radps, 0.0);
@@ -323,7 +307,7 @@ TurboRates<T> turbocharged(const TurboParameters<T>& p, const TurboAmounts<T>& a
   out.compressor_w = at_least(T(c.kgps), 0.0) * kAirHeat * heated_k;
 
   // Throttle and overrun valve.
-  const T opened = 1.0 - cos(0.5 * kPi * throttle);
+  const T opened = 1.0 - cos(T(0.5 * kPi * throttle));
   const Flow<T> through = nozzle(T(p.leak_m2 + (p.throttle_m2 - p.leak_m2) * opened), charge_pa,
                                  manifold_pa, out.charge_k, out.charge_k);
   out.throttle_kgps = through.kgps;
@@ -338,7 +322,7 @@ TurboRates<T> turbocharged(const TurboParameters<T>& p, const TurboAmounts<T>& a
   }
 
   // Cylinders: gas that the last cycle left takes room from the air.
-  T room = 1.0 + (1.0 - pow(exhaust_pa / manifold_pa, 1.0 / 1.35)) / (p.compression - 1.0);
+  T room = 1.0 + (1.0 - pow(T(exhaust_pa / manifold_pa), 1.0 / 1.35)) / (p.compression - 1.0);
   room = at_least(room, 0.05);
   const T per_rad = p.displacement_m3 / (4.0 * kPi);  // m3 per rad of the crankshaft
   const T air_per_rad = room * p.filling * per_rad * manifold_pa / (kGas * out.charge_k);

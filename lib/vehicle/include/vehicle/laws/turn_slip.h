@@ -7,6 +7,7 @@
 
 #include <cmath>
 
+#include "vehicle/maths.h"
 #include "vehicle/parameters.h"
 #include "vehicle/tyre_file.h"
 
@@ -52,13 +53,13 @@ struct TurnSlip {
 /// VXLOW and changes its sign backward; the moment does neither.
 template <class T>
 TurnSlip<T> turn_slip(const TyreCoefficients& t, const TurnSlipInput<T>& in) {
+  using maths::acos;
+  using maths::atan;
+  using maths::sin;
   using std::abs;
-  using std::acos;
-  using std::atan;
-  using std::sin;
   using std::sqrt;
   constexpr double kPi = 3.14159265358979323846;
-  const auto cos_atan = [](const T& x) { return T(T(1) / sqrt(1.0 + x * x)); };
+  const auto cos_atan = [](const T& x) { return T(T(1) / sqrt(T(1.0 + x * x))); };
   const auto shape = [](const T& b_x, double c, double e) {
     return T(sin(c * atan(T(b_x - e * (b_x - atan(b_x))))));
   };
@@ -74,14 +75,15 @@ TurnSlip<T> turn_slip(const TyreCoefficients& t, const TurnSlipInput<T>& in) {
   const T b_x = t.pdxp1 * (1.0 + t.pdxp2 * in.dfz) * cos_atan(T(t.pdxp3 * in.kappa));  // (4.106)
   z.peak_x = cos_atan(T(b_x * spin));
   const T b_y = t.pdyp1 * (1.0 + t.pdyp2 * in.dfz) * cos_atan(T(t.pdyp3 * in.tan_alpha));  // (4.78)
-  const T root = t.pdyp4 != 0.0 && size > T(1e-12) ? T(t.pdyp4 * sqrt(size)) : T(0);
+  const auto rooted = [&] { return T(t.pdyp4 * sqrt(size)); };
+  const T root = choose(t.pdyp4 != 0.0 && size > T(1e-12), rooted, [] { return T(0); });
   z.peak_y = cos_atan(T(b_y * (size + root)));
   z.stiffness_y = cos_atan(T(t.pkyp1 * spin * spin));
 
   // Slope of the shift at the origin: camber stiffness over cornering stiffness, (4.88), (4.89).
   const T d_hy = T(t.phyp2 + t.phyp3 * in.dfz);
   const T k = z.stiffness_y * in.cornering_stiffness_n;
-  const T k_y = k + (k < T(0) ? T(-1e-6) : T(1e-6));
+  const T k_y = k + select(k < T(0), T(-1e-6), T(1e-6));
   const T b_hy = in.camber_stiffness_n / camber_share / (t.phyp1 * d_hy * k_y);
   z.shift_h =
       d_hy * shape(T(b_hy * (in.direction * turn + by_camber)), t.phyp1, at_most_one(t.phyp4));
@@ -103,7 +105,9 @@ TurnSlip<T> turn_slip(const TyreCoefficients& t, const TurnSlipInput<T>& in) {
   // (4.103), (4.104): the torque left at a slip angle of 90 degrees.
   const T sideways_nm = most_nm * (2.0 / kPi) * atan(T(t.qcrp2 * abs(turn))) * in.weight_y;
   const T left = sideways_nm / (abs(z.moment_nm) + 1e-6);
-  z.residual_shape = left < T(1) ? (left > T(0) ? T((2.0 / kPi) * acos(left)) : T(1)) : T(0);
+  const auto between = [&] { return T((2.0 / kPi) * acos(left)); };
+  const auto below = [&] { return choose(left > T(0), between, [] { return T(1); }); };
+  z.residual_shape = choose(left < T(1), below, [] { return T(0); });
   return z;
 }
 

@@ -26,7 +26,7 @@ T warm_up_rate(const T& warmth, const T& time_s, const T& lateral_mps2) {
 /// The warmth `step_s` later under a lateral acceleration that stays: exact.
 template <class T>
 T warmth_after(const T& warmth, const T& time_s, const T& lateral_mps2, double step_s) {
-  using std::exp;
+  using maths::exp;
   return 1.0 - (1.0 - warmth) * exp(-step_s * warm_up_work(lateral_mps2) / time_s);
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "vehicle/map.h"
+#include "vehicle/maths.h"
 
 namespace vehicle::laws {
 
@@ -17,20 +18,28 @@ inline constexpr double kWakeLengths = 10.0;
 /// what it takes of drag and lift, twice the deficit as long as that is small, with it.
 template <class T>
 T wake_left(const Map2& map, const T& x_m, const T& y_m) {
+  using maths::pow;
   using std::abs;
-  using std::pow;
+  const auto one = [] { return T(1); };
   T left(1);
-  if (map.x.size() > 1 && map.x.back() > 0.0 && x_m > T(map.x.back())) {
-    const T lengths = x_m / map.x.back();
-    if (!(lengths < T(kWakeLengths))) return T(0);
-    left = pow(lengths, -2.0 / 3.0);
-    if (lengths > T(0.5 * kWakeLengths)) left *= 2.0 - lengths / (0.5 * kWakeLengths);
+  if (map.x.size() > 1 && map.x.back() > 0.0) {
+    const auto faded = [&] {
+      const T lengths = x_m / map.x.back();
+      const T law = pow(lengths, -2.0 / 3.0);
+      const T end = select(lengths > T(0.5 * kWakeLengths),
+                           T(law * (2.0 - lengths / (0.5 * kWakeLengths))), law);
+      return select(lengths < T(kWakeLengths), end, T(0));
+    };
+    left = choose(x_m > T(map.x.back()), faded, one);
   }
-  const double edge_m = y_m > T(0) ? map.y.back() : -map.y.front();
-  if (map.y.size() > 1 && edge_m > 0.0 && abs(y_m) > T(edge_m)) {
-    const T widths = abs(y_m) / edge_m;
-    if (!(widths < T(2))) return T(0);
-    left *= 2.0 - widths;
+  if (map.y.size() > 1) {
+    const T edge_m = select(y_m > T(0), T(map.y.back()), T(-map.y.front()));
+    const T size = abs(y_m);
+    const auto beside = [&] {
+      const T widths = size / edge_m;
+      return select(widths < T(2), T(2.0 - widths), T(0));
+    };
+    left = left * choose(edge_m > T(0) && size > edge_m, beside, one);
   }
   return left;
 }

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 
+#include "vehicle/lanes.h"
+
 namespace vehicle {
 
 /// What solve_suspension made of the points: polynomials in the travel without a constant term,
@@ -27,17 +29,18 @@ struct AlongTravel {
 /// Of `c` at `travel_m`, in the unit of the polynomial, per metre, per square metre.
 template <class T>
 AlongTravel<T> along_travel(const WheelPath::Coefficients& c, double range_m, const T& travel_m) {
-  const bool beyond = travel_m > T(range_m) || travel_m < T(-range_m);
-  const T x = beyond ? T(travel_m > T(0) ? range_m : -range_m) : travel_m;
+  const auto beyond = travel_m > T(range_m) || travel_m < T(-range_m);
+  const T x = select(beyond, select(travel_m > T(0), T(range_m), T(-range_m)), travel_m);
   AlongTravel<T> out{T(0), T(0), T(0)};
   for (std::size_t k = WheelPath::kDegree; k-- > 0;) {
     const double n = static_cast<double>(k + 1);
     out.value = out.value * x + c[k];
     out.slope = out.slope * x + n * c[k];
-    if (k > 0 && !beyond) out.curvature = out.curvature * x + n * (n - 1.0) * c[k];
+    if (k > 0) out.curvature = out.curvature * x + n * (n - 1.0) * c[k];
   }
   out.value = out.value * x;
-  if (beyond) out.value += out.slope * (travel_m - x);
+  out.value = select(beyond, T(out.value + out.slope * (travel_m - x)), out.value);
+  out.curvature = select(beyond, T(0), out.curvature);
   return out;
 }
 
