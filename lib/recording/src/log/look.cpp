@@ -1,12 +1,12 @@
 #include "recording/look.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
 #include <utility>
 
+#include "base/letters.h"
 #include "base/statistics.h"
 #include "readers.h"
 
@@ -16,11 +16,7 @@ namespace {
 
 /// The name in lower case without punctuation and without a unit in brackets.
 std::string clock_word(const std::string& name) {
-  std::string word;
-  for (const char c : name.substr(0, name.find_first_of("[(")))
-    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
-      word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return word;
+  return base::letters_and_digits_of(name.substr(0, name.find_first_of("[(")));
 }
 
 bool is_clock(const std::string& word) {
