@@ -35,6 +35,17 @@ bool may_be_clock(const std::string& word) {
           word.ends_with("timesec") || word.ends_with("timestamp"));
 }
 
+/// Between samples that are numbers and have a moment; a clock that runs backwards makes no gap.
+double longest_gap_s(const std::vector<double>& values, const std::vector<double>& time_s) {
+  double longest = 0.0, last = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t k = 0; k < std::min(values.size(), time_s.size()); ++k) {
+    if (!std::isfinite(values[k]) || !std::isfinite(time_s[k])) continue;
+    if (time_s[k] - last > longest) longest = time_s[k] - last;
+    last = time_s[k];
+  }
+  return longest;
+}
+
 }  // namespace
 
 const Channel* clock_of(const Log& log) {
@@ -118,8 +129,20 @@ bool is_dead(const std::vector<double>& values) {
   return seen >= kEnough;
 }
 
+std::vector<double> moments_of(const Log& log, const Channel& channel) {
+  if (log.in_rows) return clock_of_rows(log);
+  if (!log.clocks.empty()) return log.clocks.at(channel.clock);
+  std::vector<double> out;
+  if (channel.rate_hz > 0.0)
+    for (std::size_t k = 0; k < channel.values.size(); ++k)
+      out.push_back(static_cast<double>(k) / channel.rate_hz);
+  return out;
+}
+
 std::vector<ChannelLook> look_at_channels(const Log& log) {
   std::vector<ChannelLook> out;
+  const std::vector<double> rows_s =
+      log.in_rows ? clock_of_rows(log) : std::vector<double>{};  // of all channels
   for (const Channel& channel : log.channels) {
     ChannelLook look{.name = channel.name,
                      .unit = channel.unit,
@@ -133,6 +156,8 @@ std::vector<ChannelLook> look_at_channels(const Log& log) {
       look.greatest = look.samples == 0 ? value : std::max(look.greatest, value);
       ++look.samples;
     }
+    look.longest_gap_s =
+        longest_gap_s(channel.values, log.in_rows ? rows_s : moments_of(log, channel));
     out.push_back(std::move(look));
   }
   return out;
