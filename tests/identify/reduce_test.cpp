@@ -154,6 +154,8 @@ TEST(Reduce, TheRacerIsWithinTheBounds) {
   // What misses its bound is left out, and said.
   const ReduceBounds strict{0.02, 1e-6};
   EXPECT_THAT(identify::why_refused_double(r, lap, strict), HasSubstr("steady-state limit is 0."));
+  EXPECT_THAT(identify::why_refused_double(r, lap, strict),
+              ::testing::ContainsRegex("% at [0-9]+ m/s, pressed by [0-9.]+ m/s2"));
   const std::string without = identify::control_yaml(r, lap, strict, "a test");
   EXPECT_THAT(without, HasSubstr("refused: \"double-track: its steady-state limit"));
   EXPECT_THAT(without, Not(HasSubstr("front_wheel:")));

@@ -70,8 +70,20 @@ std::string model_yaml(const char* name, const LapError::Model& lap, const PartE
       refused.empty() ? "" : "  refused: \"" + refused + "\"\n");
 }
 
+/// Where the limit is furthest off.
+std::string place_of(const Reduction& r, double GripPoint::*reduced) {
+  const GripPoint* worst = nullptr;
+  const auto miss = [&](const GripPoint& p) { return p.*reduced / p.full_mps2 - 1.0; };
+  for (const GripPoint& p : r.border)
+    if (p.rolls_free && (worst == nullptr || std::abs(miss(p)) > std::abs(miss(*worst))))
+      worst = &p;
+  return worst == nullptr ? ""
+                          : fmt::format("; {:+.2f} % at {:.0f} m/s, pressed by {:.3g} m/s2",
+                                        100.0 * miss(*worst), worst->vx_mps, worst->an_mps2);
+}
+
 std::string why(const char* name, const LapError::Model& lap, const PartError& limit,
-                const ReduceBounds& bounds) {
+                const ReduceBounds& bounds, const std::string& place) {
   // NaN is no answer either.
   if (!(lap.ay_rms <= bounds.lap_share))
     return fmt::format(
@@ -82,9 +94,9 @@ std::string why(const char* name, const LapError::Model& lap, const PartError& l
     return fmt::format("{}: the full car has no steady state at its limit to compare with", name);
   if (!(limit.rms <= bounds.limit_share))
     return fmt::format(
-        "{}: its steady-state limit is {:.2f} % from the full car's (root mean square), at most "
+        "{}: its steady-state limit is {:.2f} % from the full car's (root mean square{}), at most "
         "{:.2f} % is allowed",
-        name, 100.0 * limit.rms, 100.0 * bounds.limit_share);
+        name, 100.0 * limit.rms, place, 100.0 * bounds.limit_share);
   return {};
 }
 
@@ -143,12 +155,13 @@ constexpr char kFormulas[] = R"yaml(formulas:
 
 std::string why_refused_single(const Reduction& r, const LapError& lap,
                                const ReduceBounds& bounds) {
-  return why("single-track", lap.single, r.limit_single, bounds);
+  return why("single-track", lap.single, r.limit_single, bounds,
+             place_of(r, &GripPoint::single_mps2));
 }
 
 std::string why_refused_double(const Reduction& r, const LapError& lap,
                                const ReduceBounds& bounds) {
-  return why("double-track", lap.two, r.limit_double, bounds);
+  return why("double-track", lap.two, r.limit_double, bounds, place_of(r, &GripPoint::double_mps2));
 }
 
 std::string control_yaml(const Reduction& r, const LapError& lap, const ReduceBounds& bounds,
