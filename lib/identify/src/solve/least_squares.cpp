@@ -1,7 +1,5 @@
 #include "identify/least_squares.h"
 
-#include <ceres/ceres.h>
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,6 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "base/statistics.h"
-#include "one_thread.h"
 
 namespace identify {
 
