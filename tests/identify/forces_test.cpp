@@ -215,6 +215,74 @@ TEST(SlowForces, OfWheelsThatRollOtherwiseAreNotToBeUsed) {
   EXPECT_FALSE(f.doubts.empty());
 }
 
+// Slow bends on a plane: there steering, yaw rate and speed tell the wheelbase.
+TEST(SlowForces, AWrongWheelbaseIsSaid) {
+  using namespace vehicle;  // NOLINT: names of one library
+  const Racer racer;
+  const Road plane;
+  StartOptions begin;
+  begin.speed_mps = 14.0;
+  begin.gear = 2;
+  Simulation<double> sim = start(racer.car, plane, begin);
+  Detail<double> detail{};
+  Drive drive;
+  for (const std::string& name : recording::telemetry_channels()) drive.telemetry.add(name, {});
+  std::vector<double> row(recording::telemetry_channels().size());
+  for (int k = 0; k < 60000; ++k) {
+    Controls<double> controls{};
+    controls.gear_command = 2;
+    const double wanted_mps = 14.0 + 6.0 * std::sin(0.15 * sim.time_s);
+    controls.throttle_command = sim.state[kVx] < wanted_mps ? 0.3 : 0.0;
+    if (sim.state[kVx] > wanted_mps + 0.5) controls.brake_command_pa.fill(4e5);
+    controls.steer_command_rad = 0.05 * std::sin(0.5 * sim.time_s);
+    const State<double> before = sim.state;
+    const double time_s = sim.time_s;
+    ASSERT_TRUE(step(racer.car, sim, controls, plane, StepOptions{}, detail).ok());
+    if (k % 50 != 0) continue;
+    fill_telemetry(time_s, before, detail, controls, 0.0, 0.0, row);
+    for (std::size_t i = 0; i < row.size(); ++i) drive.telemetry.columns[i].push_back(row[i]);
+  }
+  const auto recording = recording::make_recording(test_drive::logged(drive, true, 3), "log");
+  ForcesOptions options;
+  options.prior = racer.vehicle.prior;
+  options.noise_rounds = 0;
+  for (const double factor : {1.0, 1.2}) {
+    Vehicle other = racer.vehicle;
+    other.parameters[P::chassis_wheelbase_m] *= factor;
+    const auto car = make_car(other.files, other.parameters, other.terms, other.contact);
+    const auto doubts = identify::estimate_forces(car, plane, recording, options).doubts;
+    const auto said = ::testing::Contains(::testing::HasSubstr("say a wheelbase of 3."));
+    if (factor > 1.0) {
+      EXPECT_THAT(doubts, said);
+    } else {
+      EXPECT_THAT(doubts, ::testing::Not(said));
+    }
+  }
+}
+
+// A log of the racer, with the right file and with those of two other cars.
+TEST(SlowForces, AWrongYawInertiaIsSaid) {
+  const Racer racer;
+  const Drive drive = test_drive::drive_car(racer.car, racer.road, 100, 1, 30.0, kTrueStep_s);
+  const auto recording = recording::make_recording(test_drive::logged(drive, true, 3), "log");
+  ForcesOptions options;
+  options.prior = racer.vehicle.prior;
+  options.noise_rounds = 2;
+  const auto doubts_with = [&](P parameter, double factor) {
+    vehicle::Vehicle other = racer.vehicle;
+    other.parameters[parameter] *= factor;
+    const auto car = make_car(other.files, other.parameters, other.terms, other.contact);
+    return identify::estimate_forces(car, racer.road, recording, options).doubts;
+  };
+  using ::testing::Contains, ::testing::HasSubstr, ::testing::IsEmpty;
+  EXPECT_THAT(doubts_with(P::chassis_yaw_inertia_kgm2, 1.0), IsEmpty());
+  EXPECT_THAT(doubts_with(P::chassis_yaw_inertia_kgm2, 1.1), IsEmpty()) << "within its prior";
+  for (const double factor : {0.5, 2.0})
+    EXPECT_THAT(doubts_with(P::chassis_yaw_inertia_kgm2, factor),
+                Contains(HasSubstr("stated yaw inertia")))
+        << factor;
+}
+
 // Six laps of the demo circuit, 100 Hz with an optical sensor and 50 Hz without: the table of
 // docs/evidence.md.
 TEST(Forces, OfSixLapsHoldTheirIntervals) {

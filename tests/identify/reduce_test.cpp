@@ -61,8 +61,15 @@ void compare_in_c(const Reduction& r, const std::string& header) {
       "#include <stdio.h>\n#include \"control.h\"\nstatic void say(control_state s) {\n"
       "  const control_forces a = control_single_track(&control_car_values, &s);\n"
       "  const control_forces b = control_double_track(&control_car_values, &s);\n"
-      "  printf(\"%.9g %.9g %.9g %.9g %.9g %.9g\\n\", a.ay_mps2, a.yaw_moment_nm, b.ay_mps2, "
-      "b.yaw_moment_nm, b.fz_n[1], b.differential_nm);\n}\nint main(void) {\n";
+      "  control_lags one = control_no_lags(), two = control_no_lags();\n  double late[2];\n"
+      "  control_single_track_lagged(&control_car_values, &s, &one, 0.0);\n"
+      "  control_double_track_lagged(&control_car_values, &s, &two, 0.0);\n"
+      "  s.steer_rad += 0.01;\n"
+      "  late[0] = control_single_track_lagged(&control_car_values, &s, &one, 0.004).ay_mps2;\n"
+      "  late[1] = control_double_track_lagged(&control_car_values, &s, &two, 0.004).ay_mps2;\n"
+      "  printf(\"%.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g\\n\", a.ay_mps2, a.yaw_moment_nm, "
+      "b.ay_mps2, b.yaw_moment_nm, b.fz_n[1], b.differential_nm, late[0], late[1]);\n}\n"
+      "int main(void) {\n";
   for (const PlanarState& s : states)
     program += fmt::format(
         "  {{ const control_state s = {{{}, {}, {}, {}, {}, {}, {{{}, {}}}, {}, {{{}, {}}}, {{{}, "
@@ -83,14 +90,22 @@ void compare_in_c(const Reduction& r, const std::string& header) {
   std::istringstream said(cli::read(folder / "said"));
   for (const PlanarState& s : states) {
     const auto a = identify::single_track(r.car, s), b = identify::double_track(r.car, s);
-    double value[6];
+    identify::SlipLags one, two;
+    identify::single_track(r.car, s, &one);
+    identify::double_track(r.car, s, &two);
+    PlanarState turned = s;
+    turned.steer_rad += 0.01;
+    double value[8];
     for (double& v : value) said >> v;
-    EXPECT_NEAR(value[0], a.ay_mps2, 1e-4);
-    EXPECT_NEAR(value[1], a.yaw_moment_nm, 0.5);
-    EXPECT_NEAR(value[2], b.ay_mps2, 1e-4);
-    EXPECT_NEAR(value[3], b.yaw_moment_nm, 0.5);
-    EXPECT_NEAR(value[4], b.fz_n[1], 0.1);
-    EXPECT_NEAR(value[5], b.differential_nm, 0.1);
+    // The header has nine digits of each number.
+    EXPECT_NEAR(value[0], a.ay_mps2, 1e-6);
+    EXPECT_NEAR(value[1], a.yaw_moment_nm, 1e-3);
+    EXPECT_NEAR(value[2], b.ay_mps2, 1e-6);
+    EXPECT_NEAR(value[3], b.yaw_moment_nm, 1e-3);
+    EXPECT_NEAR(value[4], b.fz_n[1], 1e-3);
+    EXPECT_NEAR(value[5], b.differential_nm, 1e-3);
+    EXPECT_NEAR(value[6], identify::single_track(r.car, turned, &one, 0.004).ay_mps2, 1e-6);
+    EXPECT_NEAR(value[7], identify::double_track(r.car, turned, &two, 0.004).ay_mps2, 1e-6);
   }
   double at_turn = 0.0, at_brake = 0.0;
   said >> at_turn >> at_brake;
@@ -139,6 +154,8 @@ TEST(Reduce, TheRacerIsWithinTheBounds) {
   // What misses its bound is left out, and said.
   const ReduceBounds strict{0.02, 1e-6};
   EXPECT_THAT(identify::why_refused_double(r, lap, strict), HasSubstr("steady-state limit is 0."));
+  EXPECT_THAT(identify::why_refused_double(r, lap, strict),
+              ::testing::ContainsRegex("% at [0-9]+ m/s, pressed by [0-9.]+ m/s2"));
   const std::string without = identify::control_yaml(r, lap, strict, "a test");
   EXPECT_THAT(without, HasSubstr("refused: \"double-track: its steady-state limit"));
   EXPECT_THAT(without, Not(HasSubstr("front_wheel:")));

@@ -131,6 +131,55 @@ def test_a_recording_is_a_mapping_and_a_table(circle, car, tmp_path, monkeypatch
     assert kind == "frame" and columns["vx_mps"][3] == 23.0
 
 
+def test_any_log_opens_as_its_channels(tmp_path, monkeypatch):
+    path = tmp_path / "logger.csv"
+    rows = [f"{k / 10},{20 + k % 7},3.5,{k if k % 5 == 0 else ''}" for k in range(100) if not 40 <= k < 70]
+    path.write_text("Time,Speed,Stuck,Slow\ns,km/h,bar,\n" + "\n".join(rows) + "\n")
+    log = kerbstone.open(path)
+    assert log.format == "CSV" and len(log) == 4 and list(log) == log.keys() and repr(log) == "Log(CSV, 4 channels)"
+    speed = log["Speed"]
+    assert (speed.name, speed.unit, speed.samples, speed.words, speed.dead) == ("Speed", "km/h", 70, 0, False)
+    assert speed.rate_hz == pytest.approx(10, rel=0.01) and (speed.least, speed.greatest) == (20, 26)
+    assert speed.longest_gap_s == pytest.approx(3.1) and speed.values[3] == 23 and speed.time_s[3] == pytest.approx(0.3)
+    assert log["Stuck"].dead and not speed.dead
+    assert log["Slow"].samples == 14 and log["Slow"].longest_gap_s == pytest.approx(3.5) and math.isnan(log["Slow"].values[1])
+    assert [channel.name for channel in log.channels] == list(log)
+    monkeypatch.setitem(sys.modules, "pandas", types.SimpleNamespace(DataFrame=lambda columns: ("frame", columns)))
+    assert log.to_dataframe()[1]["Speed"][3] == 23
+    with pytest.raises(KeyError):
+        log["speed"]
+    measured = tmp_path / "log.mf4"
+    measured.write_bytes(b"MDF     4.10    test" + bytes(200))
+    with pytest.raises(kerbstone.Error, match="MDF"):
+        kerbstone.open(measured)
+
+
+def test_parts_of_a_car_are_found_in_a_drive(car, tmp_path):
+    u = np.arange(0, 9000.5, 0.5)
+    flat = kerbstone.Road.from_arrays(u, 0 * u, [-6.0, 6.0], np.zeros((u.size, 2)))
+    drive = car.start(flat, u_m=20, speed_mps=30, gear=3, fuel_kg=20)
+    channels = ["time_s", "vx_mps", "ax_mps2", "az_mps2", "throttle", "gear", *(f"fz_{wheel}_n" for wheel in ("fl", "fr", "rl", "rr"))]
+    rows = []
+    for k in range(4000):  # up and down between 25 and 60 m/s
+        slow = k % 500 >= 300
+        drive.step(gear=3 if drive["vx_mps"] < 40 else 5, throttle=0.0 if slow else 0.8, brake_pa=[2.5e6 if slow and drive["vx_mps"] > 25 else 0.0] * 4, steps=20)
+        rows.append(",".join(f"{drive[channel]:.9g}" for channel in channels))
+    log = tmp_path / "drive.csv"
+    log.write_text(",".join(channels) + "\n" + "\n".join(rows[50:]) + "\n")
+    mass = kerbstone.identify("mass", log, VEHICLE, fuel_kg=20.0)
+    found = mass.found["mass_kg"]
+    assert found.value == pytest.approx(740, abs=max(2.0, found.within)) and found.within < 20 and found.stated == 740 and found.unseen == ""
+    assert "chassis.mass_kg = " in mass.sheet and mass.fuel_kg == 20 and mass.doubts == [] and mass.remarks
+    assert repr(mass).startswith("Identified(mass,") and "mass_kg" in repr(found) and mass.map == []
+    brakes = kerbstone.identify("brakes", log, VEHICLE)
+    assert "pressures" in brakes.found["torque"].unseen and brakes.found["torque"].stated == 1
+    with pytest.raises(kerbstone.Error, match="wanted mass, aero"):
+        kerbstone.identify("wings", log, VEHICLE)
+    with pytest.raises(kerbstone.NotUsable, match="the loads weigh") as refused:
+        kerbstone.identify("mass", log, VEHICLE, settings=["chassis.mass_kg=400"])
+    assert refused.value.result.found["mass_kg"].value == pytest.approx(740, rel=0.05)
+
+
 def test_errors_of_recordings(car, circle, tmp_path):
     with pytest.raises(kerbstone.Error, match="no_log.csv"):
         kerbstone.Recording.read("no_log.csv")

@@ -45,15 +45,14 @@ struct ReduceCommand {
 };
 int reduce(const ReduceCommand& command, Terminal& terminal);
 
-/// What is on board where neither the log nor --fuel-kg says it.
-inline constexpr double kAssumedFuel_kg = 30.0;
+/// Of identify::kAssumedFuel_kg.
 inline constexpr const char* kFuelAssumed = "assumption: neither the log nor --fuel-kg states it";
 
 struct ForcesCommand {
   std::vector<std::string> recording_paths;
   std::string vehicle_path, setup_path, track_path, friction_path, mapping_path, out_path;
   std::vector<std::string> settings;  ///< name=value
-  std::optional<double> fuel_kg;      ///< none: kAssumedFuel_kg
+  std::optional<double> fuel_kg;      ///< none: identify::kAssumedFuel_kg
   double tyre_k = 360.0, disc_k = 500.0, step_s = 2e-3;
   int noise_rounds = 8;
   unsigned threads = 0;
@@ -62,6 +61,7 @@ int forces(const ForcesCommand& command, Terminal& terminal);
 
 /// Of the commands that fit parts of a car to one drive.
 struct DriveCommand {
+  std::string part;  ///< of identify::kMeasuredParts
   std::string recording_path, vehicle_path, setup_path, track_path, mapping_path, out_path;
   std::vector<std::string> settings;    ///< name=value
   std::string accelerations = "body";   ///< body or road
@@ -70,10 +70,9 @@ struct DriveCommand {
   std::string plots_path;               ///< engine and brakes only
   std::vector<std::string> engine_off;  ///< BEGIN,END in seconds of the log; aero only
 };
-int aero(const DriveCommand& command, Terminal& terminal);
 int brakes(const DriveCommand& command, Terminal& terminal);
 int engine(const DriveCommand& command, Terminal& terminal);
-int mass(const DriveCommand& command, Terminal& terminal);
-int suspension(const DriveCommand& command, Terminal& terminal);
+/// mass, aero or suspension.
+int drive_part(const DriveCommand& command, Terminal& terminal);
 
 }  // namespace crgidentify

@@ -2,22 +2,31 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "base/json_text.h"
 #include "base/one_line.h"
 #include "base/sha256.h"
-#include "base/statistics.h"
 #include "base/write_file.h"
-#include "identify/short_gaps.h"
-#include "vehicle/road_file.h"
 
 namespace crgidentify {
 namespace {
 
 using nlohmann::ordered_json;
+
+std::pair<double, double> stretch_of(const std::string& text) {
+  std::pair<double, double> out;
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, out.first);
+  if (first.ec == std::errc() && first.ptr != end && *first.ptr == ',') {
+    const auto second = std::from_chars(first.ptr + 1, end, out.second);
+    if (second.ec == std::errc() && second.ptr == end && out.first < out.second) return out;
+  }
+  throw command::UsageError("--engine-off " + text + ": wanted BEGIN,END in seconds, like 12.5,30");
+}
 
 std::string left_out(const identify::DriveWindows& w) {
   std::string out;
@@ -47,7 +56,23 @@ std::string table(const identify::DriveFit& fit) {
 
 }  // namespace
 
-ordered_json drive_json(const identify::DriveWindows& w, const identify::DriveFit& fit) {
+identify::MeasureRequest request_of(const DriveCommand& command) {
+  identify::MeasureRequest out;
+  out.recording_path = command.recording_path;
+  out.vehicle_path = command.vehicle_path;
+  out.setup_path = command.setup_path;
+  out.road_path = command.track_path;
+  out.mapping_path = command.mapping_path;
+  out.settings = command.settings;
+  out.body_axes = command.accelerations == "body";
+  out.fuel_kg = command.fuel_kg;
+  for (const std::string& text : command.engine_off) out.engine_off_s.push_back(stretch_of(text));
+  return out;
+}
+
+ordered_json drive_json(const identify::Measured& measured) {
+  const identify::DriveWindows& w = measured.windows;
+  const identify::DriveFit& fit = measured.fit;
   ordered_json out{{"windows", fit.windows},
                    {"places", fit.blocks},
                    {"rows", w.rows},
@@ -72,64 +97,23 @@ ordered_json drive_json(const identify::DriveWindows& w, const identify::DriveFi
   return out;
 }
 
-std::string drive_header(const DriveCommand& command, const ReadDrive& drive,
+std::string drive_header(const DriveCommand& command, const identify::ReadDrive& drive,
                          const std::string& what) {
+  const char* const from = drive.fuel_from == identify::FuelFrom::kLog
+                               ? "the recorded fuel's median"
+                           : drive.fuel_from == identify::FuelFrom::kRequest ? "--fuel-kg"
+                                                                             : kFuelAssumed;
   return fmt::format("# {} from {} (sha256 {})\n# with {:.4g} kg of fuel, by {}\n", what,
                      base::one_line(command.recording_path),
-                     base::sha256_of_file(command.recording_path), drive.fuel_kg, drive.fuel_from);
+                     base::sha256_of_file(command.recording_path), drive.fuel_kg, from);
 }
 
-std::string drive_text(const identify::DriveWindows& windows, const identify::DriveFit& fit) {
+std::string drive_text(const identify::Measured& measured) {
+  const identify::DriveFit& fit = measured.fit;
   std::string out = fmt::format("{} windows at {} places, of {} rows{}\n", fit.windows, fit.blocks,
-                                windows.rows, left_out(windows)) +
+                                measured.windows.rows, left_out(measured.windows)) +
                     table(fit);
   for (const std::string& remark : fit.remarks) out += fmt::format("- {}\n", remark);
-  return out;
-}
-
-ReadDrive::ReadDrive(const DriveCommand& command)
-    : vehicle(vehicle::read_vehicle(command.vehicle_path, command.setup_path, command.settings)),
-      car(make_car(vehicle.files, vehicle.parameters, vehicle.terms, vehicle.contact)) {
-  recording::Mapping mapping;
-  if (!command.mapping_path.empty()) mapping = recording::read_mapping(command.mapping_path);
-  recording =
-      identify::without_short_gaps(recording::read_recording(command.recording_path, mapping));
-  if (!command.track_path.empty())
-    road.emplace(std::move(vehicle::read_road(command.track_path, {}).surface));
-  options.imu_ahead_m = mapping.imu_ahead_m;
-  options.imu_yaw_rad = mapping.imu_yaw_rad;
-  options.body_axes = command.accelerations == "body";
-  fuel_kg = command.fuel_kg.value_or(kAssumedFuel_kg);
-  fuel_from = command.fuel_kg ? "--fuel-kg" : kFuelAssumed;
-  std::vector<double> recorded;
-  if (const auto* fuel = recording.table.find("fuel_kg"); fuel != nullptr)
-    std::copy_if(fuel->begin(), fuel->end(), std::back_inserter(recorded),
-                 [](double v) { return std::isfinite(v); });
-  if (recorded.empty()) return;
-  fuel_kg = base::median(recorded);
-  fuel_from = "the recorded fuel's median";
-}
-
-identify::DriveWindows ReadDrive::windows() const {
-  return identify::drive_windows(car, road ? &*road : nullptr, recording, options);
-}
-
-std::optional<identify::DriveFit> mass_where_seen(const ReadDrive& drive,
-                                                  identify::DriveWindows& windows) {
-  if (!windows.loads || !windows.accelerations) return std::nullopt;
-  identify::MassFitOptions options;
-  options.fuel_kg = drive.fuel_kg;
-  options.body_axes = drive.options.body_axes;
-  auto fit = identify::try_fit_mass(drive.car, drive.vehicle.prior, windows, options);
-  if (fit && fit->doubts.empty() && fit->at("mass_kg").unseen.empty()) return *std::move(fit);
-  if (fit) windows.doubts.insert(windows.doubts.end(), fit->doubts.begin(), fit->doubts.end());
-  return std::nullopt;  // the vehicle file's mass stands in, and is named
-}
-
-std::vector<std::string> all_doubts(const identify::DriveWindows& windows,
-                                    const identify::DriveFit& fit) {
-  std::vector<std::string> out = windows.doubts;
-  out.insert(out.end(), fit.doubts.begin(), fit.doubts.end());
   return out;
 }
 
@@ -141,24 +125,24 @@ bool may_write(const std::vector<std::string>& doubts, const std::string& path,
   return doubts.empty();
 }
 
-int tell(const DriveCommand& command, const ReadDrive& drive, const identify::DriveWindows& windows,
-         identify::DriveFit fit, const std::string& what, const std::string& lines,
+int tell(const DriveCommand& command, const identify::ReadDrive& drive,
+         const identify::Measured& measured, const std::string& what, const std::string& lines,
          Terminal& terminal, const Beside& beside) {
-  fit.doubts = all_doubts(windows, fit);
+  const std::vector<std::string>& doubts = measured.fit.doubts;
   std::string sheet = drive_header(command, drive, what);
-  for (const std::string& doubt : fit.doubts)
+  for (const std::string& doubt : doubts)
     sheet += fmt::format("# not to be used: {}\n", base::one_line(doubt));
-  if (fit.doubts.empty()) sheet += lines;
-  if (may_write(fit.doubts, command.out_path, terminal)) base::write_file(command.out_path, sheet);
+  if (doubts.empty()) sheet += lines;
+  if (may_write(doubts, command.out_path, terminal)) base::write_file(command.out_path, sheet);
   if (terminal.json) {
-    ordered_json json = drive_json(windows, fit);
+    ordered_json json = drive_json(measured);
     json["fuel_kg"] = drive.fuel_kg;
     if (!beside.key.empty()) json[beside.key] = beside.json;
     terminal.print(base::json_text(json));
   } else {
-    terminal.print(sheet + drive_text(windows, fit) + beside.text);
+    terminal.print(sheet + drive_text(measured) + beside.text);
   }
-  return fit.doubts.empty() ? kOk : command::kNotValid;
+  return doubts.empty() ? kOk : command::kNotValid;
 }
 
 }  // namespace crgidentify

@@ -16,6 +16,7 @@
 #include "base/write_file.h"
 #include "commands.h"
 #include "identify/forces_files.h"
+#include "identify/measure.h"
 #include "vehicle/road_file.h"
 #include "vehicle/vehicle_file.h"
 
@@ -215,7 +216,7 @@ int forces(const ForcesCommand& command, Terminal& terminal) {
   recording::Mapping mapping;
   if (!command.mapping_path.empty()) mapping = recording::read_mapping(command.mapping_path);
   identify::ForcesOptions options;
-  options.fuel_kg = command.fuel_kg.value_or(kAssumedFuel_kg);
+  options.fuel_kg = command.fuel_kg.value_or(identify::kAssumedFuel_kg);
   options.tyre_k = command.tyre_k;
   options.disc_k = command.disc_k;
   options.step_s = command.step_s;

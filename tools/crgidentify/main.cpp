@@ -210,6 +210,7 @@ CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
                     int (*work)(const crgidentify::DriveCommand&, command::Terminal&),
                     const Chosen& chosen, const DriveOutput& output = {}) {
   CLI::App* const drive_app = app.add_subcommand(name, what);
+  drive.part = name;
   command::add_input(*drive_app, "recording", drive.recording_path, "The log")->required();
   command::add_input(*drive_app, "--car", drive.vehicle_path,
                      "vehicle.yaml: what the log does not say, and what it is compared with")
@@ -262,16 +263,16 @@ int main(int argc, char** argv) {
   add_forces(app, forces, chosen);
   crgidentify::DriveCommand mass;
   add_drive(app, "mass", "Finds mass, centre of mass and lift areas from wheel loads", mass,
-            crgidentify::mass, chosen);
+            crgidentify::drive_part, chosen);
   crgidentify::DriveCommand aero;
   add_drive(app, "aero", "Finds the drag area from coast-downs or open throttle, lift from loads",
-            aero, crgidentify::aero, chosen)
+            aero, crgidentify::drive_part, chosen)
       ->add_option("--engine-off", aero.engine_off,
                    "BEGIN,END: from this second of the log to that nothing drives or drags the "
                    "wheels; repeatable");
   crgidentify::DriveCommand suspension;
   add_drive(app, "suspension", "Finds springs and anti-roll bars from wheel loads and travels",
-            suspension, crgidentify::suspension, chosen);
+            suspension, crgidentify::drive_part, chosen);
   crgidentify::DriveCommand brakes;
   CLI::App* const brakes_app = add_drive(
       app, "brakes",

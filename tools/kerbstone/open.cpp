@@ -24,11 +24,20 @@ using recording::ChannelLook, recording::Log;
 
 constexpr std::size_t kMostPlots = 16;  // of live channels, where none are named
 
+/// Ten samples and a second are missing.
+bool has_gap(const ChannelLook& look) {
+  return look.rate_hz > 0.0 && look.longest_gap_s > std::max(1.0, 10.0 / look.rate_hz);
+}
+
 std::string state_of(const ChannelLook& look) {
   if (look.samples == 0) return look.words > 0 ? "words" : "empty";
   if (look.dead) return "dead: one value";
-  if (look.held > 0.3) return fmt::format("{:.0f} % repeat", 100.0 * look.held);
-  return look.words > 0 ? fmt::format("{} words", look.words) : "";
+  std::string out;
+  const auto say = [&](const std::string& text) { out += (out.empty() ? "" : ", ") + text; };
+  if (look.held > 0.3) say(fmt::format("{:.0f} % repeat", 100.0 * look.held));
+  if (look.words > 0) say(fmt::format("{} words", look.words));
+  if (has_gap(look)) say(fmt::format("gap of {:.3g} s", look.longest_gap_s));
+  return out;
 }
 
 std::string text_of(const Log& log, const std::vector<ChannelLook>& looks) {
@@ -55,7 +64,8 @@ nlohmann::ordered_json json_of(const Log& log, const std::vector<ChannelLook>& l
                         {"least", look.least},
                         {"greatest", look.greatest},
                         {"held", look.held},
-                        {"dead", look.dead}});
+                        {"dead", look.dead},
+                        {"longest_gap_s", look.longest_gap_s}});
   return {{"format", log.format}, {"channels", std::move(channels)}, {"notes", log.notes}};
 }
 

@@ -16,7 +16,9 @@ PYBIND11_MODULE(kerbstone, m) {
   kerbstone::add_road(m);
   kerbstone::add_car(m);
   kerbstone::add_replay(m);
+  kerbstone::add_log(m);
   kerbstone::add_build(m);
   kerbstone::add_refine(m);
   kerbstone::add_explain(m);
+  kerbstone::add_identify(m);
 }

@@ -52,5 +52,6 @@ void add_errors(pybind11::module_& m);
 void add_build(pybind11::module_& m);
 void add_refine(pybind11::module_& m);
 void add_explain(pybind11::module_& m);
+void add_identify(pybind11::module_& m);
 
 }  // namespace kerbstone

@@ -18,5 +18,6 @@ struct Road {
 void add_road(pybind11::module_& m);
 void add_car(pybind11::module_& m);
 void add_replay(pybind11::module_& m);  ///< after add_car()
+void add_log(pybind11::module_& m);
 
 }  // namespace kerbstone

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <string_view>
 
+#include "base/letters.h"
 #include "base/text_lines.h"
 
 namespace explain {
@@ -203,14 +204,6 @@ const std::vector<Alias>& aliases() {
   return list;
 }
 
-std::string plain(const std::string& text) {
-  std::string out;
-  for (const char c : text)
-    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
-      out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
-
 namespace {
 
 /// "yaw_rate_degps" is "yaw_rate" in "deg/s".
@@ -282,15 +275,16 @@ bool is_unit(const std::string& unit) {
 std::vector<std::string> words_of(const std::string& stem) {
   const std::size_t last = stem.rfind('.');
   if (!stem.starts_with('/') || last == std::string::npos) {
-    std::vector<std::string> out{plain(stem)};
+    std::vector<std::string> out{base::letters_and_digits_of(stem)};
     if (const std::string shorter = without_origin(stem); shorter != stem)
-      out.push_back(plain(shorter));
+      out.push_back(base::letters_and_digits_of(shorter));
     return out;
   }
   std::vector<std::string> out;
   if (const std::size_t before = stem.rfind('.', last - 1); before != std::string::npos)
-    out.push_back(plain(stem.substr(before)));
-  if (const std::string word = plain(stem.substr(last)); word.size() > 1) out.push_back(word);
+    out.push_back(base::letters_and_digits_of(stem.substr(before)));
+  if (const std::string word = base::letters_and_digits_of(stem.substr(last)); word.size() > 1)
+    out.push_back(word);
   return out;
 }
 

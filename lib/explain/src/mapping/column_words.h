@@ -21,9 +21,6 @@ struct Alias {
 /// Names that other loggers use, lower case without punctuation.
 const std::vector<Alias>& aliases();
 
-/// The name in lower case without punctuation.
-std::string plain(const std::string& text);
-
 /// "vx (m/s)" or "vx[m/s]" into name and unit, the unit in lower case.
 std::pair<std::string, std::string> split_unit(const std::string& column);
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "base/letters.h"
 #include "column_words.h"
 #include "recording/look.h"
 #include "wheel_words.h"
@@ -35,7 +36,7 @@ double least(const std::vector<double>& values) {
 
 bool has_word(const Table& table, std::initializer_list<const char*> words) {
   return std::any_of(table.names.begin(), table.names.end(), [&](const std::string& name) {
-    const std::string own = plain(split_unit(name).first);
+    const std::string own = base::letters_and_digits_of(split_unit(name).first);
     return std::any_of(words.begin(), words.end(), [&](const char* word) { return own == word; });
   });
 }

@@ -14,7 +14,7 @@ struct WheelWord {
 };
 
 /// A brake disc's temperature, a suspension's travel or a brake's pressure, in English, German,
-/// French, Italian or Spanish. `name` as plain() gives it. None: something else.
+/// French, Italian or Spanish. `name` of letters and digits alone. None: something else.
 std::optional<WheelWord> wheel_word(const std::string& name);
 
 }  // namespace explain

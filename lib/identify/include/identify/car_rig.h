@@ -44,6 +44,8 @@ struct RigRun {
   double speed_mps = 30.0;
   double gravity = 1.0;  ///< what presses the car on the road, over its own gravity
   RigPath path = RigPath::kBoth;
+  double trim_nm =
+      0.0;  ///< on trimmed paths: a stair lasts until less yaw moment is left; 0: no longer
   double front_rad = 0.2, rear_rad = 0.2;      ///< ends of the slip angles
   double throttle = 0.0, throttle_end = -1.0;  ///< as braking_end
   bool neutral = false;                        ///< no gear: the engine neither drives nor brakes

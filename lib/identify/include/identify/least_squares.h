@@ -24,8 +24,8 @@ struct LeastSquares {
 /// Fills `left`, always of the same length, with what the values leave of the rows.
 using Residuals = std::function<void(const std::vector<double>& values, std::vector<double>& left)>;
 
-/// Levenberg and Marquardt within bounds (K. Levenberg 1944, D. W. Marquardt 1963), slopes by
-/// differences. Moves `unknowns` to the least sum of squares near where they begin. Throws
+/// Levenberg and Marquardt within bounds (K. Levenberg 1944, D. W. Marquardt 1963) by Ceres, slopes
+/// by differences. Moves `unknowns` to the least sum of squares near where they begin. Throws
 /// base::Error when the begin leaves something that is not finite.
 LeastSquares least_squares(std::vector<Unknown>& unknowns, const Residuals& residuals,
                            int most_rounds = 60);

@@ -2,7 +2,8 @@
 // the planar motion.
 //
 // Axes: x forward along the road, y left, normal up. Slip angles and side forces: positive to the
-// left. Every formula is repeated in the C header that reduced_files.h writes.
+// left. The formulas are C text (src/reduce/control_*.inc), which control_header() writes too: the
+// numbers of its structs and of these stand in the same order.
 #pragma once
 
 #include <array>
@@ -60,7 +61,7 @@ struct ReducedCar {
          rear_m = 0.0;  ///< axles ahead of and behind the point that vx, vy belong to
   double cog_behind_m = 0.0, cog_height_m = 0.0;  ///< of the centre of mass behind that point
   std::array<double, 2> track_m{}, radius_m{};
-  double ackermann = 0.0, gravity_mps2 = 9.80665, fuel_kg = 0.0;
+  double ackermann = 0.0, gravity_mps2 = 9.80665;
 
   // Loads of the axles: weight, grade and downforce.
   //   fz = m (an rest / L -/+ ax h / L) + q (a[0] + a[1] v^2 + a[2] ax + a[3] (an - g) + a[4]
@@ -69,8 +70,12 @@ struct ReducedCar {
   double density_kgpm3 = 1.2;
   std::array<std::array<double, 6>, 2> lift_m2{};
   // Lateral transfer of an axle, from the left to the right wheel (reduced roll axis):
-  //   d = transfer_mass m ay + transfer_force Fy(axle) + transfer_speed m ay v^2
+  //   d = m ay (transfer_mass + transfer_speed v^2 + transfer_pressed (an - g))
+  //       + transfer_force Fy(axle)
+  // and what ax moves along, beside the above: along_pressed m ax (an - g). A pressed car sinks,
+  // and a leaning one brings its weight to a side.
   std::array<double, 2> transfer_mass{}, transfer_force{}, transfer_speed{};
+  std::array<double, 2> transfer_pressed{}, along_pressed{};
   // Inclination of a wheel: gamma = side (g[0] + g[1] fz) + g[2] ay
   std::array<std::array<double, 3>, 2> camber{};
   double side_area_m2 = 0.0, side_behind_m = 0.0;  ///< side force of the air
@@ -86,6 +91,8 @@ struct ReducedCar {
 
   // Differential: what is moved from the left to the right wheel, N m.
   double preload_nm = 0.0, drive_ramp = 0.0, coast_ramp = 0.0, stick_radps = 1.0, lock_nms = 0.0;
+
+  double fuel_kg = 0.0;  ///< that these numbers are with
 };
 
 /// Where the car is in the plane and what presses it.
@@ -148,9 +155,14 @@ ReducedForces single_track(const ReducedCar& car, const PlanarState& in, SlipLag
 ReducedForces double_track(const ReducedCar& car, const PlanarState& in, SlipLags* lags = nullptr,
                            double step_s = 0.0);
 
+/// How far out a place of a g-g diagram is: 1 on its border. `ellipse`: largest ay, ax there,
+/// largest ax driving and braking, the powers of both.
+double ellipse_radius(const std::array<double, 6>& ellipse, double ax_mps2, double ay_mps2);
+
 /// Largest steady lateral acceleration, without yaw moment, at this speed, load and longitudinal
-/// forces: `in` without its planar motion. Slip angles up to `most_rad` are looked at; 0: the tyres
-/// do not have the longitudinal forces.
+/// forces: `in` without its planar motion. Slip angles up to `most_rad` are looked at, those beyond
+/// the largest side force of the axle that leads are not; 0: the tyres do not have the longitudinal
+/// forces.
 double steady_limit(const ReducedCar& car, PlanarState in, bool two_tracks, double most_rad = 0.25);
 
 }  // namespace identify

@@ -44,7 +44,8 @@ struct StatedPlace {
   vehicle::Parameter parameter;
   const char* name;
 };
-inline constexpr std::array<StatedPlace, kMovingPlaces - kPlaceStated> kStated{
+inline constexpr std::size_t kStatedNumbers = kMovingPlaces - kPlaceStated;
+inline constexpr std::array<StatedPlace, kStatedNumbers> kStated{
     {{vehicle::Parameter::chassis_mass_kg, "mass"},
      {vehicle::Parameter::chassis_cog_behind_front_m, "centre of mass behind the front axle"},
      {vehicle::Parameter::chassis_cog_height_m, "height of the centre of mass"},

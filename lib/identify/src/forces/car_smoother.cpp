@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "noise_sums.h"
+
 namespace identify {
 namespace {
 
 using Index = Eigen::Index;
 constexpr double kJudgedWithin_s = 0.25,
                  kEnough = 50.0;  // measurements that tell whether noises hold
-constexpr double kHeld = 0.03;    // of their uncertainty, what the filter lets stated numbers have
 constexpr double kWild = 4.0;     // standard deviations from which a measurement counts less
 
 /// One number that was measured, as the filter took it.
@@ -187,36 +188,6 @@ void widen(SmoothedRow& row, double factor) {
     for (double& sd : axle) sd *= factor;
 }
 
-/// What stays as it is over the stretch, by its first row. Of parts without an uncertain rest see
-/// add_parts. `variance`: of the row, the stated numbers being right.
-void add_constants(const CarPoint& point, const PlaceVector& variance, const SmootherBegin& begin,
-                   NoiseSums& sums) {
-  for (std::size_t i = kPlaceSteerOffset; i < kPlaces; ++i) {
-    const auto at = static_cast<Index>(i);
-    if (!(begin.sd[at] > 0.0) || !(variance[at] > 0.0)) continue;
-    const double weight = 1.0 / variance[at] - 1.0 / (begin.sd[at] * begin.sd[at]);
-    if (!(weight > 0.0)) continue;
-    const double part = (point.at(i) - begin.point.at(i)) / variance[at];
-    sums.part[i] += part;
-    sums.part_weight[i] += weight;
-    sums.part_squares[i] += part * part / weight;
-  }
-  ++sums.stretches;
-}
-
-/// Rests that are held, by how the parts are about them.
-void add_parts(const CarPoint& point, const PlaceVector& variance, const SmootherBegin& begin,
-               NoiseSums& sums) {
-  for (std::size_t i = kPlaceParts; i < kChangingPlaces; ++i) {
-    const auto at = static_cast<Index>(i);
-    const std::size_t rest = rest_of(i);
-    if (begin.sd[static_cast<Index>(rest)] > 0.0) continue;
-    const double known = std::max(0.0, 1.0 - variance[at] / (begin.sd[at] * begin.sd[at]));
-    sums.part[rest] += known * (point.at(i) - begin.point.at(rest));
-    sums.part_weight[rest] += known;
-  }
-}
-
 /// Of the begin: a part is as far off as its rest, and differs from it; stated numbers hardly move.
 PlaceMatrix begin_covariance(PlaceVector sd) {
   sd.segment<kMovingPlaces - kPlaceStated>(kPlaceStated) *= kHeld;
@@ -315,24 +286,6 @@ bool filter(const CarMotion& motion, const std::vector<Sensor>& sensors,
 
 }  // namespace
 
-void NoiseSums::add(const NoiseSums& other) {
-  for (std::size_t i = 0; i < kPlaces; ++i) {
-    came_in[i] += other.came_in[i];
-    assumed[i] += other.assumed[i];
-    part[i] += other.part[i];
-    part_weight[i] += other.part_weight[i];
-    part_squares[i] += other.part_squares[i];
-  }
-  measured.resize(std::max(measured.size(), other.measured.size()));
-  count.resize(measured.size());
-  for (std::size_t i = 0; i < other.measured.size(); ++i) {
-    measured[i] += other.measured[i];
-    count[i] += other.count[i];
-  }
-  wild += other.wild;
-  stretches += other.stretches;
-}
-
 Smoothed smooth(const CarMotion& motion, const std::vector<Sensor>& sensors,
                 const std::vector<SmootherRow>& rows, const SmootherBegin& begin,
                 vehicle::RoadCursors cursors) {
@@ -361,6 +314,7 @@ Smoothed smooth(const CarMotion& motion, const std::vector<Sensor>& sensors,
     const PlaceMatrix half = now.covariance * firm;
     PlaceMatrix covariance = now.covariance;
     covariance.noalias() -= half * now.covariance;
+    if (k == 0) add_stated(moved, covariance, begin, out.sums);
     const PlaceMatrix more = considered.hold(now.predicted, moved, covariance);
     SmoothedRow& row = out.row[k];
     row.point = now.predicted;

@@ -63,6 +63,12 @@ struct NoiseSums {
   /// was known before, says that it is, times one over its variance; of these weights; of weight
   /// times square.
   std::array<double, kPlaces> part{}, part_weight{}, part_squares{};
+  /// Of the stated numbers, in the order of kStated: what each stretch, whatever was known before,
+  /// says of the share by which they are off, times one over its covariance; and of these weights.
+  Eigen::Matrix<double, kStatedNumbers, 1> stated =
+      Eigen::Matrix<double, kStatedNumbers, 1>::Zero();
+  Eigen::Matrix<double, kStatedNumbers, kStatedNumbers> stated_weight =
+      Eigen::Matrix<double, kStatedNumbers, kStatedNumbers>::Zero();
   std::size_t stretches = 0;
   std::size_t wild = 0;  ///< measurements further than four deviations: they count less
   void add(const NoiseSums& other);

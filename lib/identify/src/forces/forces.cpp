@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "drive_doubts.h"
 #include "force_pieces.h"
 #include "rolling_doubt.h"
 
@@ -113,10 +114,10 @@ constexpr std::array<PartName, 9> kParts{
 /// The rows that a piece keeps. Where the car cannot follow, each half is tried by itself, down to
 /// a second; rows without a value stay.
 std::vector<std::optional<SmoothedRow>> keep(const Work& work, const Piece& piece,
-                                             std::size_t& wild) {
+                                             NoiseSums& sums) {
   const std::size_t count = piece.end - piece.begin;
   const Smoothed s = smooth_piece(work, piece, kMostWild);
-  wild += s.sums.wild;
+  sums.add(s.sums);
   std::vector<std::optional<SmoothedRow>> out;
   if (!s.row.empty()) {
     const auto at = [&](std::size_t k) {
@@ -131,9 +132,9 @@ std::vector<std::optional<SmoothedRow>> keep(const Work& work, const Piece& piec
   }
   const std::size_t middle = piece.begin + count / 2, lead = piece.begin - piece.from,
                     tail = piece.to - piece.end;
-  out = keep(work, {piece.from, piece.begin, middle, std::min(middle + tail, piece.to)}, wild);
+  out = keep(work, {piece.from, piece.begin, middle, std::min(middle + tail, piece.to)}, sums);
   const std::size_t from = std::max(piece.from, middle - lead);
-  const auto second = keep(work, {from, middle, piece.end, piece.to}, wild);
+  const auto second = keep(work, {from, middle, piece.end, piece.to}, sums);
   out.insert(out.end(), second.begin(), second.end());
   return out;
 }
@@ -156,17 +157,17 @@ void write_piece(Forces& out, const Piece& piece,
   }
 }
 
-/// Smooths every piece and writes its rows. A smoothed row is large: none is kept longer.
-void smooth_all(const Work& work, const std::vector<Piece>& pieces,
-                const std::array<double, 2>& off, Radii& radius_m, Forces& out) {
+/// Smooths every piece and writes its rows. A smoothed row is large: none is kept longer. Returns
+/// what all pieces told together.
+NoiseSums smooth_all(const Work& work, const std::vector<Piece>& pieces,
+                     const std::array<double, 2>& off, Radii& radius_m, Forces& out) {
   std::mutex mutex;
   std::size_t finished = 0;
+  std::vector<NoiseSums> told(pieces.size());
   base::parallel_for(pieces.size(), 1, work.options.threads, [&](std::size_t b, std::size_t e) {
     for (std::size_t i = b; i < e; ++i) {
-      std::size_t wild = 0;
-      const auto kept = keep(work, pieces[i], wild);
+      const auto kept = keep(work, pieces[i], told[i]);
       const std::lock_guard lock(mutex);
-      out.wild += wild;
       write_piece(out, pieces[i], kept, off, radius_m);
       ++finished;
       if (work.options.progress)
@@ -174,6 +175,53 @@ void smooth_all(const Work& work, const std::vector<Piece>& pieces,
                               static_cast<double>(finished) / static_cast<double>(pieces.size()));
     }
   });
+  NoiseSums sums;
+  for (const NoiseSums& one : told) sums.add(one);
+  out.wild = sums.wild;
+  return sums;
+}
+
+/// Steering, yaw rate and speed against the stated wheelbase.
+void doubt_wheelbase(const vehicle::Car<double>& car, const vehicle::Road& road,
+                     const recording::Recording& recording, const ForcesOptions& options,
+                     Forces& out) {
+  DriveWindowsOptions cut;
+  cut.imu_ahead_m = options.imu_ahead_m;
+  cut.imu_yaw_rad = options.imu_yaw_rad;
+  const DriveWindows drive = drive_windows(car, road.surface(), recording, cut);
+  if (wheelbase_off(car, drive) != 0.0)
+    out.doubts.push_back(
+        fmt::format("steering, yaw rate and speed say a wheelbase of {:.2f} m (standard deviation "
+                    "{:.2g}) where {:.4g} are stated, or the steering has another ratio",
+                    drive.wheelbase_m, drive.wheelbase_sd_m,
+                    car.parameters[vehicle::Parameter::chassis_wheelbase_m]));
+}
+
+/// Yaw that follows the forces otherwise than the stated inertia lets it.
+void doubt_yaw_inertia(const Work& work, const NoiseSums& sums, Forces& out) {
+  constexpr double kInertiaOff = 0.3;  // what other equations of a car may make of it
+  constexpr auto kYaw = Index{3};
+  static_assert(kStated[kYaw].parameter == vehicle::Parameter::chassis_yaw_inertia_kgm2);
+  Eigen::MatrixXd weight = sums.stated_weight;
+  for (Index i = 0; i < weight.rows(); ++i) {
+    const double sd = work.stated_sd[static_cast<Index>(kPlaceStated) + i];
+    if (!(sd > 0.0)) {
+      if (i == kYaw) return;  // certain
+      weight(i, i) = 1.0;
+    } else if (i != kYaw) {  // what the log says of it is asked, whatever the file says
+      weight(i, i) += 1.0 / (sd * sd);
+    }
+  }
+  const Eigen::MatrixXd covariance =
+      weight.ldlt().solve(Eigen::MatrixXd::Identity(weight.rows(), weight.cols()));
+  const double off = covariance.row(kYaw).dot(sums.stated),
+               sd = std::sqrt(std::max(0.0, covariance(kYaw, kYaw)));
+  if (std::abs(off) > kInertiaOff + 3.0 * sd)
+    out.doubts.push_back(
+        fmt::format("turning follows the forces as with {:.2f} times the stated yaw inertia "
+                    "(standard deviation {:.2g}): another car, or yaw_rate_radps in another unit, "
+                    "filtered or late",
+                    1.0 + off, sd));
 }
 
 /// How far each axle's side force is from that of the tyre file with mean grip and stiffness.
@@ -285,13 +333,15 @@ Forces estimate_forces(const vehicle::Car<double>& car, const vehicle::Road& roa
   make_room(out, *recording.table.find("time_s"));
   Radii radius_m;
   for (auto& wheel : radius_m) wheel.assign(out.time_s.size(), kNaN);
-  smooth_all(work, pieces, side_off(work), radius_m, out);
+  const NoiseSums sums = smooth_all(work, pieces, side_off(work), radius_m, out);
   if (out.rows == 0)
     throw base::Error(
         "the simulated car could not follow any piece of the recording: see whether car, road and "
         "the mapping's signs are those of this log (crgdrive replay shows it)");
   add_rolling_doubt(car, options.rolling_sd, radius_m, out);
   describe_use(work, out);
+  doubt_wheelbase(car, road, recording, options, out);
+  doubt_yaw_inertia(work, sums, out);
   place_rows(work, road, out);
   return out;
 }

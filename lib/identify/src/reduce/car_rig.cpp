@@ -16,7 +16,8 @@ using P = vehicle::Parameter;
 using T = vehicle::Term;
 
 constexpr double kYawLag_s = 0.08;
-constexpr double kTrim_1ps = 15.0;  // how fast a slip angle follows the yaw moment
+constexpr double kLongestWait = 4.0;  // for a balance, over the time of a stair
+constexpr double kTrim_1ps = 40.0;    // how fast a slip angle follows the yaw moment
 
 /// What is commanded: everything that the rig sets.
 struct Pose {
@@ -163,10 +164,14 @@ std::vector<CarMoment> run_rig(const Car<double>& car_as_is, const RigRun& run) 
   const vehicle::StepOptions step{run.step_s, vehicle::Integrator::kSemiImplicit, false};
   const auto steps = static_cast<std::size_t>(
       (run.settle_s + run.stair_s * static_cast<double>(run.stairs)) / run.step_s);
+  const auto longest = run.trim_nm > 0.0
+                           ? static_cast<std::size_t>(kLongestWait * run.stair_s / run.step_s)
+                           : std::size_t{0};
+  std::size_t waited = 0, waited_here = 0;  // for the balance: in all, on this stair
   double moment_nm = 0.0;
-  for (std::size_t k = 0; k < steps; ++k) {
+  for (std::size_t k = 0; k - waited < steps; ++k) {
     const double time_s = static_cast<double>(k) * run.step_s;
-    const Progress at = progress_of(run, k);
+    const Progress at = progress_of(run, k - waited);
     const double share = at.share;
     if (time_s >= run.settle_s) follow_path(car, run, share, moment_nm, pose);
     hold(car, run, pose, s, in);
@@ -182,7 +187,11 @@ std::vector<CarMoment> run_rig(const Car<double>& car_as_is, const RigRun& run) 
     if (car.files->turbo == vehicle::Turbo::kFull) vehicle::settle_air(run.step_s, rate, detail);
     const CarMoment now = moment_of(car, s, rate, detail, time_s);
     moment_nm = now.yaw_moment_nm;
-    if (at.shows) out.push_back(now);
+    const bool waits = at.shows && std::abs(moment_nm) > run.trim_nm && waited_here < longest;
+    if (at.shows && !waits) out.push_back(now);
+    waited += waits ? 1 : 0;
+    // Where no balance came, there is none on later stairs either.
+    waited_here = waits ? waited_here + 1 : (waited_here == longest ? longest : 0);
     pose.yaw_rate_radps +=
         run.step_s / kYawLag_s * (now.ay_mps2 / run.speed_mps - pose.yaw_rate_radps);
     for (const std::size_t i : {vehicle::kVx, vehicle::kVy, vehicle::kYawRate}) rate[i] = 0.0;

@@ -17,8 +17,9 @@ namespace {
 
 using P = vehicle::Parameter;
 
-constexpr double kNoYaw = 0.02;  // yaw moment of a trim, over weight times a quarter wheelbase
-constexpr double kFull = 1.4;    // braking that locks wheels on any road tyre, over the loads
+constexpr double kNoYaw = 0.002;      // yaw moment of a trim, over weight times a quarter wheelbase
+constexpr double kBorderSlip = 1.25;  // slip angles of the border, over those of the rig
+constexpr double kFull = 1.4;         // braking that locks wheels on any road tyre, over the loads
 
 std::vector<double> speeds_of(const ReduceOptions& options, double most_mps) {
   std::vector<double> out;
@@ -128,15 +129,23 @@ Straight straight_on(const vehicle::Car<double>& car, const ReduceOptions& optio
   return out;
 }
 
-/// The moment of largest lateral acceleration without yaw moment; nullptr: there is none.
-const CarMoment* best_trim(const std::vector<CarMoment>& moments, const ReducedCar& car) {
-  const double most_nm = kNoYaw * car.mass_kg * car.gravity_mps2 * 0.25 * car.wheelbase_m;
+double no_yaw_nm(double mass_kg, double an_mps2, double wheelbase_m) {
+  return kNoYaw * mass_kg * an_mps2 * 0.25 * wheelbase_m;
+}
+
+/// The moment of largest lateral acceleration, as long as there is no yaw moment and the axle whose
+/// slip grows is not past its largest side force: from there on the car slides. nullptr: there is
+/// none.
+const CarMoment* best_trim(const std::vector<CarMoment>& moments, const RigRun& run) {
+  const std::size_t led = run.path == RigPath::kTrimFront ? 0 : 2;
   const CarMoment* best = nullptr;
-  for (const CarMoment& m : moments)
-    if (std::abs(m.yaw_moment_nm) <
-            most_nm * std::max(1.0, std::abs(m.ay_mps2) / car.gravity_mps2) &&
-        grips(m) && (best == nullptr || m.ay_mps2 > best->ay_mps2))
-      best = &m;
+  double most_n = 0.0;
+  for (const CarMoment& m : moments) {
+    const double force_n = m.wheel[led].fy_n + m.wheel[led + 1].fy_n;
+    if (force_n < kPastPeak * most_n || std::abs(m.yaw_moment_nm) > run.trim_nm) break;
+    most_n = std::max(most_n, force_n);
+    if (grips(m) && (best == nullptr || m.ay_mps2 > best->ay_mps2)) best = &m;
+  }
   return best;
 }
 
@@ -168,9 +177,11 @@ std::vector<BorderPlan> border_runs(const vehicle::Car<double>& car, const Reduc
     reduction.ellipses.push_back(place);
     RigRun run = ramp_at(options, speed, gravity);
     run.stairs = options.slips + options.slips / 4;
-    run.front_rad = run.rear_rad = 1.25 * options.most_slip_rad;
+    run.front_rad = run.rear_rad = kBorderSlip * options.most_slip_rad;
     for (const RigPath path : {RigPath::kTrimFront, RigPath::kTrimRear}) {
       run.path = path;
+      run.trim_nm = no_yaw_nm(car.parameters[P::chassis_mass_kg] + options.fuel_kg, an,
+                              car.parameters[P::chassis_wheelbase_m]);
       run.throttle = run.braking = 0.0;
       run.neutral = true;
       out.push_back({run, an});
@@ -213,8 +224,8 @@ void find_border(const ReduceOptions& options, const std::vector<BorderPlan>& pl
   for (std::size_t place = 0; place * 2 * half < plans.size(); ++place)
     for (std::size_t level = 0; level < half; ++level) {
       const std::size_t one = place * 2 * half + level;
-      const CarMoment* best = best_trim(driven[one], out.car);
-      const CarMoment* other = best_trim(driven[one + half], out.car);
+      const CarMoment* best = best_trim(driven[one], plans[one].run);
+      const CarMoment* other = best_trim(driven[one + half], plans[one + half].run);
       if (best == nullptr || (other != nullptr && other->ay_mps2 > best->ay_mps2)) best = other;
       if (best == nullptr || best->ay_mps2 < 0.1 * plans[one].an_mps2) continue;
       const PlanarState s = planar_state(*best);
@@ -236,21 +247,19 @@ void find_border(const ReduceOptions& options, const std::vector<BorderPlan>& pl
                      [&](std::size_t begin, std::size_t end) {
                        for (std::size_t k = begin; k < end; ++k) {
                          const PlanarState in = at_border(out.border[k]);
-                         out.border[k].single_mps2 = steady_limit(out.car, in, false);
-                         out.border[k].double_mps2 = steady_limit(out.car, in, true);
+                         GripPoint& p = out.border[k];
+                         const double most_rad = kBorderSlip * options.most_slip_rad;
+                         p.single_mps2 = steady_limit(out.car, in, false, most_rad);
+                         p.double_mps2 = steady_limit(out.car, in, true, most_rad);
                        }
                      });
 }
 
-/// How far out a place is: 1 on the border's formula.
+/// 1 on the border's formula.
 double radius_of(const GripEllipse& e, double ax_mps2, double ay_mps2) {
-  const double along = ax_mps2 - e.ax_mps2;
-  const bool drives = along > 0.0;
-  const double most = drives ? e.drive_mps2 - e.ax_mps2 : e.ax_mps2 - e.brake_mps2;
-  const double power = drives ? e.drive_power : e.brake_power;
-  return std::pow(
-      std::pow(std::abs(along) / most, power) + std::pow(std::abs(ay_mps2) / e.ay_mps2, power),
-      1.0 / power);
+  return ellipse_radius(
+      {e.ay_mps2, e.ax_mps2, e.drive_mps2, e.brake_mps2, e.drive_power, e.brake_power}, ax_mps2,
+      ay_mps2);
 }
 
 void fit_ellipses(Reduction& out) {

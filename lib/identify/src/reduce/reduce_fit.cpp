@@ -69,7 +69,8 @@ void fit_loads(ReducedCar& car, const std::vector<CarMoment>& moments,
                std::vector<PartError>& errors) {
   for (std::size_t a = 0; a < 2; ++a) {
     car.lift_m2[a] = {};
-    std::vector<std::vector<double>> lift(6), transfer(3), camber(3);
+    car.along_pressed[a] = 0.0;
+    std::vector<std::vector<double>> lift(7), transfer(4), camber(3);
     std::vector<double> pressed, moved, leant;
     for (const CarMoment& m : moments) {
       const PlanarState s = planar_state(m);
@@ -82,11 +83,13 @@ void fit_loads(ReducedCar& car, const std::vector<CarMoment>& moments,
                                 std::abs(s.vy_mps) / s.vx_mps,
                                 m.ay_mps2 * m.ay_mps2};
       for (std::size_t k = 0; k < 6; ++k) lift[k].push_back(q * columns[k]);
+      lift[6].push_back(car.mass_kg * s.ax_mps2 * columns[3]);
       pressed.push_back(l.fz_n + r.fz_n - axle_loads(car, s, m.ay_mps2)[a]);
       if (l.fz_n > kLeastLoad_n && r.fz_n > kLeastLoad_n) {
         transfer[0].push_back(car.mass_kg * m.ay_mps2);
         transfer[1].push_back(l.fy_n + r.fy_n);
         transfer[2].push_back(car.mass_kg * m.ay_mps2 * v2);
+        transfer[3].push_back(car.mass_kg * m.ay_mps2 * columns[3]);
         moved.push_back(0.5 * (r.fz_n - l.fz_n));
       }
       for (std::size_t i = 2 * a; i < 2 * a + 2; ++i) {
@@ -97,11 +100,13 @@ void fit_loads(ReducedCar& car, const std::vector<CarMoment>& moments,
       }
     }
     const std::vector<double> areas = linear_fit(lift, pressed);
-    std::copy(areas.begin(), areas.end(), car.lift_m2[a].begin());
+    std::copy_n(areas.begin(), car.lift_m2[a].size(), car.lift_m2[a].begin());
+    car.along_pressed[a] = areas[6];
     const std::vector<double> shares = linear_fit(transfer, moved);
     car.transfer_mass[a] = shares[0];
     car.transfer_force[a] = shares[1];
     car.transfer_speed[a] = shares[2];
+    car.transfer_pressed[a] = shares[3];
     const std::vector<double> lean = linear_fit(camber, leant);
     std::copy(lean.begin(), lean.end(), car.camber[a].begin());
 
@@ -110,9 +115,10 @@ void fit_loads(ReducedCar& car, const std::vector<CarMoment>& moments,
       const WheelMoment &l = m.wheel[2 * a], &r = m.wheel[2 * a + 1];
       load.add(l.fz_n + r.fz_n, axle_loads(car, planar_state(m), m.ay_mps2)[a]);
       if (l.fz_n > kLeastLoad_n && r.fz_n > kLeastLoad_n)
-        across.add(0.5 * (r.fz_n - l.fz_n),
-                   shares[0] * car.mass_kg * m.ay_mps2 + shares[1] * (l.fy_n + r.fy_n) +
-                       shares[2] * car.mass_kg * m.ay_mps2 * m.vx_mps * m.vx_mps);
+        across.add(0.5 * (r.fz_n - l.fz_n), shares[1] * (l.fy_n + r.fy_n) +
+                                                car.mass_kg * m.ay_mps2 *
+                                                    (shares[0] + shares[2] * m.vx_mps * m.vx_mps +
+                                                     shares[3] * (m.an_mps2 - car.gravity_mps2)));
       for (std::size_t i = 2 * a; i < 2 * a + 2; ++i)
         angle.add(m.wheel[i].camber_rad,
                   side_of(i) * (lean[0] + lean[1] * m.wheel[i].fz_n) + lean[2] * m.ay_mps2);

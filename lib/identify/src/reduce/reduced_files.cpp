@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "control_header_text.h"
+#include "control_text.h"
 
 namespace identify {
 namespace {
@@ -70,8 +70,20 @@ std::string model_yaml(const char* name, const LapError::Model& lap, const PartE
       refused.empty() ? "" : "  refused: \"" + refused + "\"\n");
 }
 
+/// Where the limit is furthest off.
+std::string place_of(const Reduction& r, double GripPoint::*reduced) {
+  const GripPoint* worst = nullptr;
+  const auto miss = [&](const GripPoint& p) { return p.*reduced / p.full_mps2 - 1.0; };
+  for (const GripPoint& p : r.border)
+    if (p.rolls_free && (worst == nullptr || std::abs(miss(p)) > std::abs(miss(*worst))))
+      worst = &p;
+  return worst == nullptr ? ""
+                          : fmt::format("; {:+.2f} % at {:.0f} m/s, pressed by {:.3g} m/s2",
+                                        100.0 * miss(*worst), worst->vx_mps, worst->an_mps2);
+}
+
 std::string why(const char* name, const LapError::Model& lap, const PartError& limit,
-                const ReduceBounds& bounds) {
+                const ReduceBounds& bounds, const std::string& place) {
   // NaN is no answer either.
   if (!(lap.ay_rms <= bounds.lap_share))
     return fmt::format(
@@ -82,11 +94,34 @@ std::string why(const char* name, const LapError::Model& lap, const PartError& l
     return fmt::format("{}: the full car has no steady state at its limit to compare with", name);
   if (!(limit.rms <= bounds.limit_share))
     return fmt::format(
-        "{}: its steady-state limit is {:.2f} % from the full car's (root mean square), at most "
+        "{}: its steady-state limit is {:.2f} % from the full car's (root mean square{}), at most "
         "{:.2f} % is allowed",
-        name, 100.0 * limit.rms, 100.0 * bounds.limit_share);
+        name, 100.0 * limit.rms, place, 100.0 * bounds.limit_share);
   return {};
 }
+
+constexpr char kBorder[] = R"(
+/* How far out a place of the g-g diagram is: 1 on the border, more beyond; NaN where the border was
+   not found. Between its nodes of speed and pressing acceleration by straight lines. */
+static inline double control_border_radius(double vx_mps, double an_mps2, double ax_mps2,
+                                           double ay_mps2) {
+  double e[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, v, n;
+  int i = 0, j = 0, k, di, dj;
+  while (i + 2 < CONTROL_SPEEDS && vx_mps > control_speed_mps[i + 1]) ++i;
+  while (j + 2 < CONTROL_NORMALS && an_mps2 > control_normal[j + 1]) ++j;
+  v = control_clip((vx_mps - control_speed_mps[i]) /
+                       (control_speed_mps[i + 1] - control_speed_mps[i]), 0.0, 1.0);
+  n = CONTROL_NORMALS > 1 ? control_clip((an_mps2 - control_normal[j]) /
+                                (control_normal[j + 1] - control_normal[j]), 0.0, 1.0) : 0.0;
+  for (di = 0; di < 2; ++di)
+    for (dj = 0; dj < 2; ++dj) {
+      const double w = (di ? v : 1.0 - v) * (dj ? n : 1.0 - n);
+      if (w > 0.0)
+        for (k = 0; k < 6; ++k) e[k] += w * control_border[i + di][j + dj][k];
+    }
+  return control_ellipse_radius(e, ax_mps2, ay_mps2);
+}
+)";
 
 constexpr char kFormulas[] = R"yaml(formulas:
   axes: "x forward, y left, normal up; slip angles and forces to the left are positive; vx, vy at
@@ -97,8 +132,9 @@ constexpr char kFormulas[] = R"yaml(formulas:
   normal: "cb = cos(atan(bank)), cg = cos(atan(grade)); an = g cb cg - (vx cg)^2 curvature bank cb
     + (vx cg)^2 vertical_curvature cg cb: gravity, bank, dips and crests"
   load: "fz = m (an rest / L -/+ ax h / L) + density / 2 v^2 (a0 + a1 v^2 + a2 ax + a3 (an - g) +
-    a4 |vy / vx| + a5 ay^2)"
-  transfer: "left to right: d = mass m ay + force Fy_axle + speed m ay v^2 (reduced roll axis)"
+    a4 |vy / vx| + a5 ay^2) + along_pressed m ax (an - g)"
+  transfer: "left to right: d = m ay (mass + speed v^2 + pressed (an - g)) + force Fy_axle (reduced
+    roll axis)"
   inclination: "gamma = side (g0 + g1 fz) + g2 ay; side 1 left, -1 right"
   side_force: "f = fz / load_n - 1; D = (mu0 + mu1 f + mu2 f^2) (1 - mu_camber gamma^2) fz grip; K
     = k0 load_n sin(2 atan(fz / (k1 load_n))) stiffness; B = K / (c D); x = tan(alpha) +
@@ -119,12 +155,13 @@ constexpr char kFormulas[] = R"yaml(formulas:
 
 std::string why_refused_single(const Reduction& r, const LapError& lap,
                                const ReduceBounds& bounds) {
-  return why("single-track", lap.single, r.limit_single, bounds);
+  return why("single-track", lap.single, r.limit_single, bounds,
+             place_of(r, &GripPoint::single_mps2));
 }
 
 std::string why_refused_double(const Reduction& r, const LapError& lap,
                                const ReduceBounds& bounds) {
-  return why("double-track", lap.two, r.limit_double, bounds);
+  return why("double-track", lap.two, r.limit_double, bounds, place_of(r, &GripPoint::double_mps2));
 }
 
 std::string control_yaml(const Reduction& r, const LapError& lap, const ReduceBounds& bounds,
@@ -153,8 +190,10 @@ std::string control_yaml(const Reduction& r, const LapError& lap, const ReduceBo
       "{:.9g}\n  side_behind_m: {:.9g}\n  drag_area_m2: {:.9g}\n",
       car.density_kgpm3, yaml(car.lift_m2[0]), yaml(car.lift_m2[1]), car.side_area_m2,
       car.side_behind_m, car.drag_area_m2);
-  out += fmt::format("transfer:\n  mass: {}\n  force: {}\n  speed: {}\n", yaml(car.transfer_mass),
-                     yaml(car.transfer_force), yaml(car.transfer_speed));
+  out += fmt::format(
+      "transfer:\n  mass: {}\n  force: {}\n  speed: {}\n  pressed: {}\n  along_pressed: {}\n",
+      yaml(car.transfer_mass), yaml(car.transfer_force), yaml(car.transfer_speed),
+      yaml(car.transfer_pressed), yaml(car.along_pressed));
   out += fmt::format("trails:\n  trail_m: {}\n  trail_slip: {}\n", yaml(car.trail_m),
                      yaml(car.trail_slip));
   out += fmt::format("relaxation:\n  sigma_m: {}\n", yaml(car.sigma_m));
@@ -200,22 +239,23 @@ std::string control_header(const Reduction& r, const LapError& lap, const Reduce
   for (std::size_t at = 0; (at = safe.find("*/", at)) != std::string::npos;)
     safe.replace(at, 2, "* /");
   std::string out = fmt::format("/* {} */\n#ifndef CONTROL_CAR_H\n#define CONTROL_CAR_H\n", safe);
-  out += kControlTypes;
+  out += "#include <math.h>\n\n";
+  out += kControlCar;
   const std::string single = why_refused_single(r, lap, bounds),
                     both = why_refused_double(r, lap, bounds);
   out += fmt::format(
       "\nstatic const control_car control_car_values = {{\n    {:.9g}, {:.9g}, {:.9g}, {:.9g}, "
       "{:.9g}, {:.9g}, {:.9g},\n    {}, {}, {:.9g}, {:.9g}, {:.9g},\n    {},\n    {}, {}, {}, "
-      "{},\n    {:.9g}, {:.9g}, {:.9g},\n    {{{},\n     {}}},\n    {{{},\n     {}}},\n    {}, {}, "
-      "{}, {},\n    {:.9g}, {:.9g}, {:.9g}, {:.9g}, {:.9g}}};\n",
+      "{}, {}, {},\n    {:.9g}, {:.9g}, {:.9g},\n    {{{},\n     {}}},\n    {{{},\n     {}}},\n    "
+      "{}, {}, "
+      "{}, {},\n    {:.9g}, {:.9g}, {:.9g}, {:.9g}, {:.9g}, {:.9g}}};\n",
       p.mass_kg, p.yaw_inertia_kgm2, p.wheelbase_m, p.front_m, p.rear_m, p.cog_behind_m,
       p.cog_height_m, c(p.track_m), c(p.radius_m), p.ackermann, p.gravity_mps2, p.density_kgpm3,
-      c(p.lift_m2), c(p.transfer_mass), c(p.transfer_force), c(p.transfer_speed), c(p.camber),
-      p.side_area_m2, p.side_behind_m, p.drag_area_m2, curve_c(p.wheel[0]), curve_c(p.wheel[1]),
-      curve_c(p.axle[0]), curve_c(p.axle[1]), c(p.sigma_m), c(p.trail_m), c(p.trail_slip),
-      c(p.roll_m), p.preload_nm, p.drive_ramp, p.coast_ramp, p.stick_radps, p.lock_nms);
-  out += kControlCurves;
-  out += kControlDifferential;
+      c(p.lift_m2), c(p.transfer_mass), c(p.transfer_force), c(p.transfer_speed),
+      c(p.transfer_pressed), c(p.along_pressed), c(p.camber), p.side_area_m2, p.side_behind_m,
+      p.drag_area_m2, curve_c(p.wheel[0]), curve_c(p.wheel[1]), curve_c(p.axle[0]),
+      curve_c(p.axle[1]), c(p.sigma_m), c(p.trail_m), c(p.trail_slip), c(p.roll_m), p.preload_nm,
+      p.drive_ramp, p.coast_ramp, p.stick_radps, p.lock_nms, p.fuel_kg);
   out += single.empty() ? kControlSingle : "\n/* refused: " + single + " */\n";
   out += both.empty() ? kControlDouble : "\n/* refused: " + both + " */\n";
   std::set<double> speeds, normals;
@@ -248,7 +288,7 @@ std::string control_header(const Reduction& r, const LapError& lap, const Reduce
       out += "},\n";
     }
     out += "};\n";
-    out += kControlBorder;
+    out += kBorder;
   }
   return out + "\n#endif\n";
 }

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "identify/reduced_car.h"
+#include "reduce_fit.h"
 
 namespace identify {
 
@@ -22,13 +22,15 @@ double steady_limit(const ReducedCar& car, PlanarState in, bool two_tracks, doub
     }
     return out;
   };
-  // One slip angle grows, the other is the one without yaw moment; both ways, as either axle may be
-  // the first at its limit.
+  // One slip angle grows, the other is the one without yaw moment; both ways, as either axle may
+  // be the first at its limit.
   double most = 0.0;
   for (const bool front_grows : {true, false}) {
     in.yaw_rate_radps = 0.0;
-    double other = 0.0;
-    for (double grows = kStep_rad; grows <= most_rad + 1e-9; grows += kStep_rad) {
+    double other = 0.0, most_n = 0.0;
+    const int steps = static_cast<int>(std::ceil(most_rad / kStep_rad));
+    for (int step = 1; step <= steps; ++step) {
+      const double grows = most_rad * step / steps;
       const double sign = front_grows ? 1.0 : -1.0;  // of the moment over the growing angle
       double low = std::max(-0.02, other - 0.03), high = std::min(most_rad, other + 0.05);
       ReducedForces found;
@@ -48,6 +50,9 @@ double steady_limit(const ReducedCar& car, PlanarState in, bool two_tracks, doub
         (m > 0.0 ? low : high) = other;
         (m > 0.0 ? at_low : at_high) = m;
       }
+      const double force_n = found.axle_fy_n[front_grows ? 0 : 1];
+      if (force_n < kPastPeak * most_n) break;  // from here on the car slides
+      most_n = std::max(most_n, force_n);
       if (found.missing_n < most_missing_n) most = std::max(most, found.ay_mps2);
     }
   }

@@ -5,78 +5,78 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "one_thread.h"
 
 namespace identify {
 namespace {
 
-double sum_of_squares(const std::vector<double>& left) {
-  double sum = 0.0;
-  for (const double x : left) sum += x * x;
-  return sum;
+bool all_finite(const std::vector<double>& left) {
+  return std::all_of(left.begin(), left.end(), [](double x) { return std::isfinite(x); });
 }
 
-/// J^T J and J^T r at `values`, which leave `left`.
-void slopes(const std::vector<Unknown>& unknowns, const Residuals& residuals,
-            const std::vector<double>& values, const std::vector<double>& left,
-            Eigen::MatrixXd& normal, Eigen::VectorXd& gradient) {
-  const auto n = static_cast<Eigen::Index>(unknowns.size());
-  Eigen::MatrixXd jacobian(static_cast<Eigen::Index>(left.size()), n);
-  std::vector<double> moved = values, then(left.size());
-  for (std::size_t k = 0; k < unknowns.size(); ++k) {
-    double h = 1e-6 * unknowns[k].typical;
-    if (values[k] + h > unknowns[k].high) h = -h;
-    moved[k] = values[k] + h;
-    residuals(moved, then);
-    moved[k] = values[k];
-    for (std::size_t i = 0; i < left.size(); ++i)
-      jacobian(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) =
-          (then[i] - left[i]) / h;
+/// All rows as one cost, with slopes by differences.
+class Rows : public ceres::CostFunction {
+ public:
+  Rows(const std::vector<Unknown>& unknowns, const Residuals& residuals, std::size_t count)
+      : unknowns_(unknowns), residuals_(residuals), count_(count) {
+    set_num_residuals(static_cast<int>(count));
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(unknowns.size()));
   }
-  normal = jacobian.transpose() * jacobian;
-  gradient = jacobian.transpose() *
-             Eigen::Map<const Eigen::VectorXd>(left.data(), static_cast<Eigen::Index>(left.size()));
-}
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const std::size_t n = unknowns_.size();
+    std::vector<double> values(parameters[0], parameters[0] + n), left(count_), then(count_),
+        before(count_);
+    residuals_(values, left);
+    if (!all_finite(left)) return false;
+    std::copy(left.begin(), left.end(), residuals);
+    if (jacobians == nullptr || jacobians[0] == nullptr) return true;
+    for (std::size_t k = 0; k < n; ++k) {
+      const double at = values[k];
+      double h = 1e-6 * unknowns_[k].typical;
+      if (at + h > unknowns_[k].high) h = -h;
+      values[k] = at + h;
+      residuals_(values, then);
+      values[k] = at;
+      for (std::size_t i = 0; i < count_; ++i) jacobians[0][i * n + k] = (then[i] - left[i]) / h;
+    }
+    return true;
+  }
+
+ private:
+  const std::vector<Unknown>& unknowns_;
+  const Residuals& residuals_;
+  std::size_t count_;
+};
 
 }  // namespace
 
 LeastSquares least_squares(std::vector<Unknown>& unknowns, const Residuals& residuals,
                            int most_rounds) {
-  LeastSquares out;
   std::vector<double> values, left;
   for (const Unknown& u : unknowns) values.push_back(std::clamp(u.value, u.low, u.high));
   residuals(values, left);
-  double sum = sum_of_squares(left), damping = 1e-3;
-  if (!std::isfinite(sum))
+  if (!all_finite(left))
     throw base::Error("the fit cannot begin: a row is not finite at the first guess");
-  Eigen::MatrixXd normal;
-  Eigen::VectorXd gradient;
-  for (; out.rounds < most_rounds && !out.converged; ++out.rounds) {
-    slopes(unknowns, residuals, values, left, normal, gradient);
-    bool better = false;
-    while (!better && damping < 1e12) {
-      Eigen::MatrixXd damped = normal;
-      for (Eigen::Index k = 0; k < damped.rows(); ++k)
-        damped(k, k) += damping * normal(k, k) + 1e-300;
-      const Eigen::VectorXd step = damped.ldlt().solve(-gradient);
-      std::vector<double> next = values, then;
-      for (std::size_t k = 0; k < next.size(); ++k)
-        next[k] = std::clamp(values[k] + step(static_cast<Eigen::Index>(k)), unknowns[k].low,
-                             unknowns[k].high);
-      residuals(next, then);
-      const double sum_then = sum_of_squares(then);
-      better = std::isfinite(sum_then) && sum_then < sum;
-      if (better) {
-        out.converged = sum - sum_then < 1e-6 * sum;
-        sum = sum_then;
-        values = next;
-        left = then;
-      }
-      damping = better ? std::max(1e-9, 0.2 * damping) : 5.0 * damping;
-    }
-    if (!better) out.converged = true;  // no step lowers it
+  ceres::Problem problem;
+  problem.AddResidualBlock(new Rows(unknowns, residuals, left.size()), nullptr, values.data());
+  for (std::size_t k = 0; k < unknowns.size(); ++k) {
+    problem.SetParameterLowerBound(values.data(), static_cast<int>(k), unknowns[k].low);
+    problem.SetParameterUpperBound(values.data(), static_cast<int>(k), unknowns[k].high);
   }
+  ceres::Solver::Options options = one_thread(most_rounds);
+  options.function_tolerance = 1e-6;
+  options.gradient_tolerance = 0.0;  // rows have no common unit
+  options.parameter_tolerance = 1e-12;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
   for (std::size_t k = 0; k < unknowns.size(); ++k) unknowns[k].value = values[k];
-  out.rms = std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, left.size())));
+  LeastSquares out;
+  out.rounds = summary.num_successful_steps;
+  out.converged = summary.termination_type == ceres::CONVERGENCE;
+  out.rms = std::sqrt(2.0 * summary.final_cost /
+                      static_cast<double>(std::max<std::size_t>(1, left.size())));
   return out;
 }
 

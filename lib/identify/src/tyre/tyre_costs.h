@@ -1,13 +1,12 @@
 // What the fit of a tyre minimises, term by term, for Ceres.
 #pragma once
 
-#include <ceres/ceres.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <vector>
 
 #include "identify/tyre_unknowns.h"
+#include "one_thread.h"
 #include "vehicle/magic_formula.h"
 
 namespace identify {

@@ -23,12 +23,8 @@ Solved solve(const Unknowns& unknowns, std::vector<double> p, int rounds,
     problem.SetParameterUpperBound(p.data(), static_cast<int>(i), unknowns.high(i));
     p[i] = std::clamp(p[i], unknowns.low(i), unknowns.high(i));
   }
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  options.max_num_iterations = rounds;
+  ceres::Solver::Options options = one_thread(rounds);
   options.function_tolerance = 1e-8;
-  options.num_threads = 1;  // sums in one order
-  options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   return {std::move(p), summary.IsSolutionUsable() ? summary.final_cost : INFINITY};

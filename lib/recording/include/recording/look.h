@@ -19,9 +19,14 @@ struct ChannelLook {
   double least = 0.0, greatest = 0.0;  ///< 0 where there are no samples
   double held = 0.0;                   ///< share_held() of its values
   bool dead = false;                   ///< is_dead() of its values
+  /// The longest time between two samples that are numbers; 0: the file has no clock.
+  double longest_gap_s = 0.0;
 };
 
 std::vector<ChannelLook> look_at_channels(const Log& log);
+
+/// The moments of a channel's samples, s, one for each; empty where the file has no clock.
+std::vector<double> moments_of(const Log& log, const Channel& channel);
 
 /// Share of the samples that repeat the one before exactly; NaN is skipped. The longest run of them
 /// does not count: a column that stands still from some time on is broken, not sampled and held. 0

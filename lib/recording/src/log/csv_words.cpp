@@ -3,32 +3,24 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <initializer_list>
 #include <map>
 #include <set>
 
 #include "base/error.h"
+#include "base/letters.h"
 #include "readers.h"
 #include "recording/look.h"
 
 namespace recording {
 namespace {
 
-std::string letters_of(const std::string& name) {
-  std::string out;
-  for (const char c : name)
-    if (std::isalpha(static_cast<unsigned char>(c)) != 0)
-      out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
-
 /// The column with one of these names; the number of columns: none has.
 std::size_t column_called(const Log& log, std::initializer_list<const char*> names) {
   for (std::size_t c = 0; c < log.channels.size(); ++c)
     for (const char* name : names)
-      if (letters_of(log.channels[c].name) == name) return c;
+      if (base::letters_of(log.channels[c].name) == name) return c;
   return log.channels.size();
 }
 
@@ -43,13 +35,13 @@ std::size_t values_of_signals(const Log& log) {
 std::size_t units_of_signals(const Log& log) { return column_called(log, {"unit", "units"}); }
 
 bool says_car(const Channel& channel) {
-  const std::string letters = letters_of(channel.name);
+  const std::string letters = base::letters_of(channel.name);
   return letters.find("vehicle") != std::string::npos || letters == "car" ||
          letters == "carnumber" || letters == "carid";
 }
 
 bool is_on_earth(const Channel& channel) {
-  const std::string letters = letters_of(channel.name);
+  const std::string letters = base::letters_of(channel.name);
   for (const char* word : {"lat", "latitude", "lon", "long", "lng", "longitude"})
     if (letters == word || letters == std::string("gps") + word ||
         letters == std::string(word) + "deg")

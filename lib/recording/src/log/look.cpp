@@ -1,12 +1,12 @@
 #include "recording/look.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
 #include <utility>
 
+#include "base/letters.h"
 #include "base/statistics.h"
 #include "readers.h"
 
@@ -16,11 +16,7 @@ namespace {
 
 /// The name in lower case without punctuation and without a unit in brackets.
 std::string clock_word(const std::string& name) {
-  std::string word;
-  for (const char c : name.substr(0, name.find_first_of("[(")))
-    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
-      word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return word;
+  return base::letters_and_digits_of(name.substr(0, name.find_first_of("[(")));
 }
 
 bool is_clock(const std::string& word) {
@@ -37,6 +33,17 @@ bool may_be_clock(const std::string& word) {
   return word.find("date") == std::string::npos &&
          (word.starts_with("time") || word.starts_with("zeit") || word.starts_with("utc") ||
           word.ends_with("timesec") || word.ends_with("timestamp"));
+}
+
+/// Between samples that are numbers and have a moment; a clock that runs backwards makes no gap.
+double longest_gap_s(const std::vector<double>& values, const std::vector<double>& time_s) {
+  double longest = 0.0, last = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t k = 0; k < std::min(values.size(), time_s.size()); ++k) {
+    if (!std::isfinite(values[k]) || !std::isfinite(time_s[k])) continue;
+    if (time_s[k] - last > longest) longest = time_s[k] - last;
+    last = time_s[k];
+  }
+  return longest;
 }
 
 }  // namespace
@@ -122,8 +129,20 @@ bool is_dead(const std::vector<double>& values) {
   return seen >= kEnough;
 }
 
+std::vector<double> moments_of(const Log& log, const Channel& channel) {
+  if (log.in_rows) return clock_of_rows(log);
+  if (!log.clocks.empty()) return log.clocks.at(channel.clock);
+  std::vector<double> out;
+  if (channel.rate_hz > 0.0)
+    for (std::size_t k = 0; k < channel.values.size(); ++k)
+      out.push_back(static_cast<double>(k) / channel.rate_hz);
+  return out;
+}
+
 std::vector<ChannelLook> look_at_channels(const Log& log) {
   std::vector<ChannelLook> out;
+  const std::vector<double> rows_s =
+      log.in_rows ? clock_of_rows(log) : std::vector<double>{};  // of all channels
   for (const Channel& channel : log.channels) {
     ChannelLook look{.name = channel.name,
                      .unit = channel.unit,
@@ -137,6 +156,8 @@ std::vector<ChannelLook> look_at_channels(const Log& log) {
       look.greatest = look.samples == 0 ? value : std::max(look.greatest, value);
       ++look.samples;
     }
+    look.longest_gap_s =
+        longest_gap_s(channel.values, log.in_rows ? rows_s : moments_of(log, channel));
     out.push_back(std::move(look));
   }
   return out;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -11,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/letters.h"
 #include "mesh/error.h"
 #include "recording/log.h"
 #include "recording/log_table.h"
@@ -21,15 +21,6 @@ namespace {
 
 constexpr double kHeightUnknown = std::numeric_limits<double>::quiet_NaN();
 
-/// "GPS Latitude" and "gps_latitude" are one name.
-std::string plain(std::string_view name) {
-  std::string out;
-  for (const char c : name)
-    if (std::isalpha(static_cast<unsigned char>(c)) != 0)
-      out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
-
 const recording::Channel* channel_called(const recording::Log& log,
                                          std::initializer_list<std::string_view> names) {
   // Of a channel of a topic, "/fix.latitude", the last part.
@@ -38,13 +29,13 @@ const recording::Channel* channel_called(const recording::Log& log,
   };
   for (const std::string_view name : names)
     for (const recording::Channel& channel : log.channels)
-      if (plain(field(channel.name)) == name) return &channel;
+      if (base::letters_of(field(channel.name)) == name) return &channel;
   return nullptr;
 }
 
 /// Degrees in one unit of the channel; none: the unit is no angle.
 std::optional<double> degrees_in(const std::string& unit) {
-  const std::string word = plain(unit);
+  const std::string word = base::letters_of(unit);
   if (word == "rad") return 180.0 / std::numbers::pi;
   if (word.empty() || word.starts_with("deg")) return 1.0;
   return std::nullopt;

@@ -1,0 +1,184 @@
+#include "identify/measure.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "base/error.h"
+#include "base/statistics.h"
+#include "identify/aero_fit.h"
+#include "identify/brakes_fit.h"
+#include "identify/damper_fit.h"
+#include "identify/discs_fit.h"
+#include "identify/mass_fit.h"
+#include "identify/short_gaps.h"
+#include "identify/suspension_fit.h"
+#include "vehicle/road_file.h"
+
+namespace identify {
+namespace {
+
+/// The fit of the loads; nothing where there are none, or where they do not tell. What makes it
+/// doubtful joins the doubts of the windows: all fits lean on the loads.
+std::optional<DriveFit> mass_where_seen(const ReadDrive& drive, DriveWindows& windows) {
+  if (!windows.loads || !windows.accelerations) return std::nullopt;
+  MassFitOptions options;
+  options.fuel_kg = drive.fuel_kg;
+  options.body_axes = drive.options.body_axes;
+  auto fit = try_fit_mass(drive.car, drive.vehicle.prior, windows, options);
+  if (fit && fit->doubts.empty() && fit->at("mass_kg").unseen.empty()) return *std::move(fit);
+  if (fit) windows.doubts.insert(windows.doubts.end(), fit->doubts.begin(), fit->doubts.end());
+  return std::nullopt;  // the vehicle file's mass stands in, and is named
+}
+
+/// A fit's options with fuel, axes and, where wheel loads tell it, the mass.
+template <class Options>
+Options options_of(const ReadDrive& drive, const std::optional<DriveFit>& weighed) {
+  Options out;
+  out.fuel_kg = drive.fuel_kg;
+  out.body_axes = drive.options.body_axes;
+  if (weighed) {
+    out.mass_kg = weighed->at("mass_kg").value;
+    out.mass_sd_kg = weighed->at("mass_kg").sd;
+  }
+  return out;
+}
+
+void join(DriveFit& fit, const DriveFit& more) {
+  fit.found.insert(fit.found.end(), more.found.begin(), more.found.end());
+  fit.remarks.insert(fit.remarks.end(), more.remarks.begin(), more.remarks.end());
+  fit.doubts.insert(fit.doubts.end(), more.doubts.begin(), more.doubts.end());
+}
+
+void measure_mass(const ReadDrive& drive, Measured& out) {
+  MassFitOptions options;
+  options.fuel_kg = drive.fuel_kg;
+  options.body_axes = drive.options.body_axes;
+  out.fit = fit_mass(drive.car, drive.vehicle.prior, out.windows, options);
+  out.sheet = mass_sheet(drive.car, out.fit, drive.fuel_kg);
+}
+
+void measure_aero(const ReadDrive& drive, Measured& out) {
+  const auto weighed = mass_where_seen(drive, out.windows);
+  auto options = options_of<AeroFitOptions>(drive, weighed);
+  options.engine_off_s = drive.request.engine_off_s;
+  out.fit = fit_aero(drive.car, drive.vehicle.prior, out.windows, options);
+  out.sheet = aero_sheet(out.fit);
+  for (const char* const axle : {"front", "rear"}) {
+    const std::string name = fmt::format("{}_lift_area_m2", axle);
+    Found lift{
+        name,
+        "m2",
+        0,
+        0,
+        0,
+        0,
+        drive.car.parameters.axle(axle[0] == 'f' ? 0 : 1, vehicle::Parameter::front_lift_area_m2),
+        "no wheel loads that tell weight and downforce apart"};
+    if (weighed) lift = weighed->at(name);
+    out.sheet += lift.unseen.empty()
+                     ? fmt::format("{}.lift_area_m2 = {:.6g}\n", axle, lift.value)
+                     : fmt::format("# {}.lift_area_m2 not observable: {}\n", axle, lift.unseen);
+    out.fit.found.push_back(std::move(lift));
+  }
+}
+
+void measure_suspension(const ReadDrive& drive, Measured& out) {
+  const auto weighed = mass_where_seen(drive, out.windows);
+  const double stated_kg =
+      drive.car.parameters[vehicle::Parameter::chassis_mass_kg] + drive.fuel_kg;
+  out.fit = fit_suspension(drive.car, drive.vehicle.prior, out.windows,
+                           weighed ? weighed->at("mass_kg").value : stated_kg);
+  const DriveFit dampers = fit_dampers(drive.car, drive.recording);
+  out.sheet = suspension_sheet(out.fit) + dampers_sheet(dampers);
+  join(out.fit, dampers);
+}
+
+/// The discs, heated by the torques that were found where they were.
+DriveFit discs_of(const ReadDrive& drive, const DriveFit& brakes) {
+  constexpr double kUnknownShare = 0.05;  // of the vehicle file's friction, where nothing is found
+  DiscsFitOptions options;
+  const Found &both = brakes.at("torque"), &front = brakes.at("front_torque"),
+              &rear = brakes.at("rear_torque");
+  if (front.unseen.empty() && rear.unseen.empty()) {
+    options.torque = {front.value, rear.value};
+    options.torque_sd = std::max(front.sd / front.value, rear.sd / rear.value);
+  } else if (both.unseen.empty()) {
+    options.torque = {both.value, both.value};
+    options.torque_sd = both.sd / both.value;
+  } else {
+    options.torque_sd = kUnknownShare;
+  }
+  return fit_discs(drive.car, drive.vehicle.prior, drive.recording, options);
+}
+
+void measure_brakes(const ReadDrive& drive, Measured& out) {
+  const auto options = options_of<BrakesFitOptions>(drive, mass_where_seen(drive, out.windows));
+  out.fit = fit_brakes(drive.car, drive.vehicle.prior, out.windows, options);
+  out.pads = fit_pad_map(drive.car, drive.vehicle.prior, out.windows, options);
+  const DriveFit discs = discs_of(drive, out.fit);
+  out.sheet = brakes_sheet(drive.car, out.fit);
+  out.discs_sheet = discs_sheet(discs);
+  join(out.fit, out.pads->fit);
+  join(out.fit, discs);
+}
+
+void measure_engine(const ReadDrive& drive, Measured& out) {
+  const auto options = options_of<EngineFitOptions>(drive, mass_where_seen(drive, out.windows));
+  out.engine = fit_engine(drive.car, drive.vehicle.prior, out.windows, drive.recording, options);
+  out.fit = out.engine->fit;
+}
+
+}  // namespace
+
+ReadDrive::ReadDrive(const MeasureRequest& asked)
+    : request(asked),
+      vehicle(vehicle::read_vehicle(asked.vehicle_path, asked.setup_path, asked.settings)),
+      car(make_car(vehicle.files, vehicle.parameters, vehicle.terms, vehicle.contact)) {
+  recording::Mapping mapping;
+  if (!asked.mapping_path.empty()) mapping = recording::read_mapping(asked.mapping_path);
+  recording = without_short_gaps(recording::read_recording(asked.recording_path, mapping));
+  if (!asked.road_path.empty())
+    road.emplace(std::move(vehicle::read_road(asked.road_path, {}).surface));
+  options.imu_ahead_m = mapping.imu_ahead_m;
+  options.imu_yaw_rad = mapping.imu_yaw_rad;
+  options.body_axes = asked.body_axes;
+  fuel_kg = asked.fuel_kg.value_or(kAssumedFuel_kg);
+  fuel_from = asked.fuel_kg ? FuelFrom::kRequest : FuelFrom::kAssumed;
+  std::vector<double> recorded;
+  if (const auto* fuel = recording.table.find("fuel_kg"); fuel != nullptr)
+    std::copy_if(fuel->begin(), fuel->end(), std::back_inserter(recorded),
+                 [](double v) { return std::isfinite(v); });
+  if (recorded.empty()) return;
+  fuel_kg = base::median(recorded);
+  fuel_from = FuelFrom::kLog;
+}
+
+Measured measure(const std::string& part, const ReadDrive& drive) {
+  constexpr std::pair<const char*, void (*)(const ReadDrive&, Measured&)> kFits[] = {
+      {kMeasuredParts[0], measure_mass},
+      {kMeasuredParts[1], measure_aero},
+      {kMeasuredParts[2], measure_suspension},
+      {kMeasuredParts[3], measure_brakes},
+      {kMeasuredParts[4], measure_engine}};
+  for (const auto& [name, fit] : kFits) {
+    if (part != name) continue;
+    try {
+      Measured out;
+      out.windows = drive_windows(drive.car, drive.road ? &*drive.road : nullptr, drive.recording,
+                                  drive.options);
+      fit(drive, out);
+      out.fit.doubts.insert(out.fit.doubts.begin(), out.windows.doubts.begin(),
+                            out.windows.doubts.end());
+      return out;
+    } catch (const base::Error& error) {
+      throw base::Error(fmt::format("{}: {}", drive.request.recording_path, error.what()));
+    }
+  }
+  throw base::Error(fmt::format("no part of a car is called '{}'; wanted {}", part,
+                                fmt::join(kMeasuredParts, ", ")));
+}
+
+}  // namespace identify
