@@ -32,7 +32,7 @@ void settle_ledges_of(Lane& lane, double step_s, const State<double>& s, State<d
 /// Steps up to as many cars as it has lanes; the cars' parameters are inside.
 class Kernel {
  public:
-  virtual ~Kernel() = default;
+  virtual ~Kernel();  // not here: others would share its code
   /// Lanes in the order of the cars; one without anything to step has no `sim`, but not all.
   virtual void step(std::span<Lane> lanes, const Road& road, const StepOptions& options) = 0;
 };

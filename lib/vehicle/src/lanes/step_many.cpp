@@ -50,6 +50,8 @@ std::unique_ptr<Kernel> make_kernel([[maybe_unused]] Lanes lanes,
 
 }  // namespace
 
+Kernel::~Kernel() = default;
+
 RoadPoint ground_of(const Lane& lane, const Road& road, std::size_t wheel, double x_m, double y_m,
                     double z_near_m, double heading_x, double heading_y) {
   RoadPoint point;
