@@ -10,7 +10,6 @@ namespace cloud {
 namespace {
 
 constexpr double kGradientReach_m = 0.25;
-constexpr float kSlantNoise = 3.0f;  // deviations by which cells slant by chance
 // A cell's mean: noise of single heights, and what does not average out (footprint, place of the
 // points in the cell). Only their ratio matters: the scale is measured.
 constexpr double kPointNoise_m = 0.002, kCellNoise_m = 0.0004;
@@ -212,13 +211,8 @@ void JointProblem::find_slants() {
       }
       // A base that is tilted there has the shape that it should have.
       const float even_m = base::median_or(0.0f, slants);
-      for (std::size_t j = 0; j < across_; ++j) {
-        if (!is_seen(j) || row[j].slant_m == 0.0f) continue;
-        const std::size_t from = is_seen(j - 1) ? j - 1 : j, to = is_seen(j + 1) ? j + 1 : j;
-        const float noise_m = kSlantNoise * std::hypot(row[from].noise_m, row[to].noise_m) /
-                              static_cast<float>(to - from);
-        row[j].slant_m = std::max(0.0f, std::abs(row[j].slant_m - even_m) - noise_m);
-      }
+      for (std::size_t j = 0; j < across_; ++j)
+        if (is_seen(j) && row[j].slant_m != 0.0f) row[j].slant_m -= even_m;
     }
   });
 }
@@ -283,7 +277,6 @@ void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& 
     }
     const double mean = total > 0.0 ? sum / total : 0.0;
     cell.height_m = static_cast<float>(mean);
-    cell.noise_m = total > 0.0 ? static_cast<float>(1.0 / std::sqrt(total * view_scale)) : 0.0f;
     const double even = even_error(index);
     cell.believed =
         options_.trust_base ? static_cast<float>(belief(cell, mean - even, scales)) : 0.0f;

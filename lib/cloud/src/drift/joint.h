@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/SparseCholesky>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <utility>
@@ -98,8 +99,7 @@ class JointProblem {
   };
   struct Cell {
     float height_m = 0.0f;  ///< mean of its views
-    float noise_m = 0.0f;   ///< deviation of that, as its views scatter
-    float slant_m = 0.0f;  ///< how much it changes to the next across, beyond noise and what all do
+    float slant_m = 0.0f;   ///< how much of that changes to the next across, beyond what all do
     float believed = 1.0f;  ///< robust weight of the base
   };
   /// The node before a cell, the one after it, the share of the latter; its middle across the road.
@@ -123,7 +123,10 @@ class JointProblem {
   double even_error(std::size_t cell) const;
   /// Robust weight of the base at a cell that lies so high over it and its even error.
   double belief(const Cell& cell, double uneven_m, const JointScales& scales) const {
-    return geman_mcclure(std::hypot(uneven_m, static_cast<double>(cell.slant_m)), scales.base_m);
+    constexpr double kNoise = 0.65;  // of the base's scale: sparse cells slant as much by chance
+    const double slant_m =
+        std::max(0.0, std::abs(static_cast<double>(cell.slant_m)) - kNoise * scales.base_m);
+    return geman_mcclure(std::hypot(uneven_m, slant_m), scales.base_m);
   }
   /// Of all cells, by the heights of the step before. Where the base has another shape, as of a
   /// kerb, some height agrees with it wherever the poses lie: that moved them aside.
