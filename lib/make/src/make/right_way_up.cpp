@@ -97,13 +97,17 @@ int right_way_up(const Centreline& line, const RaySurface& road, const RaySurfac
     }
     if (over != under) cover.add(under);
   }
-  // A road that falls to one side all along, on its straights too where it has some, is not banked.
+  // A road that falls to one side all along is not banked. Most of an oval is bend: what its
+  // straights have alike counts there.
   const auto is_bend = [&](std::size_t i) { return std::abs(bends_1pm[i]) > 1.0 / kWidestBend_m; };
-  std::vector<double> straight;
+  std::vector<double> straight, apart;
   for (std::size_t i = 0; i < banks.size(); ++i)
     if (!is_bend(i)) straight.push_back(banks[i]);
-  const double all_along =
-      base::median_or(0.0, straight.size() < kFewestStraight ? banks : straight);
+  const double of_straights = base::median_or(0.0, straight);
+  for (const double banked : straight) apart.push_back(std::abs(banked - of_straights));
+  const bool are_alike =
+      straight.size() >= kFewestStraight && base::median_or(0.0, apart) < kLeastBank;
+  const double all_along = are_alike ? of_straights : base::median_or(0.0, banks);
   for (std::size_t i = 0; i < banks.size(); ++i)
     if (const double banked = banks[i] - all_along; std::abs(banked) > kLeastBank && is_bend(i))
       bank.add(banked * bends_1pm[i] < 0.0);
