@@ -50,15 +50,16 @@ void bend_between(const Trajectory& trajectory, std::size_t i, double f, PosedIn
   };
   if (before) lean(f * g * g, i - 1, i, 0);
   if (behind) lean(-f * f * g, i + 1, i + 2, 2);
-  pose.position_m.setZero();
-  Eigen::Vector4d turn = Eigen::Vector4d::Zero();
+  // By differences, so that what does not change stays as it is to the last bit.
+  pose.position_m = trajectory.position_m[i];
   const Eigen::Vector4d near = trajectory.orientation[i].coeffs();
+  Eigen::Vector4d turn = near;
   for (std::size_t k = 0; k < 4; ++k) {
     const double w = weight[static_cast<Eigen::Index>(k)];
-    if (w == 0.0) continue;
+    if (w == 0.0 || k == 1) continue;
     const Eigen::Vector4d q = trajectory.orientation[i + k - 1].coeffs();
-    pose.position_m += w * trajectory.position_m[i + k - 1];
-    turn += (q.dot(near) < 0.0 ? -w : w) * q;
+    pose.position_m += w * (trajectory.position_m[i + k - 1] - trajectory.position_m[i]);
+    turn += w * ((q.dot(near) < 0.0 ? -1.0 : 1.0) * q - near);
   }
   pose.orientation.coeffs() = turn.normalized();
 }
