@@ -550,7 +550,9 @@ std::string chunk_of(const U8* records, std::size_t length, std::size_t count, i
                      int version) {
   const bool timed = format == 1 || format == 3, coloured = format == 2 || format == 3;
   std::string bytes(reinterpret_cast<const char*>(records), length);
-  const std::size_t colour14 = format == 7 ? 6u : format == 8 || format == 10 ? 8u : 0u,
+  const std::size_t colour14 = format == 7                   ? 6u
+                               : format == 8 || format == 10 ? 8u
+                                                             : 0u,
                     base = format >= 6 ? 30u + colour14 + (format >= 9 ? 29u : 0u)
                                        : 20u + (timed ? 8 : 0) + (coloured ? 6 : 0);
   const std::size_t extra = length - base;

@@ -32,13 +32,14 @@ inline double looked_up(const double* table, double shifted, std::uint64_t bits)
   return table[std::bit_cast<std::uint64_t>(shifted) & bits];
 }
 
-/// 2^floor(k / 16) of `shifted`, k from -16000 to 16000 with kRounder added.
+/// 2^floor(k / 16) of `shifted`, k from -16000 to 16000 with kRounder added; 16368 is 16 times
+/// 1023, the exponent of 1.
 inline double power_of_two(double shifted) {
-  return std::bit_cast<double>((std::bit_cast<std::uint64_t>(shifted) + 16 * 1023) >> 4 << 52);
+  return std::bit_cast<double>((std::bit_cast<std::uint64_t>(shifted) + 16368) >> 4 << 52);
 }
 template <int N>
 [[gnu::always_inline]] inline Pack<N> power_of_two(const Pack<N>& shifted) {
-  const typename Pack<N>::Bits bits = (shifted.bits() + 16 * 1023) >> 4 << 52;
+  const typename Pack<N>::Bits bits = (shifted.bits() + 16368) >> 4 << 52;
   return Pack<N>(reinterpret_cast<typename Pack<N>::Vector>(bits));
 }
 
