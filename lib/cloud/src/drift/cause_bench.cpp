@@ -47,6 +47,7 @@ Eigen::Vector3d plane_through(const std::vector<Seen>& seen) {
   Eigen::Vector3d plane = Eigen::Vector3d::Zero();
   for (int round = 0; round < 4; ++round) {
     std::vector<double> off;
+    off.reserve(seen.size());
     for (const Seen& s : seen)
       off.push_back(std::abs(s.height - plane.dot(Eigen::Vector3d(1.0, s.a, s.b))));
     const double scale = round == 0 ? kFarthest : 3.0 * std::max(0.002, base::median(off));

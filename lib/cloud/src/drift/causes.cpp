@@ -62,6 +62,7 @@ Cause try_tilt(const Bench& bench, int axis, const char* name) {
   const std::vector<double> degrees{-90.0, -20.0, -15.0, -10.0, -5.0, 5.0,
                                     10.0,  15.0,  20.0,  90.0,  180.0};
   std::vector<Trial> trials;
+  trials.reserve(degrees.size());
   for (const double deg : degrees) trials.push_back(turned(deg, axis, false));
   const std::vector<double> all = bench.distances_of(trials);
   const auto least =
