@@ -353,8 +353,8 @@ std::string about_distance(const Trajectory& trajectory) {
   const double step_m = base::median_or(0.0, std::move(steps_m));
   if (step_m < kFew_m) return {};
   return fmt::format(
-      "; the trajectory has a pose every {:.1f} m, which does not follow bumps: more "
-      "are wanted",
+      "; none of these: the trajectory has a pose every {:.1f} m, which does not follow the bumps "
+      "between; one every 0.4 m is wanted (fifty a second at 20 m/s)",
       step_m);
 }
 
@@ -380,10 +380,12 @@ std::string likely_causes(const CloudSource& scans, const RoadFrame& frame,
       "tried with {} points: the sensor turned in yaw, roll and pitch or mirrored, its place by "
       "1 m, the clock by 5 s, other laps, units, other ways to write poses",
       bench.samples().list.size());
-  if (causes.empty())
-    return text + about_distance(trajectory) +
-           "; nothing of it fits better: look at the frame of the poses, the height datum, "
-           "and whether base and scans show the same place";
+  if (causes.empty()) {
+    const std::string few = about_distance(trajectory);
+    return text + few + (few.empty() ? "; nothing of it fits better:" : "; if that is not all,") +
+           " look at the frame of the poses, the height datum, and whether base and scans show the "
+           "same place";
+  }
   text += "; better, the best first:";
   for (std::size_t k = 0; k < std::min<std::size_t>(3, causes.size()); ++k) {
     const double before = as_is.of(causes[k].tried.trial);

@@ -76,13 +76,13 @@ std::string about_rate(const Trajectory& poses) {
   const double off_m = unknown_between_m(poses), step_s = base::median_or(0.0, std::move(steps_s));
   if (step_s > 1.0 && poses.piece.back() + 2 > static_cast<int>(poses.size()))
     return fmt::format(
-        "the trajectory has a pose every {:.3g} s: nothing is known of the way between them; ten "
-        "poses a second and more are wanted",
+        "the trajectory has a pose every {:.3g} s: nothing is known of the way between them; "
+        "fifty a second are wanted",
         step_s);
   if (off_m < kTold_m) return {};
   return fmt::format(
       "the trajectory has a pose every {:.3g} s: the way between them is known to {:.0f} mm only; "
-      "ten poses a second and more are wanted",
+      "fifty a second are wanted",
       step_s, 1e3 * off_m);
 }
 
