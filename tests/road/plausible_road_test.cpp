@@ -73,6 +73,11 @@ TEST(PlausibleRoad, NamesThatCallTheVergeRoadTooAreAskedAbout) {
                                                       HasSubstr("the road is about 10 m wide"))));
   EXPECT_THAT(doubts(road::UseNames::yes), ::testing::IsEmpty());
   EXPECT_THAT(doubts(road::UseNames::no), ::testing::IsEmpty());
+  // Of one look it is another lane, a painted line between them or not.
+  mesh.objects[1].material = mesh.objects[2].material = "";
+  support::add_ring_strip(mesh, "Track", -0.1, 0.1, 0.01, 0.01);
+  mesh.objects[3].material = "white";
+  EXPECT_THAT(doubts(road::UseNames::automatic), ::testing::IsEmpty());
   // Where little is beside it, all of it is the road that the names say.
   mesh = {};
   support::add_ring_strip(mesh, "Track", -5.0, 5.0, 0.0, 0.0);

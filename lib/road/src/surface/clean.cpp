@@ -3,7 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <map>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "classify_by_guide.h"
 #include "clean_by_colour.h"
@@ -21,6 +25,8 @@ namespace {
 
 // Names that geometry confirms to this degree are believed without a second look.
 constexpr double kNamesAreRight = 0.9;
+// Of what lies beside a road, the road may have this share.
+constexpr double kHardlyAny = 0.1;
 // A second look that makes the road longer than this has gone astray at a wide place.
 constexpr double kDetour = 1.01;
 
@@ -111,8 +117,27 @@ base::Answer<Cleaning> clean_without_names(const Mesh& mesh, const Triangles& tr
   return clean_by_shape(mesh, triangles, std::move(by_shape.of_triangle), options, facts);
 }
 
+/// Whether most of what `wide` has beside `narrow` is made of something that `narrow` has hardly
+/// any of: a verge, not another lane.
+bool is_another_look(const Mesh& mesh, const Cleaning& wide, const Cleaning& narrow) {
+  std::map<std::pair<std::string, std::string>, std::array<double, 2>> beside_and_on_m2;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (wide.class_of_triangle[t] != SurfaceClass::road) continue;
+    const MeshObject& object = mesh.objects[mesh.object_of_triangle[t]];
+    const bool on = narrow.class_of_triangle[t] == SurfaceClass::road;
+    beside_and_on_m2[{object.material, object.texture}][on ? 1 : 0] +=
+        area_vector(mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2)).norm();
+  }
+  double all_m2 = 0.0, other_m2 = 0.0;
+  for (const auto& [look, m2] : beside_and_on_m2) {
+    all_m2 += m2[0];
+    if (m2[1] < kHardlyAny * m2[0]) other_m2 += m2[0];
+  }
+  return other_m2 > 0.5 * all_m2;
+}
+
 /// Names that call everything road tell nothing apart, whatever it is made of: a doubt where colour
-/// or shape show a closed road on it that is much narrower.
+/// or shape show a closed road on it that is much narrower, between ground of another look.
 void doubt_names_of_all(const Mesh& mesh, const Triangles& triangles, ClassesByShape by_shape,
                         const CleanOptions& options, Cleaning& named) {
   CleanReport facts = named.facts;
@@ -120,7 +145,8 @@ void doubt_names_of_all(const Mesh& mesh, const Triangles& triangles, ClassesByS
   const auto other = clean_without_names(mesh, triangles, std::move(by_shape), options, facts);
   if (!other) return;  // nothing else to choose
   const RoadShown all = road_shown(named.soup), narrow = road_shown(other->soup);
-  if (narrow.closed && narrow.width_m < kLaneShare * all.width_m)
+  if (narrow.closed && narrow.width_m < kLaneShare * all.width_m &&
+      is_another_look(mesh, named, *other))
     named.facts.doubts.push_back(fmt::format(
         "names call all of the ground road, about {:.0f} m wide, and tell no verge from it; by {} "
         "the road is about {:.0f} m wide: take that with --use-names false, or all of it with "
@@ -138,7 +164,7 @@ base::Answer<Cleaning> clean_unguided(const Mesh& mesh, const Triangles& triangl
   if (by_names && (names_are_told || is_all || *facts.road_agreement >= kNamesAreRight)) {
     auto named =
         clean_classes(mesh, triangles, triangles.by_names, options, std::move(facts), false);
-    if (named && is_all && !names_are_told && has_several_looks(mesh))
+    if (named && is_all && !names_are_told)
       doubt_names_of_all(mesh, triangles, std::move(by_shape), options, *named);
     return named;
   }
