@@ -314,6 +314,34 @@ TEST(Guide, BetweenApronsOfTheSameAsphaltKeepsToWhatIsCalledRoadElseIsDoubted) {
   }
 }
 
+TEST(Guide, ARoofIsNotTheRoadWhereItsOwnLookIsRare) {
+  // Under a roof along 3 % of the lap the road has looks of its own, each along half of that.
+  World world;
+  world.mesh.objects = {{"road", "", "t7.png"},
+                        {"road in", "", "t8.png"},
+                        {"road out", "", "t9.png"},
+                        {"shed", "", "t6.png"}};
+  const auto roof = [](double t, double offset_m) {
+    return Vector3d(ring(t, offset_m) + Vector3d(0.0, 0.0, 6.0));
+  };
+  const auto strip = [&](std::uint32_t object, const auto& way, double half_m, double begin,
+                         double end, int pieces) {
+    const std::size_t first = world.mesh.triangles.size();
+    world.strip(way, -half_m, half_m, "", begin, end, pieces);
+    for (std::size_t t = first; t < world.mesh.triangles.size(); ++t)
+      world.mesh.object_of_triangle[t] = object;
+  };
+  strip(0, ring, 5.0, 0.0, 0.3, 120);
+  strip(1, ring, 5.0, 0.3, 0.315, 6);
+  strip(2, ring, 5.0, 0.315, 0.33, 6);
+  strip(0, ring, 5.0, 0.33, 1.0, 240);
+  strip(3, roof, 4.0, 0.3, 0.33, 12);
+  const road::Centreline line = trace(world.mesh, sketch(0.0, 1.0, 3));
+  const auto [plan_m, height_m] = off_m(line, 0.0);
+  EXPECT_LT(plan_m, 0.3);
+  EXPECT_LT(height_m, 0.3);
+}
+
 TEST(Guide, SandThatTheRoadLeadsThroughIsNotTheRoad) {
   // Sand 22 m wide under the road along a third of the lap, 50 mm below it and wider to the left.
   World world;

@@ -289,7 +289,8 @@ base::Answer<GuidedClasses> classes_along(const Mesh& mesh, const Guide& guide,
         "no surface lies under the guide; check that both are in the same frame and that its "
         "columns are x and y of the mesh "
         "(--up and --unit say how the mesh is read)");
-  const std::vector<bool> is_road = road_looks(shares);
+  const std::vector<bool> is_road =
+      road_looks(shares, names_know ? ground.looks.names.size() / 2 : 0);  // parted by names
   const auto looks_like_road = [&](std::uint32_t t) {
     return static_cast<bool>(is_road[ground.look_of_triangle[t]]);
   };

@@ -15,7 +15,7 @@ namespace {
 constexpr double kRoadInside = 0.02;  // a look that is rarer under the guide is paint or a mistake
 constexpr double kRoadOutside = 2.0;  // the road's look is so many times rarer beside it
 constexpr double kBesideMain = 0.1;   // more of the places beside than the road's main look has
-constexpr double kNotPaint_m = 0.3;   // below the main look
+constexpr double kNotPaint_m = 0.3;   // from the main look
 constexpr double kNamesKnow = 0.95;   // of the places under the guide are called road
 
 }  // namespace
@@ -81,7 +81,7 @@ bool join_rare_looks(const Mesh& mesh, const LookShares& shares, Looks& looks,
   return !joined.empty();
 }
 
-std::vector<bool> road_looks(const LookShares& shares) {
+std::vector<bool> road_looks(const LookShares& shares, std::size_t called_road) {
   std::vector<bool> is_road(shares.inside.size(), false);
   std::size_t main = 0;
   const auto worth = [&](std::size_t k) {
@@ -89,29 +89,31 @@ std::vector<bool> road_looks(const LookShares& shares) {
   };
   for (std::size_t k = 0; k < is_road.size(); ++k) {
     if (worth(k) > worth(main)) main = k;
-    is_road[k] = shares.inside[k] >= kRoadInside &&
+    is_road[k] = shares.inside[k] >= (k < called_road ? 0.0 : kRoadInside) &&
                  shares.inside[k] > kRoadOutside * shares.outside[k] &&
                  shares.inside_there[k] > kRoadOutside * shares.outside_there[k];
   }
-  // What lies only where the road's main look lies too is paint on it, ground that goes on beneath
-  // it, or what carries it. Paint lies close to it, and not beside the road.
-  std::vector<double> alone(is_road.size(), 0.0), beneath(is_road.size(), 0.0);
+  // What lies only where the road's main look lies too, or what is called road, is paint on it,
+  // ground that goes on beneath it, what carries it, or a roof over what is called road. Paint lies
+  // close to it, and not beside the road.
+  std::vector<double> alone(is_road.size(), 0.0), far(is_road.size(), 0.0);
   const double each = 1.0 / static_cast<double>(std::max<std::size_t>(shares.places.size(), 1));
   for (const auto& seen : shares.places)
     for (const LookShares::Seen& one : seen) {
       double above_m = std::numeric_limits<double>::quiet_NaN();  // the nearest main look
       for (const LookShares::Seen& other : seen)
-        if (other.look == main && !(std::abs(other.z_m - one.z_m) >= std::abs(above_m)))
+        if ((other.look == main || other.look < called_road) &&
+            !(std::abs(other.z_m - one.z_m) >= std::abs(above_m)))
           above_m = other.z_m - one.z_m;
       if (std::isnan(above_m))
         alone[one.look] += each;
-      else if (above_m > kNotPaint_m)
-        beneath[one.look] += each;
+      else if (above_m > kNotPaint_m || (called_road > 0 && above_m < -kNotPaint_m))
+        far[one.look] += each;
     }
   for (std::size_t k = 0; k < is_road.size(); ++k)
     if (alone[k] < kRoadInside &&
         (shares.outside_there[k] > shares.outside_there[main] + kBesideMain ||
-         beneath[k] > 0.5 * shares.inside[k]))
+         far[k] > 0.5 * shares.inside[k]))
       is_road[k] = false;
   is_road[main] = true;
   return is_road;

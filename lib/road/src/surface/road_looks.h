@@ -33,6 +33,7 @@ bool join_rare_looks(const Mesh& mesh, const LookShares& shares, Looks& looks,
 
 /// The looks that lie under the guide rather than beside it, along the whole of it and where they
 /// lie: sand that the road leads through for a while does not lie beside the rest of it.
-std::vector<bool> road_looks(const LookShares& shares);
+/// `called_road`: so many of the looks, the first, are what names call road; 0: names do not know.
+std::vector<bool> road_looks(const LookShares& shares, std::size_t called_road);
 
 }  // namespace road
