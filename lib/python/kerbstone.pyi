@@ -389,6 +389,8 @@ def refine(
     cloud_unit: str | None = ...,
     base_stddev_m: float = ...,
     gate_m: float = ...,
+    edge_m: float = ...,
+    no_grass: bool = ...,
     format: str | Sequence[str] = ...,
     doubles: bool = ...,
 ) -> Refined: ...

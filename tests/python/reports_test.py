@@ -201,9 +201,9 @@ def scanned(tmp_path_factory):
         ([], {}),
         (
             ["--frame", "sensor", "--extrinsic", 0.5, 0, 0.123456789, 0, 0, 1, "--max-range-m", 40, "--drift-m", 0.04, "--drift-rad", 1e-3, "--min-points",
-             2, "--cloud-unit", "m", "--base-stddev-m", 0.03, "--gate-m", 0.4, "--format", "stl,pcd", "--doubles", "--no-report"],
+             2, "--cloud-unit", "m", "--base-stddev-m", 0.03, "--gate-m", 0.4, "--no-grass", "--format", "stl,pcd", "--doubles", "--no-report"],
             {"frame": "sensor", "extrinsic": [0.5, 0, 0.123456789, 0, 0, 1], "max_range_m": 40, "drift_m": 0.04, "drift_rad": 1e-3, "min_points": 2,
-             "cloud_unit": "m", "base_stddev_m": 0.03, "gate_m": 0.4, "format": ["stl", "pcd"], "doubles": True, "report": False},
+             "cloud_unit": "m", "base_stddev_m": 0.03, "gate_m": 0.4, "no_grass": True, "format": ["stl", "pcd"], "doubles": True, "report": False},
         ),
     ],
 )  # fmt: skip

@@ -175,7 +175,7 @@ void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) 
   synth->add_option("--u-end-m", c.u_end_m, "u where each lap ends, m [the road's end]");
   synth->add_option("--v-m", c.v_m, "lateral place of each lap, m [-1.5 1.5]");
   synth->add_option("--speed-mps", c.speed_mps, "[20]")->check(CLI::Range(1.0, 100.0));
-  synth->add_option("--beams", c.beams, "[64]")->check(CLI::Range(1, 256));
+  command::hide(synth->add_option("--beams", c.beams)->check(CLI::Range(1, 256)));
   synth->add_option("--azimuths", c.azimuths, "shots of each beam per turn [1024]")
       ->check(CLI::Range(16, 8192));
   synth->add_option("--noise-m", c.noise_m, "standard deviation of ranges [0.005]")
@@ -224,11 +224,11 @@ void add_placing(CLI::App& app, MapCommand& c) {
   app.add_option("--max-range-m", c.max_range_m,
                  "points farther from the sensor are left out; in its frame only [all are used]")
       ->check(within(cloud::kMaxRangeM));
-  app.add_option("--drift-m", c.drift_m, "how fast x, y, z may drift, m per 100 m [0.05]")
+  app.add_option("--drift-m", c.drift_m,
+                 "how fast x, y, z may drift, m per 100 m [0.05]; --drift-rad: roll, pitch, yaw, "
+                 "rad per 100 m [0.002]")
       ->check(within(cloud::kDriftM));
-  app.add_option("--drift-rad", c.drift_rad,
-                 "how fast roll, pitch, yaw may drift, rad per 100 m [0.002]")
-      ->check(within(cloud::kDriftRad));
+  command::hide(app.add_option("--drift-rad", c.drift_rad)->check(within(cloud::kDriftRad)));
   add_outliers(app, c.outliers);
   app.add_option("--voxel-m", c.voxel_m,
                  "thin the scans to one point per such cube (PCL) [not thinned]")
@@ -254,9 +254,8 @@ void add_base_or_none(CLI::App& app, MapCommand& c) {
 
 /// What the base is, and what of the points counts.
 void add_fusion(CLI::App& app, MapCommand& c) {
-  app.add_option("--min-points", c.min_points,
-                 "a node with fewer points keeps the base, or is a hole [1]")
-      ->check(CLI::Range(cloud::kLeastMinPoints, cloud::kMostMinPoints));
+  command::hide(app.add_option("--min-points", c.min_points)
+                    ->check(CLI::Range(cloud::kLeastMinPoints, cloud::kMostMinPoints)));
   add_choice(app, "--unit", c.base_unit, "of a base mesh [found]",
              {"m", "cm", "mm", "ft", "inch", "yard"});
   add_choice(app, "--up", c.base_up, "of a base mesh [found]", {"x", "y", "z", "-x", "-y", "-z"});
@@ -266,8 +265,16 @@ void add_fusion(CLI::App& app, MapCommand& c) {
              {"m", "ft", "us-ft", "cm", "mm"});
   app.add_option("--base-stddev-m", c.base_stddev_m, "of the base's heights [0.02]")
       ->check(within(cloud::kBaseStddevM));
-  app.add_option("--gate-m", c.gate_m, "points farther above or below the base are no road [0.5]")
+  app.add_option(
+         "--gate-m", c.gate_m,
+         "points farther above or below the base are no road [0.5]; --min-points: with fewer "
+         "a node keeps the base, or is a hole [1]")
       ->check(within(cloud::kGateM));
+  CLI::Option* const edge =
+      app.add_option("--edge-m", c.edge_m, "so far to both sides of the line nothing is grass [0]")
+          ->check(within(cloud::kEdgeM));
+  app.add_flag("--no-grass", c.no_grass, "nothing is grass, however much it scatters")
+      ->excludes(edge);
 }
 
 CLI::Option* add_results(CLI::App& app, MapCommand& c, const char* folder) {

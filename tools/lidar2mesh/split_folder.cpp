@@ -69,7 +69,8 @@ std::string SplitFolder::command_for(const Slot& slot) const {
 Json settings_of(const MapCommand& command) {
   return {{"extrinsic", command.extrinsic}, {"base_stddev_m", command.base_stddev_m},
           {"drift_m", command.drift_m},     {"drift_rad", command.drift_rad},
-          {"gate_m", command.gate_m},       {"min_points", command.min_points}};
+          {"gate_m", command.gate_m},       {"min_points", command.min_points},
+          {"edge_m", command.edge_m},       {"no_grass", command.no_grass}};
 }
 
 SplitFolder::SplitFolder(const std::string& folder) : folder_(folder) {
@@ -96,6 +97,7 @@ SplitFolder::SplitFolder(const std::string& folder) : folder_(folder) {
     set.at("base_stddev_m").get_to(command.base_stddev_m);
     set.at("drift_m").get_to(command.drift_m), set.at("drift_rad").get_to(command.drift_rad);
     set.at("gate_m").get_to(command.gate_m), set.at("min_points").get_to(command.min_points);
+    set.at("edge_m").get_to(command.edge_m), set.at("no_grass").get_to(command.no_grass);
     for (const Json& tile : json.at("tiles")) {
       Points& points = points_.emplace_back();
       int part = 0;

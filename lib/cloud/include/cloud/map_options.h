@@ -16,7 +16,8 @@ struct MapOptions {
   double drift_m_per_100m = 0.05;  ///< how fast the trajectory's x, y, z may change their error
   double drift_rad_per_100m = 0.002;  ///< the same of roll, pitch, yaw
   double gate_m = 0.5;                ///< points farther from the base than this are no road
-  int estimate_every = 2;             ///< points looked at for the drift: one in so many
+  double edge_m = 0.0;     ///< |v| up to which nothing is grass; infinite: nowhere is any
+  int estimate_every = 2;  ///< points looked at for the drift: one in so many
   bool correct_drift = true;
   bool trust_base =
       true;              ///< false: the base's heights do not hold the drift, only other passes do

@@ -19,7 +19,7 @@ struct Bounds {
 };
 constexpr Bounds kMaxRangeM{1.0, 1000.0}, kDriftM{1e-6, 10.0}, kDriftRad{1e-8, 0.1},
     kVoxelM{0.005, 1.0}, kVMaxM{1.0, 100.0}, kNodeM{0.01, 1.0}, kBaseStddevM{1e-4, 10.0},
-    kGateM{0.05, 5.0};
+    kGateM{0.05, 5.0}, kEdgeM{0.0, 100.0};
 constexpr int kLeastMinPoints = 1, kMostMinPoints = 1000;
 
 /// What is refined with what, by path, and how. Empty paths and words: not given.
@@ -43,6 +43,8 @@ struct RefineRequest {
   double drift_m = 0.05;              ///< how fast x, y, z may drift, m per 100 m
   double drift_rad = 0.002;           ///< how fast roll, pitch, yaw may drift, rad per 100 m
   double gate_m = 0.5;                ///< points farther above or below the base are no road
+  double edge_m = 0.0;                ///< so far to both sides of the line nothing is grass
+  bool no_grass = false;              ///< nowhere is any
   double v_max_m = 10.0;              ///< without a base: how far to both sides of the line
   double node_m = 0.1;                ///< without a base: between the nodes of the road
   std::optional<double> max_range_m;  ///< points farther from the sensor are left out

@@ -157,9 +157,9 @@ void join(Look& all, Look&& part) {
   to.min_m = to.min_m.cwiseMin(from.min_m), to.max_m = to.max_m.cwiseMax(from.max_m);
 }
 
-Sections judged(Look&& look, const RoadFrame& frame, bool drifting) {
+Sections judged(Look&& look, const RoadFrame& frame, bool drifting, double edge_m) {
   look.standing.leave_out_feet(look.sections);
-  look.sections.on_grass = leave_out_verge(look.sections, frame, drifting);
+  look.sections.on_grass = leave_out_verge(look.sections, frame, drifting, edge_m);
   return std::move(look.sections);
 }
 

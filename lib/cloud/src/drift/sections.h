@@ -104,6 +104,7 @@ Look look_at(const CloudSource& source, const RoadFrame& frame, const RoadTrajec
 void join(Look& all, Look&& part);
 
 /// Leaves out feet of walls and the verge. `drifting`: the drift is still in the trajectory.
-Sections judged(Look&& look, const RoadFrame& frame, bool drifting);
+/// `edge_m`: |v| up to which nothing is grass.
+Sections judged(Look&& look, const RoadFrame& frame, bool drifting, double edge_m);
 
 }  // namespace cloud

@@ -47,7 +47,8 @@ void grow(std::vector<VergeColumn>& columns, std::size_t along, std::size_t acro
   for (std::size_t i = 0; i < along; ++i)
     for (std::size_t j = 0; j < across; ++j) {
       VergeColumn& column = columns[i * across + j];
-      if (column.grass || column.lane > 0.0 || column.is == VergeColumn::unknown) continue;
+      if (column.grass || column.paved || column.lane > 0.0 || column.is == VergeColumn::unknown)
+        continue;
       const bool back = i > 0 ? grass(i - 1, j) : closed && grass(along - 1, j);
       const bool forth = i + 1 < along ? grass(i + 1, j) : closed && grass(0, j);
       const bool beside = (j > 0 && grass(i, j - 1)) || (j + 1 < across && grass(i, j + 1));
@@ -80,6 +81,10 @@ void judge(std::vector<VergeColumn>& columns, std::size_t along, std::size_t acr
     for (std::size_t j = 0; j < across; ++j) {
       VergeColumn& column = columns[i * across + j];
       if (column.points == 0.0) continue;
+      if (column.paved) {
+        column.is = VergeColumn::calm;
+        continue;
+      }
       VergeColumn sum = column;
       for (std::size_t away = 1; away <= kReach && sum.freedom < kEnoughFreedom; ++away) {
         const auto add = [&](const VergeColumn& other) {
@@ -155,6 +160,8 @@ struct Columns {
   /// Without a sensor: as the calmest quarter of all does, or the middle of the road, where beams
   /// that come down steeply scatter more.
   void expect_by_calmest(const RoadFrame& frame);
+  /// Nothing up to so far to both sides of the line is grass.
+  void pave(const RoadFrame& frame, double edge_m);
   /// The freedom of cells that scatter by themselves.
   void count_scattering(const Sections& sections, const std::vector<std::vector<Where>>& where);
 
@@ -247,6 +254,12 @@ void Columns::expect_by_calmest(const RoadFrame& frame) {
     column.expected_m2 = column.freedom * calm_m2, column.lane = column.points;
 }
 
+void Columns::pave(const RoadFrame& frame, double edge_m) {
+  for (std::size_t k = 0; k < all.size(); ++k)
+    all[k].paved = std::abs(frame.v_m().front() +
+                            (static_cast<double>(k % across) + 0.5) * kSectionCell_m) < edge_m;
+}
+
 void Columns::count_scattering(const Sections& sections,
                                const std::vector<std::vector<Where>>& where) {
   for (std::size_t s = 0; s < sections.list.size(); ++s)
@@ -322,9 +335,11 @@ std::size_t take_out(const std::vector<std::vector<Where>>& where,
 
 }  // namespace
 
-std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool drifting) {
+std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool drifting,
+                            double edge_m) {
   const bool thin = forget_thin_cells(sections);
   Columns road(frame);
+  road.pave(frame, edge_m);
   const std::vector<std::vector<Where>> where = road.gather(sections, frame);
   if (road.with_sensor)
     road.expect_by_lane(sections, where, drifting);

@@ -14,7 +14,9 @@ namespace cloud {
 /// the middle of the road, is the measure. `drifting`: the trajectory is as it came, so that
 /// asphalt seems to scatter, too. Columns with few cells are judged with those of 50 m before and
 /// behind. Grass too low to be told column by column stays, `beyond` and with the excess_m2 of the
-/// verge as a whole. Returns how many points lay on grass.
-std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool drifting);
+/// verge as a whole. Columns up to `edge_m` to both sides of the line are none. Returns how many
+/// points lay on grass.
+std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool drifting,
+                            double edge_m);
 
 }  // namespace cloud

@@ -20,10 +20,11 @@ struct VergeColumn {
   double relief_m = 0.0;
   enum { unknown, calm, scatters } is = unknown;
   bool grass = false, beyond = false;
+  bool paved = false;      ///< it is said to be no grass
   double excess_m2 = 0.0;  ///< scatter of low grass, where it is told by the verge as a whole
-  /// Neither a kerb nor beside what stands high: it may be low grass.
+  /// Neither paved, a kerb nor beside what stands high: it may be low grass.
   bool is_low() const {
-    return is == calm && freedom > 0.0 && relief_m <= kRelief_m &&
+    return is == calm && !paved && freedom > 0.0 && relief_m <= kRelief_m &&
            square_m2 <= kMostLow * expected_m2;
   }
 };

@@ -52,6 +52,7 @@ MapOptions map_options(const RefineRequest& request) {
   options.base_stddev_m = request.base_stddev_m, options.drift_m_per_100m = request.drift_m,
   options.drift_rad_per_100m = request.drift_rad;
   options.min_points = request.min_points, options.gate_m = request.gate_m,
+  options.edge_m = request.no_grass ? std::numeric_limits<double>::infinity() : request.edge_m,
   options.correct_drift = request.correct_drift, options.threads = request.threads;
   return options;
 }

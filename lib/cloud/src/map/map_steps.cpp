@@ -97,7 +97,7 @@ void settle(MapState& state, const MapInputs& inputs) {
 void after_first_look(MapState& state, Look&& look, const MapInputs& inputs) {
   MapReport& report = state.report;
   const MapOptions& options = inputs.options;
-  state.sections = judged(std::move(look), inputs.frame, options.correct_drift);
+  state.sections = judged(std::move(look), inputs.frame, options.correct_drift, options.edge_m);
   const Sections& sections = state.sections;
   report.looked_at = sections.points, report.without_pose = sections.without_pose,
   report.off_road = sections.off_road;
@@ -122,7 +122,7 @@ void after_first_look(MapState& state, Look&& look, const MapInputs& inputs) {
 
 /// Once more, for what a section's means do not show.
 void after_second_look(MapState& state, Look&& look, const MapInputs& inputs) {
-  state.sections = judged(std::move(look), inputs.frame, false);
+  state.sections = judged(std::move(look), inputs.frame, false, inputs.options.edge_m);
   state.drift = estimate_drift_apart(state.sections, inputs.frame, between(inputs, 0.5, 0.55),
                                      state.taken_out, state.report, {}, state.changed);
   const bool turned_much =
@@ -139,7 +139,7 @@ void after_second_look(MapState& state, Look&& look, const MapInputs& inputs) {
 }
 
 void after_third_look(MapState& state, Look&& look, const MapInputs& inputs) {
-  state.sections = judged(std::move(look), inputs.frame, false);
+  state.sections = judged(std::move(look), inputs.frame, false, inputs.options.edge_m);
   state.drift = estimate_drift_apart(state.sections, inputs.frame, between(inputs, 0.6, 0.65),
                                      state.taken_out, state.report, state.base_tilt, state.changed);
   settle(state, inputs);

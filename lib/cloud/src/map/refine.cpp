@@ -70,6 +70,7 @@ void want_bounds(const RefineRequest& request) {
   within("--step-m", request.node_m, kNodeM);
   within("--base-stddev-m", request.base_stddev_m, kBaseStddevM);
   within("--gate-m", request.gate_m, kGateM);
+  within("--edge-m", request.edge_m, kEdgeM);
   within("--min-points", request.min_points, {kLeastMinPoints, kMostMinPoints});
   const bool six = request.extrinsic.size() == 6 &&
                    std::all_of(request.extrinsic.begin(), request.extrinsic.end(),
