@@ -286,6 +286,30 @@ TEST(Log, FormatsThatAreNotReadAreNamedWithTheWayOut) {
   EXPECT_THAT(refusal("<hCNF"), testing::HasSubstr("AiM .xrk"));
   EXPECT_THAT(refusal("PK\x03\x04"), testing::HasSubstr("spreadsheet"));
   EXPECT_THAT(refusal("PAR1"), testing::HasSubstr("Parquet"));
+  EXPECT_THAT(refusal("MATLAB 7.3 MAT-file"), testing::HasSubstr("MATLAB .mat"));
+  EXPECT_THAT(refusal("ULog\x01\x12"), testing::HasSubstr("PX4 .ulg"));
+  EXPECT_THAT(refusal("ARROW1"), testing::HasSubstr("Arrow or Feather"));
+  EXPECT_THAT(refusal(std::string("\x0e\x10\x5c\x08\x6c\x07\0\0.FIT", 12)),
+              testing::HasSubstr("Garmin .fit"));
+  const auto text_refusal = [](const std::string& text) {
+    try {
+      parse_log(text, "x");
+    } catch (const base::Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_THAT(text_refusal("<?xml version=\"1.0\"?>\n<gpx><trk>\n<trkpt lat=\"1\"/>\n"),
+              testing::HasSubstr("GPX, KML and TCX"));
+  EXPECT_THAT(text_refusal("\xEF\xBB\xBF<?xml version=\"1.0\"?>\n<kml>\n"),
+              testing::HasSubstr("gpsbabel"));
+  EXPECT_THAT(text_refusal("$GPRMC,100000.00,A,4506.0,N,00912.0,E,38.9,084.4,301126,,*00\n"),
+              testing::HasSubstr("NMEA 0183"));
+  EXPECT_THAT(text_refusal("[{\"t\":0,\"v\":1},\n{\"t\":1,\"v\":2}]\n"),
+              testing::HasSubstr("x: JSON, which is not read"));
+  EXPECT_THAT(text_refusal("[\n  {\n    \"t\": 0\n  }\n]\n"), testing::HasSubstr("JSON"));
+  EXPECT_THAT(text_refusal("time speed accel\n0.00 20.0 0.1\n0.10 20.0 0.1\n"),
+              testing::HasSubstr("columns between spaces?"));
   // Tables may begin like that.
   EXPECT_EQ(parse_log("LOGGED,PAR2\n1,2\n", "x").channels.front().name, "LOGGED");
   EXPECT_EQ(parse_log("PAR1,PAR2\n1,2\n", "x").channels.front().name, "PAR1");

@@ -51,9 +51,24 @@ constexpr NotRead kNotRead[] = {
     {"UnFinMF ", "ASAM MDF that was not finished", "finish and export it as CSV, by asammdf"},
     {"<hCNF", "AiM .xrk or .xrz", "export it as CSV in Race Studio"},
     {"LOGG", "Vector .blf", "export its signals as CSV with their database"},
-    {"MATLAB 5.0", "MATLAB .mat", "write the signals as CSV (writetable)"},
+    {"MATLAB ", "MATLAB .mat", "write the signals as CSV (writetable)"},
     {"\x89HDF\r\n", "HDF5 or MATLAB .mat", "write the signals as CSV"},
     {"PAR1", "Parquet", "write it as CSV"},
+    {"ARROW1", "Arrow or Feather", "write it as CSV"},
+    {"\x93NUMPY", "NumPy .npy", "write it as CSV (numpy.savetxt)"},
+    {"ULog\x01\x12", "PX4 .ulg", "write it as CSV (ulog2csv of pyulog)"},
+    {"\xa3\x95\x80", "ArduPilot .bin", "write it as CSV (mavlogdump.py of pymavlink)"},
+    {"<?xml", "XML, as GPX, KML and TCX", "write it as CSV (gpsbabel -o unicsv)"},
+    {"<gpx", "GPX", "write it as CSV (gpsbabel -i gpx -o unicsv)"},
+    {"<kml", "KML", "write it as CSV (gpsbabel -i kml -o unicsv)"},
+    {"$GPGGA,", "NMEA 0183", "write it as CSV (gpsbabel -i nmea -o unicsv)"},
+    {"$GPRMC,", "NMEA 0183", "write it as CSV (gpsbabel -i nmea -o unicsv)"},
+    {"$GNGGA,", "NMEA 0183", "write it as CSV (gpsbabel -i nmea -o unicsv)"},
+    {"$GNRMC,", "NMEA 0183", "write it as CSV (gpsbabel -i nmea -o unicsv)"},
+    {"{\"", "JSON", "write it as CSV, a column for each name"},
+    {"{\n", "JSON", "write it as CSV, a column for each name"},
+    {"[{", "JSON", "write it as CSV, a column for each name"},
+    {"[\n", "JSON", "write it as CSV, a column for each name"},
     {"PK\x03\x04", "a zip archive or a spreadsheet", "unpack it, or save the sheet as CSV"},
     {"\x1f\x8b", "gzip", "unpack it (gunzip)"},
     {"\xfd"
@@ -64,9 +79,15 @@ constexpr NotRead kNotRead[] = {
 
 void refuse_what_is_not_read(std::string_view bytes, const std::string& name) {
   // A table may begin with such letters; none has zeros.
-  const bool binary = bytes.substr(0, 4096).find('\0') != std::string_view::npos;
+  std::string_view head = bytes.substr(0, 4096);
+  const bool binary = head.find('\0') != std::string_view::npos;
+  if (binary && head.size() > 12 && head.substr(8, 4) == ".FIT")
+    throw base::Error(fmt::format(
+        "{}: Garmin .fit, which is not read; write it as CSV (gpsbabel -i garmin_fit -o unicsv)",
+        name));
+  if (!binary) head = base::trimmed(head.substr(head.starts_with("\xEF\xBB\xBF") ? 3 : 0));
   for (const NotRead& known : kNotRead)
-    if (bytes.starts_with(known.begin) &&
+    if (head.starts_with(known.begin) &&
         (binary || !std::isalnum(static_cast<unsigned char>(known.begin[0])) ||
          known.begin.starts_with("PK")))
       throw base::Error(
@@ -85,7 +106,15 @@ Log parse_plain(std::string_view bytes, const std::string& name) {
   if (bytes.substr(0, 4096).find('\0') != std::string_view::npos)
     throw base::Error(fmt::format(
         "{}: binary, and none of MoTeC .ld, iRacing .ibt, MCAP, rosbag2; export it as CSV", name));
-  return parse_csv(bytes, name);
+  Log log = parse_csv(bytes, name);
+  if (std::all_of(log.channels.begin(), log.channels.end(), [](const Channel& channel) {
+        return channel.words > 0 && channel.words == channel.values.size();
+      }))
+    throw base::Error(
+        fmt::format("{}: words and no number in any column, so it is no log; columns between "
+                    "spaces? Commas, semicolons or tabs are wanted (tr -s ' ' ',' < LOG)",
+                    name));
+  return log;
 }
 
 }  // namespace
