@@ -668,6 +668,34 @@ TEST(Plausible, NamesThatFindAClosedRoadOutweighTheLongerRingOfAVerge) {
   EXPECT_THAT(doubts[0], HasSubstr("is called 'grass' in the mesh"));
 }
 
+TEST(Plausible, AnOpenRoadByNamesAsLongAsTheVergeThatShapeFindsIsNoPart) {
+  // A road in a slope, whose upper bank is wider than it.
+  const auto slope = [](double t, double offset_m) {
+    Vector3d p = ring(t, offset_m);
+    p.z() += 0.5 * (std::max(0.0, -2.0 - offset_m) - std::max(0.0, offset_m - 2.0));
+    return p;
+  };
+  const auto doubts_with = [&](double named_until) {
+    World world;
+    world.strip(slope, -2.0, 2.0, "asphalt", 0.0, named_until, 200);
+    if (named_until < 0.8) world.strip(slope, -2.0, 2.0, "rock", named_until, 0.8, 40);
+    world.strip(slope, -7.0, -2.0, "rock", 0.0, 0.8, 288);
+    world.strip(slope, 2.0, 5.0, "rock", 0.0, 0.8, 288);
+    for (road::MeshObject& object : world.mesh.objects) object.name = object.material;
+    road::CleanReport report;
+    const road::RoadMesh surface = road::clean(world.mesh, {}, &report);
+    EXPECT_LT(*report.road_agreement, 0.5);
+    std::string all;
+    for (const std::string& doubt :
+         road::doubts_about(road::trace_centreline(surface), road::RaySurface(surface.mesh),
+                            surface.mesh, world.mesh, report))
+      all += doubt;
+    return all;
+  };
+  EXPECT_EQ(doubts_with(0.8), "");
+  EXPECT_NE(doubts_with(0.74), "");
+}
+
 TEST(Plausible, DoubtsAStripAtTheRimOfFlatGround) {
   road::Centreline line;
   line.closed = true;

@@ -326,7 +326,7 @@ void at_the_rim(const Centreline& line, const RaySurface& ground,
 /// Where no name told what is road.
 void nothing_confirms(const Centreline& line, const Mesh& mesh, const CleanReport& report,
                       std::vector<std::string>& doubts) {
-  if (!line.closed && report.by_names)
+  if (!line.closed && report.by_names && !report.is_all_by_names)
     doubts.push_back(
         fmt::format("names and shape agree about only {:.0f} % of what either calls road, and the "
                     "road found by names is open: it may be a part of it",

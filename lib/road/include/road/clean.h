@@ -90,6 +90,8 @@ struct CleanReport {
   /// With names: area that names and geometry both call road over the area that either does, before
   /// anything is dropped as not connected. Empty without names.
   std::optional<double> road_agreement;
+  /// Names find an open road, all of it in one, and shape finds none that is longer or closed.
+  bool is_all_by_names = false;
   std::vector<SurfaceClass> class_of_triangle;  ///< of every triangle of the mesh that came in
   std::vector<std::string> remarks;
 };

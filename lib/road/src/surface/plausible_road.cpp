@@ -20,6 +20,8 @@ constexpr double kClearlyMore = 1.1;
 constexpr double kMuchMore = 1.5, kAllOfTheNamed = 0.8;
 /// Names that show a closed road and no more than this beside it are sure where shape has none.
 constexpr double kNearlyAll = 0.95;
+/// An open road by names is as long as that by shape.
+constexpr double kNoLonger = 0.95;
 /// Names that call less than this share of the road by its shape a road do not tell which it is.
 constexpr double kFewNamed = 0.3;
 // Of flat ground beyond this multiple of the road only a part can be road.
@@ -144,6 +146,8 @@ base::Answer<Cleaning> more_plausible(const Mesh& mesh, const Triangles& triangl
   const bool take_shape = by_form.worth() > (whole ? kMuchMore : kClearlyMore) * by_name.worth();
   Cleaning& taken = take_shape ? *shaped : *named;
   taken.is_sure = !take_shape && by_name.closed && by_name.share > kNearlyAll && !by_form.closed;
+  taken.facts.is_all_by_names = !take_shape && by_name.share > kNearlyAll && !by_form.closed &&
+                                by_name.length_m > kNoLonger * by_form.length_m;
   taken.facts.remarks.push_back(fmt::format(
       "names and shape disagree about what is road: by names {}, by shape {}; taken by {} "
       "(--use-names {} takes the other)",
