@@ -14,9 +14,12 @@
 namespace road {
 namespace {
 
-// A gap of the named road is looked for between two ends that face each other within this.
 // A piece under another name fills a gap when it lies this near the surface between the two ends.
 constexpr double kGapHeight_m = 0.15;
+// A bridge carries this much of the way between two ends, which bends to either side by at most
+// this share of its length, tried in steps of a quarter of the road's width.
+constexpr double kBridged = 0.9, kMostBulge = 0.25;
+constexpr int kBulges = 6;
 
 /// The quadrilateral between two ends: is a point in it, and how high is the surface there?
 class Corridor {
@@ -65,22 +68,24 @@ class Corridor {
   double area_m2_ = 0.0;
 };
 
-/// How much of the straight line from p to q lies on the triangles of one object, within `reach_m`
-/// in height; their flat triangles between the two ends are added to `carrying`.
-double carried(const Mesh& mesh, const std::vector<bool>& flat, std::uint32_t object,
-               const Eigen::Vector3d& p, const Eigen::Vector3d& q, double half_width_m,
-               std::vector<std::uint32_t>& carrying) {
+/// How much of the way from p to q lies on some triangles, within `reach_m` in height; those
+/// between the two ends are added to `carrying`. `bulge_m`: how far to the left of the straight
+/// line the middle of the way lies.
+double carried(const Mesh& mesh, const std::vector<std::uint32_t>& triangles,
+               const Eigen::Vector3d& p, const Eigen::Vector3d& q, double bulge_m,
+               double half_width_m, std::vector<std::uint32_t>& carrying) {
   const double length_m = (q - p).head<2>().norm(), reach_m = std::max(1.0, 0.1 * length_m);
-  const Eigen::Vector2d along = (q - p).head<2>() / length_m;
+  const Eigen::Vector2d along = (q - p).head<2>() / length_m, left(-along.y(), along.x());
+  const auto offset_m = [&](double t) { return 4.0 * bulge_m * t * (1.0 - t); };
   constexpr int kPlaces = 40;
   std::array<bool, kPlaces> on{};
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    if (mesh.object_of_triangle[i] != object || !flat[i]) continue;
+  for (const std::uint32_t i : triangles) {
     bool near = true;
     for (int c = 0; c < 3 && near; ++c) {
       const Eigen::Vector2d to = (mesh.vertex(i, c) - p).head<2>();
-      const double s_m = to.dot(along), aside_m = std::abs(to.x() * along.y() - to.y() * along.x());
-      const double z_m = p.z() + std::clamp(s_m / length_m, 0.0, 1.0) * (q.z() - p.z());
+      const double s_m = to.dot(along), t = std::clamp(s_m / length_m, 0.0, 1.0);
+      const double aside_m = std::abs(to.dot(left) - offset_m(t));
+      const double z_m = p.z() + t * (q.z() - p.z());
       near = s_m > -2.0 * half_width_m && s_m < length_m + 2.0 * half_width_m &&
              aside_m < 2.0 * half_width_m && std::abs(mesh.vertex(i, c).z() - z_m) < reach_m;
     }
@@ -88,8 +93,8 @@ double carried(const Mesh& mesh, const std::vector<bool>& flat, std::uint32_t ob
     carrying.push_back(i);
     const Eigen::Vector3d &a = mesh.vertex(i, 0), &b = mesh.vertex(i, 1), &c = mesh.vertex(i, 2);
     for (std::size_t k = 0; k < kPlaces; ++k) {
-      const Eigen::Vector2d at =
-          p.head<2>() + length_m * (static_cast<double>(k) + 0.5) / kPlaces * along;
+      const double t = (static_cast<double>(k) + 0.5) / kPlaces;
+      const Eigen::Vector2d at = p.head<2>() + length_m * t * along + offset_m(t) * left;
       const auto side = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
         return (to - from).x() * (at.y() - from.y()) - (to - from).y() * (at.x() - from.x());
       };
@@ -98,6 +103,15 @@ double carried(const Mesh& mesh, const std::vector<bool>& flat, std::uint32_t ob
     }
   }
   return static_cast<double>(std::count(on.begin(), on.end(), true)) / kPlaces;
+}
+
+/// Flat triangles of every object.
+std::vector<std::vector<std::uint32_t>> flat_by_object(const Mesh& mesh,
+                                                       const std::vector<bool>& flat) {
+  std::vector<std::vector<std::uint32_t>> out(mesh.objects.size());
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
+    if (flat[i]) out[mesh.object_of_triangle[i]].push_back(i);
+  return out;
 }
 
 }  // namespace
@@ -146,19 +160,27 @@ std::vector<Bridge> fill_gaps_between_ends(const Mesh& mesh, const RoadGraph& gr
                                            std::vector<SurfaceClass>& class_of_triangle,
                                            CleanReport& facts) {
   std::vector<Bridge> bridges;
+  const std::vector<std::vector<std::uint32_t>> of_object = flat_by_object(mesh, flat);
   for (const RoadBranch& gap : graph.branches) {
     // Shorter ones are crossed where the line is traced; what carries it there may be anything.
     if (!gap.is_gap || gap.gap_m < 3.0 * gap.half_width_m.front()) continue;
     const Eigen::Vector3d &p = gap.points_m.front(), &q = gap.points_m.back();
     const double half_m = std::max(gap.half_width_m.front(), gap.half_width_m.back());
+    const double enough = kBridged * gap.gap_m / gap.length_m;
     std::vector<std::uint32_t> best;
     double best_share = 0.0;
-    for (std::uint32_t object = 0; object < mesh.objects.size(); ++object) {
-      std::vector<std::uint32_t> carrying;
-      const double share = carried(mesh, flat, object, p, q, half_m, carrying);
-      if (share > best_share) best_share = share, best = std::move(carrying);
-    }
-    if (best_share < 0.9 * gap.gap_m / gap.length_m) continue;
+    const auto try_all = [&](double bulge_m) {
+      for (const std::vector<std::uint32_t>& triangles : of_object) {
+        std::vector<std::uint32_t> carrying;
+        const double share = carried(mesh, triangles, p, q, bulge_m, half_m, carrying);
+        if (share > best_share) best_share = share, best = std::move(carrying);
+      }
+    };
+    try_all(0.0);
+    if (best_share < enough)
+      for (int k = -kBulges; k <= kBulges; ++k)
+        if (std::abs(0.5 * k * half_m) < kMostBulge * gap.length_m) try_all(0.5 * k * half_m);
+    if (best_share < enough) continue;
     for (const std::uint32_t i : best) class_of_triangle[i] = SurfaceClass::road;
     const Eigen::Vector3d place = mesh.origin_m + 0.5 * (p + q);
     const MeshObject& object = mesh.objects[mesh.object_of_triangle[best.front()]];
