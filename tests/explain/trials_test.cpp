@@ -14,6 +14,7 @@
 
 #include "base/json_text.h"
 #include "explain/unknowns.h"
+#include "support/figure.h"
 #include "support/places.h"
 #include "support/run_tool.h"
 #include "support/temporary_folder.h"
@@ -323,8 +324,15 @@ TEST(Trials, TheSecondRealLapIsPredictedFromTheFirst) {
         std::find_if(held_out.begin(), held_out.end(),
                      [channel = channel](const json& h) { return h.at("channel") == channel; });
     ASSERT_NE(shown, held_out.end()) << channel;
-    EXPECT_LT(shown->at("rmse_after").get<double>(), left * shown->at("rmse_before").get<double>())
-        << channel;
+    const auto before = shown->at("rmse_before").get<double>(),
+               after = shown->at("rmse_after").get<double>();
+    const json& lag = filtered->at("parameters").at(0);
+    support::figure(fmt::format("{}_lag_s", channel), lag.at("value").get<double>());
+    for (const json& end : lag.at("ci90"))
+      support::figure_of_case(fmt::format("{}_lag_s_ci90", channel), end.get<double>());
+    support::figure(fmt::format("{}_before", channel), before);
+    support::figure(fmt::format("{}_after", channel), after);
+    EXPECT_LT(after, left * before) << channel;
   }
   // Without the filter of its yaw rate the car of this file drives worse: it is not used. What is
   // written makes no error larger.
@@ -332,7 +340,11 @@ TEST(Trials, TheSecondRealLapIsPredictedFromTheFirst) {
     EXPECT_EQ(f.at("not_used").is_string(), f.at("channel") == "omega(rad/s)") << f.at("channel");
     for (const json& h : f.at("held_out"))
       if (h.at("by") == "whole car") {
-        EXPECT_LE(h.at("rmse_after").get<double>(), 1.0001 * h.at("rmse_before").get<double>());
+        const auto after = h.at("rmse_after").get<double>();
+        EXPECT_LE(after, 1.0001 * h.at("rmse_before").get<double>());
+        support::figure_of_case(fmt::format("{}_after_{:g}_s", h.at("channel").get<std::string>(),
+                                            h.at("horizon_s").get<double>()),
+                                after);
       }
   }
   // What the log cannot show is listed.
