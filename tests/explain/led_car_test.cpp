@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "simulated_drive.h"
 
@@ -165,6 +167,50 @@ TEST(LedCar, SaysNothingWhereNothingLeadsItAndGoesOnAfter) {
   for (std::size_t i = 50; i < 56; ++i) EXPECT_TRUE(std::isnan(led.force_x_mps2[i])) << i;
   for (const std::size_t i : {48, 60, 90})
     EXPECT_NEAR(led.force_y_mps2[i], drive.left_mps2[i], 0.3) << i;
+}
+
+// Cars of other masses, forces and pedals, one with other files, one led faster than any car: each
+// goes bit for bit as alone, over a gap as well.
+TEST(LedCar, GoesInAConvoyAsItGoesAlone) {
+  const vehicle::Vehicle v = racer();
+  FreeDrive drive = free_drive(v, 4);
+  drive.lead.vx_mps[40] = std::numeric_limits<double>::quiet_NaN();
+  const Signals s = signals_of(drive.lead.vx_mps.size());
+  std::vector<Setting> settings(7);
+  for (Setting& set : settings) set.p = v.parameters;
+  settings[1].p[P::chassis_mass_kg] *= 1.1;
+  settings[2].p[P::front_tyre_grip] *= 0.8;
+  settings[3].engine_shape[0] = 0.1;
+  settings[4].p[P::rear_lift_area_m2] *= 1.3;
+  settings[5].curve[1] = 0.1;
+  std::vector<Lead> leads(settings.size(), drive.lead);
+  for (double& gravity : leads[5].gravity_mps2) gravity *= 1.2;
+  leads[4].vx_mps[20] = std::numeric_limits<double>::quiet_NaN();
+  std::fill(leads[6].vx_mps.begin() + 20, leads[6].vx_mps.end(), 2000.0);
+  std::vector<const Setting*> of;
+  for (const Setting& set : settings) of.push_back(&set);
+  const std::vector<std::vector<std::size_t>> groups = convoys(s, v, of);
+  ASSERT_EQ(groups.size(), 2u);
+  EXPECT_EQ(groups[1], std::vector<std::size_t>{3});
+  const auto same = [](const std::vector<double>& a, const std::vector<double>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](double x, double y) {
+      return x == y || (std::isnan(x) && std::isnan(y));
+    });
+  };
+  for (const auto& group : groups) {
+    std::vector<Guided> cars;
+    for (const std::size_t k : group) cars.push_back({of[k], &leads[k]});
+    const std::vector<Led> led = lead(s, v, cars);
+    for (std::size_t n = 0; n < group.size(); ++n) {
+      const Led alone = lead(s, v, *cars[n].setting, *cars[n].by);
+      EXPECT_TRUE(same(led[n].force_x_mps2, alone.force_x_mps2)) << group[n];
+      EXPECT_TRUE(same(led[n].force_y_mps2, alone.force_y_mps2)) << group[n];
+      EXPECT_TRUE(same(led[n].yaw_radps2, alone.yaw_radps2)) << group[n];
+      EXPECT_TRUE(same(led[n].load_rear_n, alone.load_rear_n)) << group[n];
+      EXPECT_TRUE(same(led[n].rear_radps, alone.rear_radps)) << group[n];
+      EXPECT_EQ(std::isfinite(led[n].force_x_mps2[30]), group[n] != 6) << group[n];
+    }
+  }
 }
 
 }  // namespace led_car_test

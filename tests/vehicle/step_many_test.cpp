@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -200,6 +201,33 @@ TEST_P(EachLanes, KnowEveryKindOfCar) {
   Drive euler{200, {}, GetParam()};
   euler.options.integrator = Integrator::kExplicitEuler;
   drive_both(make_field(files, 5, slope), slope, euler);
+}
+
+// Heavier or lighter from step to step, as on crests, with grip that comes and goes.
+TEST_P(EachLanes, TakeParametersThatMove) {
+  constexpr std::array kMoving{P::environment_gravity_mps2, P::front_tyre_grip};
+  const CarFiles files = test_car_files();
+  const Road road;
+  Field alone = make_field(files, 5, road), together = alone;
+  CarPacks packs(together.places(), 0.001, GetParam());
+  const std::vector<Controls<double>> controls(5);
+  std::vector<StepResult> results(5);
+  Detail<double> detail;
+  for (int k = 0; k < 200; ++k) {
+    for (std::size_t i = 0; i < 5; ++i)
+      for (Field* field : {&alone, &together}) {
+        auto& p = field->cars[i].parameters;
+        p[kMoving[0]] = 9.81 + 3.0 * std::sin(0.1 * k + static_cast<double>(i));
+        p[kMoving[1]] = 0.7 + 0.2 * std::cos(0.1 * k);
+      }
+    packs.take(kMoving);
+    step_many(packs, together.sims, controls, road, {}, results);
+    for (std::size_t i = 0; i < 5; ++i) {
+      EXPECT_TRUE(step(alone.cars[i], alone.sims[i], controls[i], road, {}, detail).ok());
+      ASSERT_EQ(differing(alone.sims[i].state.value, together.sims[i].state.value), "")
+          << "car " << i << " step " << k;
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Step, EachLanes,

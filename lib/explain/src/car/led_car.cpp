@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <type_traits>
+#include <optional>
+#include <span>
 
+#include "convoys.h"
 #include "effect.h"
-#include "engine_and_brakes.h"
 #include "not_known.h"
-#include "vehicle/step.h"
+#include "vehicle/step_many.h"
 
 namespace explain {
 namespace {
@@ -16,30 +17,6 @@ namespace {
 using P = vehicle::Parameter;
 using vehicle::Term;
 constexpr double kSettle_s = 0.6;  ///< before a stretch, held to its beginning
-
-/// The engine's map with the shape that the setting gives it.
-vehicle::Map2 engine_of(const vehicle::Vehicle& car, const Setting& set, bool throttle_measured) {
-  std::array<double, 4> shape = set.engine_shape;
-  // A measured throttle needs no gain: one that is off is a map that is off between the ends.
-  if (throttle_measured)
-    shape[0] += 0.5 * (set.p[P::throttle_gain] / car.parameters[P::throttle_gain] - 1.0);
-  return shaped_engine_map(car.files.engine_torque_nm, shape, set.p[P::engine_limit_radps]);
-}
-
-vehicle::CarFiles files_with(const Signals& s, const vehicle::Vehicle& car, const Setting& set) {
-  vehicle::CarFiles files = car.files;
-  // With the command beside it the gain lies between the two.
-  files.engine_torque_nm =
-      engine_of(car, set, !s.commanded[kThrottle] && !s.present[kThrottleCommand]);
-  for (std::size_t axle = 0; axle < 2; ++axle) {
-    vehicle::TyreCoefficients& tyre = files.tyre[axle];
-    tyre.qsy1 *= set.rolling;
-    tyre.deflection_share *= set.radius_by_load;
-    // A logger's own radius is no property of the tyre.
-    if (!s.wheels_in_mps) tyre.unloaded_radius_m *= set.wheel_radius[axle];
-  }
-  return files;
-}
 
 /// The car with the setting's amounts; measured controls go past their actuators.
 vehicle::Car<double> car_with(const Signals& s, const vehicle::Vehicle& stated,
@@ -111,45 +88,58 @@ void add_curves(const Setting& set, const vehicle::Car<double>& car,
   }
 }
 
-/// The car on its way.
+/// A car on its way.
 class Drive {
  public:
-  Drive(const Signals& s, const vehicle::Vehicle& stated, const Setting& set, const Lead& by)
+  Drive(const Signals& s, const vehicle::Vehicle& stated, const vehicle::CarFiles& files,
+        const Guided& guided)
       : s_(s),
-        set_(set),
-        by_(by),
-        files_(files_with(s, stated, set)),
-        car_(car_with(s, stated, files_, set, by.reserve_kg)),
+        set_(*guided.setting),
+        by_(*guided.by),
+        car_(car_with(s, stated, files, set_, by_.reserve_kg)),
         stated_gain_(s.commanded[kBrakeFront] ? 1.0 : stated.parameters[P::brake_gain]),
         grip_{car_.parameters[P::front_tyre_grip], car_.parameters[P::rear_tyre_grip]},
-        lift_{car_.parameters[P::front_lift_area_m2], car_.parameters[P::rear_lift_area_m2]} {
-    options_.step_s = Signals::kStep_s / set.substeps;
+        lift_{car_.parameters[P::front_lift_area_m2], car_.parameters[P::rear_lift_area_m2]} {}
+
+  const vehicle::Car<double>& car() const { return car_; }
+
+  bool leads(std::size_t i) const {
+    return i < s_.n &&
+           std::isfinite(by_.vx_mps[i] + by_.yaw_radps[i] + by_.yaw_rad[i] + by_.gravity_mps2[i] +
+                         by_.steer[i] + by_.fuel_kg[i]) &&
+           (!by_.vy_known || std::isfinite(by_.vy_mps[i])) &&
+           (by_.throttle.empty() || std::isfinite(by_.throttle[i])) &&
+           (by_.brake_front_pa.empty() ||
+            (std::isfinite(by_.brake_front_pa[i]) && std::isfinite(by_.brake_rear_pa[i])));
   }
 
-  void begin(std::size_t i) {
+  void begin(std::size_t i, const vehicle::Road& road, vehicle::Simulation<double>& sim) {
     vehicle::StartOptions begin;
     begin.speed_mps = by_.vx_mps[i];
     begin.gear = by_.gear[i];
     begin.fuel_kg = by_.fuel_kg[i] + by_.reserve_kg;
-    const vehicle::Simulation<double> last = sim_;
-    sim_ = vehicle::start(car_, road_, begin);
+    const vehicle::Simulation<double> last = sim;
+    sim = vehicle::start(car_, road, begin);
     if (driven_) {  // what outlasts a gap
       for (std::size_t k = 0; k < vehicle::kStateSize; ++k)
-        if (vehicle::kStates[k].kept) sim_.state[k] = last.state[k];
+        if (vehicle::kStates[k].kept) sim.state[k] = last.state[k];
     }
     driven_ = true;
-    for (int k = 0; k < static_cast<int>(kSettle_s / options_.step_s); ++k) {
-      Told told;
-      if (!move(i, 0.0, told)) return;
-    }
   }
 
-  /// One substep between rows i and i + 1; false: the car is lost.
-  bool move(std::size_t i, double share, Told& told) {
-    auto& s = sim_.state;
+  /// What moves between steps of the same car.
+  static constexpr std::array<P, 5> kMoving{P::environment_gravity_mps2, P::front_tyre_grip,
+                                            P::rear_tyre_grip, P::front_lift_area_m2,
+                                            P::rear_lift_area_m2};
+
+  /// Leads the car to a place between rows i and i + 1; what it is asked there. `last`: of the
+  /// substep before.
+  vehicle::Controls<double> ask(std::size_t i, double share, vehicle::Simulation<double>& sim,
+                                const vehicle::Detail<double>& last) {
+    auto& s = sim.state;
     auto& p = car_.parameters;
     const std::size_t near = share < 0.5 ? i : i + 1;
-    if (by_.gear[near] != sim_.discrete.gear) change_gear(by_.gear[near]);
+    if (by_.gear[near] != sim.discrete.gear) change_gear(by_.gear[near], sim);
     const double vx = between(by_.vx_mps, i, share), r = between(by_.yaw_radps, i, share);
     s[vehicle::kVx] = vx;
     s[vehicle::kYawRate] = r;
@@ -159,7 +149,7 @@ class Drive {
           between(by_.vy_mps, i, share) + s[vehicle::kVz] * std::sin(s[vehicle::kRoll]);
     s[vehicle::kFuel] = between(by_.fuel_kg, i, share) + by_.reserve_kg;
     p[P::environment_gravity_mps2] = between(by_.gravity_mps2, i, share);
-    Underway now{p, car_, detail_, vx, s_.grip[near]};
+    Underway now{p, car_, last, vx, s_.grip[near]};
     for (const Acting& a : set_.effects)
       if (a.effect->on_the_way != nullptr && a.amount[0] != 0) a.effect->on_the_way(now, a);
     p[P::front_tyre_grip] = grip_[0] * now.grip;
@@ -179,30 +169,37 @@ class Drive {
                             brake(by_.brake_rear_pa, by_.brake_rear_apart_pa, 0.5, i, share),
                             brake(by_.brake_rear_pa, by_.brake_rear_apart_pa, -0.5, i, share)};
     }
-    const vehicle::State<double> before = s;
-    if (!vehicle::step(car_, sim_, c, road_, options_, detail_).ok()) return false;
-    const auto rate = [&](std::size_t k) { return (s[k] - before[k]) / options_.step_s; };
+    before_ = s;
+    return c;
+  }
+
+  /// What the substep told that ask() began.
+  Told tell(const vehicle::State<double>& s, const vehicle::Detail<double>& detail,
+            double step_s) const {
+    const vehicle::State<double>& before = before_;
+    const auto rate = [&](std::size_t k) { return (s[k] - before[k]) / step_s; };
     // Force per mass along the axes of the body, turned into the road's plane.
     const double vy = before[vehicle::kVy], vz = before[vehicle::kVz];
     const double wx = before[vehicle::kRollRate], wy = before[vehicle::kPitchRate];
+    const double r = before[vehicle::kYawRate];
     const double fx = rate(vehicle::kVx) + wy * vz - r * vy;
-    const double fy = rate(vehicle::kVy) + r * vx - wx * vz;
-    const double fz = rate(vehicle::kVz) + wx * vy - wy * vx;
+    const double fy = rate(vehicle::kVy) + r * before[vehicle::kVx] - wx * vz;
+    const double fz = rate(vehicle::kVz) + wx * vy - wy * before[vehicle::kVx];
     const double sr = std::sin(before[vehicle::kRoll]), cr = std::cos(before[vehicle::kRoll]);
     const double sp = std::sin(before[vehicle::kPitch]), cp = std::cos(before[vehicle::kPitch]);
-    const auto& w = detail_.wheel;
-    told = {fx * cp + (fy * sr + fz * cr) * sp,
-            fy * cr - fz * sr,
-            rate(vehicle::kYawRate),
-            w[0].fz_n + w[1].fz_n,
-            w[2].fz_n + w[3].fz_n,
-            0.5 * (before[vehicle::kSpin + 2] + before[vehicle::kSpin + 3]),
-            0.5 * (w[2].rolling_radius_m + w[3].rolling_radius_m),
-            before[vehicle::kSpin + 2] - before[vehicle::kSpin + 3],
-            before[vehicle::kRoll],
-            before[vehicle::kPitch]};
-    add_curves(set_, car_, detail_, detail_.inputs.steer_rad, told);
-    return true;
+    const auto& w = detail.wheel;
+    Told told{fx * cp + (fy * sr + fz * cr) * sp,
+              fy * cr - fz * sr,
+              rate(vehicle::kYawRate),
+              w[0].fz_n + w[1].fz_n,
+              w[2].fz_n + w[3].fz_n,
+              0.5 * (before[vehicle::kSpin + 2] + before[vehicle::kSpin + 3]),
+              0.5 * (w[2].rolling_radius_m + w[3].rolling_radius_m),
+              before[vehicle::kSpin + 2] - before[vehicle::kSpin + 3],
+              before[vehicle::kRoll],
+              before[vehicle::kPitch]};
+    add_curves(set_, car_, detail, detail.inputs.steer_rad, told);
+    return told;
   }
 
  private:
@@ -217,10 +214,10 @@ class Drive {
   }
 
   /// The log says when: no time for it, and the engine turns as the wheels do.
-  void change_gear(int gear) {
-    auto& s = sim_.state;
-    sim_.discrete.gear = sim_.discrete.gear_wanted = gear;
-    sim_.discrete.shift_left_s = 0.0;
+  void change_gear(int gear, vehicle::Simulation<double>& sim) const {
+    auto& s = sim.state;
+    sim.discrete.gear = sim.discrete.gear_wanted = gear;
+    sim.discrete.shift_left_s = 0.0;
     const double ratio = vehicle::overall_ratio(car_.parameters, gear);
     s[vehicle::kEngine] = std::max(car_.parameters[P::engine_idle_radps],
                                    ratio * 0.5 * (s[vehicle::kSpin + 2] + s[vehicle::kSpin + 3]));
@@ -229,92 +226,129 @@ class Drive {
   const Signals& s_;
   const Setting& set_;
   const Lead& by_;
-  vehicle::CarFiles files_;
   vehicle::Car<double> car_;
   double stated_gain_;
   std::array<double, 2> grip_, lift_;
+  vehicle::State<double> before_{};  ///< the substep that is under way
+  bool driven_ = false;
+};
+
+/// Cars with the same files on their way, all in the same substep.
+class Convoy {
+ public:
+  Convoy(const Signals& s, const vehicle::Vehicle& stated, std::span<const Guided> cars)
+      : files_(files_with(s, stated, *cars.front().setting)),
+        substeps_(cars.front().setting->substeps),
+        sims_(cars.size()),
+        controls_(cars.size()),
+        results_(cars.size(), kStands),
+        details_(cars.size()),
+        sums_(cars.size()),
+        led_(cars.size()) {
+    options_.step_s = Signals::kStep_s / substeps_;
+    std::vector<const vehicle::Car<double>*> places;
+    drives_.reserve(cars.size());
+    for (const Guided& guided : cars)
+      places.push_back(&drives_.emplace_back(s, stated, files_, guided).car());
+    if (places.size() > 1) packs_.emplace(places, options_.step_s);
+    for (Led& led : led_)
+      for (const auto& of : kToldOf) (led.*of).assign(s.n, kNaN);
+  }
+
+  /// From row i to the next, who is led there.
+  void go_on(std::size_t i) {
+    std::vector<vehicle::StepResult> next = results_;
+    bool any = false, begins = false;
+    for (std::size_t k = 0; k < drives_.size(); ++k) {
+      const bool led = drives_[k].leads(i) && drives_[k].leads(i + 1);
+      next[k] = led ? vehicle::StepResult{} : kStands;
+      any = any || led;
+      if (results_[k].ok() || !led) {
+        results_[k] = kStands;  // until the others have settled
+        continue;
+      }
+      drives_[k].begin(i, road_, sims_[k]);
+      sums_[k] = {};
+      results_[k] = {};
+      begins = true;
+    }
+    if (!any) return;
+    for (int n = 0; begins && n < static_cast<int>(kSettle_s / options_.step_s); ++n) move(i, 0.0);
+    results_ = std::move(next);
+    for (int n = 0; n < substeps_; ++n) {
+      if (n == substeps_ / 2) tell(i);
+      move(i, (n + 0.5) / substeps_);
+      for (std::size_t k = 0; k < drives_.size(); ++k) {
+        if (!results_[k].ok()) continue;
+        const Told told = drives_[k].tell(sims_[k].state, details_[k], options_.step_s);
+        for (std::size_t q = 0; q < told.size(); ++q) sums_[k].of[q] += told[q];
+        ++sums_[k].count;
+      }
+    }
+  }
+  std::vector<Led> led() && { return std::move(led_); }
+
+ private:
+  struct Sum {
+    Told of{};
+    int count = 0;
+  };
+  static constexpr vehicle::StepResult kStands{vehicle::StepResult::Problem::kNotFinite, 0};
+  static constexpr std::array<std::vector<double> Led::*, std::tuple_size_v<Told>> kToldOf{
+      &Led::force_x_mps2, &Led::force_y_mps2, &Led::yaw_radps2,     &Led::load_front_n,
+      &Led::load_rear_n,  &Led::rear_radps,   &Led::rear_rolling_m, &Led::rear_difference_radps,
+      &Led::roll_rad,     &Led::pitch_rad};
+
+  /// One substep of all that go; who is lost stands.
+  void move(std::size_t i, double share) {
+    for (std::size_t k = 0; k < drives_.size(); ++k)
+      if (results_[k].ok()) controls_[k] = drives_[k].ask(i, share, sims_[k], details_[k]);
+    if (packs_) {
+      packs_->take(Drive::kMoving);
+      step_many(*packs_, sims_, controls_, road_, options_, results_, details_);
+    } else if (results_[0].ok()) {
+      results_[0] =
+          vehicle::step(drives_[0].car(), sims_[0], controls_[0], road_, options_, details_[0]);
+    }
+  }
+
+  /// Means over the step of time around row i, where all of it was driven.
+  void tell(std::size_t i) {
+    for (std::size_t k = 0; k < drives_.size(); ++k) {
+      if (!results_[k].ok()) continue;
+      if (sums_[k].count == substeps_)
+        for (std::size_t q = 0; q < kToldOf.size(); ++q)
+          (led_[k].*kToldOf[q])[i] = sums_[k].of[q] / sums_[k].count;
+      sums_[k] = {};
+    }
+  }
+
+  vehicle::CarFiles files_;
   vehicle::Road road_;
   vehicle::StepOptions options_;
-  vehicle::Simulation<double> sim_{};
-  vehicle::Detail<double> detail_{};
-  bool driven_ = false;
+  int substeps_;
+  std::vector<Drive> drives_;
+  std::vector<vehicle::Simulation<double>> sims_;
+  std::vector<vehicle::Controls<double>> controls_;
+  std::vector<vehicle::StepResult> results_;  ///< ok: under way
+  std::vector<vehicle::Detail<double>> details_;
+  std::vector<Sum> sums_;
+  std::vector<Led> led_;
+  std::optional<vehicle::CarPacks> packs_;
 };
 
 }  // namespace
 
-bool same_drive(const KnownDrive& known, const Setting& setting, const Lead& by) {
-  // What sensors, road and delays do to the drive stands in what leads it.
-  const auto of_the_car = [](Setting s) {
-    const Setting none;
-    s.sensor = none.sensor;
-    s.throttle_s = s.brake_s = s.steer_s = s.steer_lag_s = s.burn = 0.0;
-    s.bank = s.grade = s.vertical = s.shift_u = s.imu_yaw = s.imu_ahead = 0.0;
-    s.vy_ahead = s.place_ahead = s.derived_ax = s.level = s.filter_lead_s = 0.0;
-    s.pressure_by_command = none.pressure_by_command;
-    s.along = {};
-    return s;
-  };
-  const auto same = [](const auto& a, const auto& b) {
-    using Value = typename std::decay_t<decltype(a)>::value_type;
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Value& x, const Value& y) {
-      return x == y || (x != x && y != y);  // both NaN
-    });
-  };
-  const Lead& k = known.by;
-  return k.vy_known == by.vy_known && k.reserve_kg == by.reserve_kg && same(k.vx_mps, by.vx_mps) &&
-         (!k.vy_known || same(k.vy_mps, by.vy_mps)) && same(k.yaw_radps, by.yaw_radps) &&
-         same(k.yaw_rad, by.yaw_rad) && same(k.steer, by.steer) && same(k.throttle, by.throttle) &&
-         same(k.brake_front_pa, by.brake_front_pa) && same(k.brake_rear_pa, by.brake_rear_pa) &&
-         same(k.brake_front_apart_pa, by.brake_front_apart_pa) &&
-         same(k.brake_rear_apart_pa, by.brake_rear_apart_pa) && same(k.gear, by.gear) &&
-         same(k.gravity_mps2, by.gravity_mps2) && same(k.fuel_kg, by.fuel_kg) &&
-         of_the_car(known.setting) == of_the_car(setting);
+std::vector<Led> lead(const Signals& s, const vehicle::Vehicle& stated,
+                      std::span<const Guided> cars) {
+  Convoy convoy(s, stated, cars);
+  for (std::size_t i = 0; i + 1 < s.n; ++i) convoy.go_on(i);
+  return std::move(convoy).led();
 }
 
 Led lead(const Signals& s, const vehicle::Vehicle& stated, const Setting& set, const Lead& by) {
-  Led out;
-  const std::array<std::vector<double>*, 10> told_of{
-      &out.force_x_mps2, &out.force_y_mps2, &out.yaw_radps2,     &out.load_front_n,
-      &out.load_rear_n,  &out.rear_radps,   &out.rear_rolling_m, &out.rear_difference_radps,
-      &out.roll_rad,     &out.pitch_rad};
-  for (auto* v : told_of) v->assign(s.n, kNaN);
-  const auto led = [&](std::size_t i) {
-    return i < s.n &&
-           std::isfinite(by.vx_mps[i] + by.yaw_radps[i] + by.yaw_rad[i] + by.gravity_mps2[i] +
-                         by.steer[i] + by.fuel_kg[i]) &&
-           (!by.vy_known || std::isfinite(by.vy_mps[i])) &&
-           (by.throttle.empty() || std::isfinite(by.throttle[i])) &&
-           (by.brake_front_pa.empty() ||
-            (std::isfinite(by.brake_front_pa[i]) && std::isfinite(by.brake_rear_pa[i])));
-  };
-  Drive drive(s, stated, set, by);
-  Told sum{}, told{};
-  int count = 0;
-  bool going = false;
-  for (std::size_t i = 0; i + 1 < s.n; ++i) {
-    if (!led(i) || !led(i + 1)) {
-      going = false;
-      continue;
-    }
-    if (!going) {
-      drive.begin(i);
-      sum = {};
-      count = 0;
-    }
-    going = true;
-    for (int k = 0; k < set.substeps && going; ++k) {
-      if (k == set.substeps / 2) {
-        if (count == set.substeps)
-          for (std::size_t q = 0; q < told.size(); ++q) (*told_of[q])[i] = sum[q] / count;
-        sum = {};
-        count = 0;
-      }
-      going = drive.move(i, (k + 0.5) / set.substeps, told);
-      for (std::size_t q = 0; q < told.size(); ++q) sum[q] += told[q];
-      ++count;
-    }
-  }
-  return out;
+  const Guided one{&set, &by};
+  return std::move(lead(s, stated, std::span(&one, 1)).front());
 }
 
 }  // namespace explain

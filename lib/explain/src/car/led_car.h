@@ -1,6 +1,7 @@
 // The car of lib/vehicle, led along a recording: which forces it has where it moves as recorded.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "explain/model.h"
@@ -44,9 +45,30 @@ struct KnownDrive {
 /// Whether lead() would give the same again.
 bool same_drive(const KnownDrive& known, const Setting& setting, const Lead& by);
 
+/// A car and what leads it.
+struct Guided {
+  const Setting* setting;
+  const Lead* by;
+};
+
+/// Which of these cars can be led together, by their places: eight at most, in order.
+std::vector<std::vector<std::size_t>> convoys(const Signals& signals, const vehicle::Vehicle& car,
+                                              std::span<const Setting* const> settings);
+
 /// Drives the car with the setting's amounts on a plane. Throws vehicle::Error where lib/vehicle
 /// refuses the car.
 Led lead(const Signals& signals, const vehicle::Vehicle& car, const Setting& setting,
          const Lead& by);
+/// The same of a convoy, each bit for bit as alone.
+std::vector<Led> lead(const Signals& signals, const vehicle::Vehicle& car,
+                      std::span<const Guided> convoy);
+
+/// Whether residuals at this setting take a drive that is not known.
+bool needs_drive(const Signals& signals, const vehicle::Vehicle& car, const Setting& setting,
+                 const KnownDrive& known);
+
+/// residuals() at each of these settings, with cars led together where they can be.
+std::vector<Residuals> residuals(const Signals& signals, const vehicle::Vehicle& car,
+                                 std::span<const Setting* const> settings, const KnownDrive& known);
 
 }  // namespace explain

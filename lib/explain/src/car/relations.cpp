@@ -1,5 +1,7 @@
 // What each relation leaves over at a setting: first what needs no car, then what the car that is
 // led along the recording has.
+#include "relations.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,11 +9,7 @@
 
 #include "actuator_rows.h"
 #include "base/statistics.h"
-#include "corrected_channels.h"
 #include "further_along.h"
-#include "gears.h"
-#include "led_car.h"
-#include "not_known.h"
 #include "vehicle/magic_formula.h"
 #include "where_known.h"
 
@@ -32,80 +30,31 @@ double profile_at(const std::vector<double>& profile, const Signals& s, double u
   return (1 - f) * profile[k] + f * profile[(k + 1) % n];
 }
 
-/// The road under the car at one step, with what it may be wrong by: along the body and to its
-/// left.
-struct Slope {
-  double grade = 0.0, bank = 0.0, vertical = 0.0;
-  double path_grade = 0.0;         ///< along the path, which is not where the nose points
-  double leaning_more = 0.0;       ///< than the file says
-  double course_rad = 0.0;         ///< of the path
-  double pitching_up_radps = 0.0;  ///< of a car that lies flat on it
-};
+/// The cosine of the angle whose tangent it is.
+double cosine_of(double slope) { return 1 / std::sqrt(1 + slope * slope); }
 
-/// The motion at one step, sensors corrected.
-struct Motion {
-  double vx = 0.0, vy = 0.0, yaw = 0.0;  ///< yaw: the rate
-  double dvx = 0.0, dvy = 0.0, dyaw = kNaN;
-  double px = 0.0, py = 0.0;  ///< of the path
-};
+}  // namespace
 
-/// One recording at one setting on its way to residuals.
-class Relations {
- public:
-  Relations(const Signals& s, const vehicle::Vehicle& car, const Setting& set)
-      : s_(s), car_(car), set_(set), c_(corrected_channels(s, set)) {
-    for (auto& r : out_.r) r.assign(s.n, kNaN);
-    for (auto* v :
-         {&recorded_x_, &recorded_y_, &recorded_turn_, &at_x_, &at_y_, &upright_, &pressed_on_})
-      v->assign(s.n, kNaN);
-    const double g = set.p[P::environment_gravity_mps2];
-    const double a = set.p[P::chassis_cog_behind_front_m];
-    const double wheelbase = set.p[P::chassis_wheelbase_m], b = wheelbase - a;
-    for (std::size_t i = 0; i < 2; ++i)
-      radius_[i] =
-          set.wheel_radius[i] *
-          vehicle::standing_rolling_radius(
-              car.files.tyre[i], set.p[P::chassis_mass_kg] * g * (i == 0 ? b : a) / (2 * wheelbase),
-              set.p.axle(i, P::front_tyre_pressure_pa));
-    gears_ = gears_of(s, car, radius_[1]);
-    driven_ = where_driven(s);
-    pushed_as_led_ = where_pushed_as_led(s, driven_);
-    slip_known_ = where_slip_known(s);
-  }
-
-  void compare_commands();
-  void compare_motion();
-  void compare_accelerometer(const Led& led);
-  void compare_force_along(const Led& led);
-  void compare_forces(const Led& led);
-  const Lead& by() const { return by_; }
-  Residuals out() && { return std::move(out_); }
-
- private:
-  bool has(Channel c) const { return s_.present[c]; }
-  void begin_lead();
-  Motion motion(std::size_t i) const;
-  Slope slope(std::size_t i, const Motion& m) const;
-  double lateral_mps(std::size_t i, const Motion& m, const Slope& road) const;
-  void compare_kinematics(std::size_t i, const Motion& m, const Slope& road);
-  void record(std::size_t i, const Motion& m, const Slope& road);
-
-  const Signals& s_;
-  const vehicle::Vehicle& car_;
-  const Setting& set_;
-  CorrectedChannels c_;
-  Residuals out_;
-  Lead by_;
-  Gears gears_;
-  std::array<double, 2> radius_{};   ///< in which standing wheels roll
-  std::vector<double> shifted_;      ///< steps where it is the setting's shift further along
-  std::vector<bool> driven_;         ///< what drives is known
-  std::vector<bool> pushed_as_led_;  ///< what drives and brakes is known, or little
-  std::vector<bool> slip_known_;
-  std::vector<double> recorded_x_, recorded_y_, recorded_turn_;
-  std::vector<double> at_x_, at_y_, upright_, pressed_on_;  ///< of an accelerometer that stands
-                                                            ///< upright on the road
-};
+Relations::Relations(const Signals& s, const vehicle::Vehicle& car, const Setting& set)
+    : s_(s), car_(car), set_(set), c_(corrected_channels(s, set)) {
+  for (auto& r : out_.r) r.assign(s.n, kNaN);
+  for (auto* v :
+       {&recorded_x_, &recorded_y_, &recorded_turn_, &at_x_, &at_y_, &upright_, &pressed_on_})
+    v->assign(s.n, kNaN);
+  const double g = set.p[P::environment_gravity_mps2];
+  const double a = set.p[P::chassis_cog_behind_front_m];
+  const double wheelbase = set.p[P::chassis_wheelbase_m], b = wheelbase - a;
+  for (std::size_t i = 0; i < 2; ++i)
+    radius_[i] =
+        set.wheel_radius[i] *
+        vehicle::standing_rolling_radius(
+            car.files.tyre[i], set.p[P::chassis_mass_kg] * g * (i == 0 ? b : a) / (2 * wheelbase),
+            set.p.axle(i, P::front_tyre_pressure_pa));
+  gears_ = gears_of(s, car, radius_[1]);
+  driven_ = where_driven(s);
+  pushed_as_led_ = where_pushed_as_led(s, driven_);
+  slip_known_ = where_slip_known(s);
+}
 
 void Relations::compare_commands() {
   using vehicle::Term;
@@ -214,9 +163,6 @@ Slope Relations::slope(std::size_t i, const Motion& m) const {
   out.bank = out.bank * cos_slip + out.path_grade * sin_slip;
   return out;
 }
-
-/// The cosine of the angle whose tangent it is.
-double cosine_of(double slope) { return 1 / std::sqrt(1 + slope * slope); }
 
 void Relations::compare_kinematics(std::size_t i, const Motion& m, const Slope& road) {
   const auto &x = c_.x, &dx = c_.dx;
@@ -372,27 +318,6 @@ void Relations::compare_forces(const Led& led) {
       out_.r[Relation::kDifferential][i] =
           x[kWheelRearDifference][i] * share - led.rear_difference_radps[i] * rolling_m;
   }
-}
-
-}  // namespace
-
-Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting& set,
-                    const Drives& drives) {
-  Relations c(s, car, set);
-  c.compare_commands();
-  c.compare_motion();
-  if (drives.none) {
-    c.compare_accelerometer(drives.known != nullptr ? drives.known->led : Led{});
-    if (drives.known != nullptr) c.compare_force_along(drives.known->led);
-    return std::move(c).out();
-  }
-  // What lib/vehicle's car would do there.
-  const bool known = drives.known != nullptr && same_drive(*drives.known, set, c.by());
-  const Led led = known ? drives.known->led : lead(s, car, set, c.by());
-  if (drives.keep != nullptr) *drives.keep = {set, c.by(), led};
-  c.compare_accelerometer(led);
-  c.compare_forces(led);
-  return std::move(c).out();
 }
 
 }  // namespace explain

@@ -207,7 +207,7 @@ void Analysis::summarise(DriveSummary& out) {
     }
   }
   MatrixXd moves =
-      derivatives(logs_, car_, setting_with(amounts_), moved, rows_, options_.threads,
+      derivatives(logs_, car_, setting_with(amounts_), moved, drives_, rows_, options_.threads,
                   [&](double share) { progress("one derivative per mechanism", share); });
   // To both sides where time moves: the noise of what is read later would speak for reading it
   // later.
@@ -221,8 +221,8 @@ void Analysis::summarise(DriveSummary& out) {
   }
   std::vector<const Unknown*> backwards;
   for (const Unknown& u : back) backwards.push_back(&u);
-  const MatrixXd other_side =
-      derivatives(logs_, car_, setting_with(amounts_), backwards, rows_, options_.threads, {});
+  const MatrixXd other_side = derivatives(logs_, car_, setting_with(amounts_), backwards, drives_,
+                                          rows_, options_.threads, {});
   for (std::size_t k = 0; k < in_time.size(); ++k)
     moves.col(in_time[k]) = 0.5 * (moves.col(in_time[k]) + other_side.col(static_cast<Index>(k)));
   d.others.resize(d.r.size(), static_cast<Index>(out.columns.size()));

@@ -130,19 +130,23 @@ void Analysis::choose_substeps() {
 }
 
 VectorXd Analysis::rows_at(const Setting& setting) const {
-  std::vector<Residuals> r;
-  for (std::size_t k = 0; k < logs_.size(); ++k)
-    r.push_back(residuals(logs_[k], car_, setting, {.known = &drives_[k]}));
-  VectorXd out = gather(rows_, r);
-  for (Index i = 0; i < out.size(); ++i)
-    if (!std::isfinite(out[i])) out[i] = stated_rows_[i];
+  return std::move(rows_at(std::vector<Setting>{setting}).front());
+}
+
+std::vector<VectorXd> Analysis::rows_at(const std::vector<Setting>& settings,
+                                        const std::function<void(double)>& progress) const {
+  std::vector<VectorXd> out =
+      explain::rows_at(logs_, car_, settings, drives_, rows_, options_.threads, progress);
+  for (VectorXd& rows : out)
+    for (Index i = 0; i < rows.size(); ++i)
+      if (!std::isfinite(rows[i])) rows[i] = stated_rows_[i];
   return out;
 }
 
 void Analysis::look() {
   const Setting setting = setting_with(amounts_);
   base::parallel_for(logs_.size(), 1, options_.threads, [&](std::size_t k, std::size_t) {
-    residuals(logs_[k], car_, setting, {.keep = &drives_[k]});
+    residuals(logs_[k], car_, setting, {.known = &drives_[k], .keep = &drives_[k]});
   });
   r_ = rows_at(setting);
 }
@@ -225,7 +229,7 @@ void Analysis::update_moves(std::size_t from) {
   const std::vector<const Unknown*> wanted(free.begin() + static_cast<std::ptrdiff_t>(from),
                                            free.end());
   const MatrixXd columns =
-      derivatives(logs_, car_, setting_with(amounts_), wanted, rows_, options_.threads,
+      derivatives(logs_, car_, setting_with(amounts_), wanted, drives_, rows_, options_.threads,
                   [&](double share) { progress("refit of the parameters", share); });
   moves_.conservativeResize(columns.rows(), static_cast<Index>(free.size()));
   moves_.rightCols(columns.cols()) = columns;
@@ -282,7 +286,7 @@ void Analysis::differentiate_candidates() {
   std::vector<const Unknown*> wanted;
   for (const std::size_t k : candidate_) wanted.push_back(&inventory_.unknowns[k]);
   candidate_moves_ =
-      derivatives(logs_, car_, setting_with(amounts_), wanted, rows_, options_.threads,
+      derivatives(logs_, car_, setting_with(amounts_), wanted, drives_, rows_, options_.threads,
                   [&](double share) { progress("one derivative per mechanism", share); });
   careful_ = careful_weights();
 }

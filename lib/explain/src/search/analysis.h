@@ -51,6 +51,12 @@ struct Saved {
   Eigen::VectorXd column;  ///< what it does per unit, whitened
 };
 
+/// An amount of an unknown to begin from.
+struct Start {
+  std::size_t unknown = 0;
+  double amount = 0.0;
+};
+
 class Analysis {
  public:
   /// The car as stated, led along the recordings in steps that are short enough.
@@ -149,6 +155,8 @@ class Analysis {
   void choose_substeps();
   Setting setting_with(const Eigen::VectorXd& amounts) const;
   Eigen::VectorXd rows_at(const Setting& setting) const;
+  std::vector<Eigen::VectorXd> rows_at(const std::vector<Setting>& settings,
+                                       const std::function<void(double)>& progress = {}) const;
   void look();                                        ///< rows and drives at the amounts
   void weigh();                                       ///< by what the model leaves now
   void update_moves(std::size_t from);                ///< columns of what is free, from this one on
@@ -184,9 +192,9 @@ class Analysis {
 
   // By cost (by_cost.cpp).
   static Saved saved_by(const Model& m, Eigen::VectorXd column);
-  /// The column as a secant to the best amount, in these weights; gain 0: none.
-  Saved exact(std::size_t unknown, double start, const Model& m,
-              const Eigen::VectorXd& weights) const;
+  /// The columns as secants to the best amounts from these, in these weights; gain 0: none.
+  std::vector<Saved> exact(const std::vector<Start>& from, const Model& m,
+                           const Eigen::VectorXd& weights) const;
   /// Whether a stretch of road is more than what the stated curves get wrong elsewhere, and saves
   /// enough where forces count as few.
   bool stands_out(const Trial& trial, const Tried& stretch) const;

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "analysis.h"
-#include "base/parallel.h"
 #include "selection.h"
 
 namespace explain {
@@ -77,24 +76,40 @@ Saved Analysis::saved_by(const Model& m, VectorXd column) {
   return {product / left, product * product / left, std::move(column)};
 }
 
-Saved Analysis::exact(std::size_t unknown, double start, const Model& m,
-                      const VectorXd& weights) const {
-  const Unknown& u = inventory_.unknowns[unknown];
+std::vector<Saved> Analysis::exact(const std::vector<Start>& from, const Model& m,
+                                   const VectorXd& weights) const {
   const Setting base = setting_with(amounts_);
-  Saved best;
-  double amount = start;
-  for (int round = 0; round < 4; ++round) {
-    if (u.one_sided) amount = std::max(amount, 0.0);
-    if (std::abs(amount) < 1e-12) break;
-    Setting moved = base;
-    u.set(moved, amount);
-    Saved s = saved_by(m, weights.cwiseProduct(r_ - rows_at(moved)) / amount);
-    if (s.gain == 0) break;
-    // Away from the best place of the secant the gain is that of the parabola.
-    const double scale = s.amount / amount, gain = s.gain * (1 - (1 - 1 / scale) * (1 - 1 / scale));
-    if (gain > best.gain) best = {amount, gain, std::move(s.column)};
-    if (std::abs(scale - 1.0) < 0.02) break;
-    amount *= std::clamp(scale, 0.4, 2.5);
+  std::vector<Saved> best(from.size());
+  std::vector<double> amount(from.size());
+  std::vector<std::size_t> left;
+  for (std::size_t k = 0; k < from.size(); ++k) amount[k] = from[k].amount, left.push_back(k);
+  // All in the same round, so that their cars are led together.
+  constexpr int kRounds = 4;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<Setting> moved;
+    std::erase_if(left, [&](std::size_t k) {
+      const Unknown& u = inventory_.unknowns[from[k].unknown];
+      if (u.one_sided) amount[k] = std::max(amount[k], 0.0);
+      if (std::abs(amount[k]) < 1e-12) return true;
+      u.set(moved.emplace_back(base), amount[k]);
+      return false;
+    });
+    const std::vector<VectorXd> rows = rows_at(
+        moved, [&](double share) { progress("tests of mechanisms", (round + share) / kRounds); });
+    std::vector<std::size_t> on;
+    for (std::size_t n = 0; n < left.size(); ++n) {
+      const std::size_t k = left[n];
+      Saved s = saved_by(m, weights.cwiseProduct(r_ - rows[n]) / amount[k]);
+      if (s.gain == 0) continue;
+      // Away from the best place of the secant the gain is that of the parabola.
+      const double scale = s.amount / amount[k],
+                   gain = s.gain * (1 - (1 - 1 / scale) * (1 - 1 / scale));
+      if (gain > best[k].gain) best[k] = {amount[k], gain, std::move(s.column)};
+      if (std::abs(scale - 1.0) < 0.02) continue;
+      amount[k] *= std::clamp(scale, 0.4, 2.5);
+      on.push_back(k);
+    }
+    left = std::move(on);
   }
   return best;
 }
@@ -184,11 +199,12 @@ std::vector<Analysis::Weighed> Analysis::mechanisms_by_cost(const Model& m) cons
   const VectorXd w = careful_weights();
   std::vector<Test> best = scan(m.fitted, families, rows_, 0, m.fitted.e).best;
   std::erase_if(best, [](const Test& t) { return t.gain < 0.5 * selection::kNamed; });
-  std::vector<Weighed> out(best.size());
-  base::parallel_for(best.size(), 1, options_.threads, [&](std::size_t k, std::size_t) {
-    const std::size_t unknown = families[best[k].family].id;
-    out[k] = {unknown, exact(unknown, best[k].amount, m, w)};
-  });
+  std::vector<Start> from;
+  for (const Test& t : best) from.push_back({families[t.family].id, t.amount});
+  std::vector<Saved> saved = exact(from, m, w);
+  std::vector<Weighed> out;
+  for (std::size_t k = 0; k < from.size(); ++k)
+    out.push_back({from[k].unknown, std::move(saved[k])});
   std::erase_if(out, [&](const Weighed& x) {
     const Unknown& u = inventory_.unknowns[x.unknown];
     return std::abs(x.saved.amount) < u.least || std::abs(x.saved.amount) > u.most;
@@ -202,8 +218,9 @@ void Analysis::free_parameters() {
   for (int round = 0; round < 2; ++round) {
     const Model m = careful_model();
     const Freed f = best_parameter(m);
+    if (f.saved == 0) return;
     const std::vector<Weighed> rivals = mechanisms_by_cost(m);
-    if (f.saved == 0 || (!rivals.empty() && rivals.front().saved.gain > f.saved)) return;
+    if (!rivals.empty() && rivals.front().saved.gain > f.saved) return;
     // A stretch of road that says as much is looked at first: tyres that let go everywhere would
     // hide it. What is off all the same beside it makes up such stretches.
     if (is_kept_back(m, f)) return;
@@ -217,7 +234,7 @@ void Analysis::let_go(const Freed& f) {
   // Far from what is stated its derivative may be another: a pedal past its end opens no further.
   moves_.col(static_cast<Index>(f.place)) =
       derivatives(logs_, car_, setting_with(amounts_), {&inventory_.unknowns[refit_[f.place]]},
-                  rows_, options_.threads, {});
+                  drives_, rows_, options_.threads, {});
   refit(2);
   // What was held for want of evidence and runs to its limit takes the blame for something else.
   const Unknown& u = inventory_.unknowns[refit_[f.place]];

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <map>
 
@@ -120,26 +119,26 @@ Analysis::Trial Analysis::trial(Stage stage) const {
   // The most promising ones that act everywhere are refitted exactly; of what differs only in a
   // constant the best few are enough.
   std::map<std::string, int> alike;
-  std::vector<bool> exactly;
-  int most = selection::kMostExact;
-  for (const Tried& t : tried) {
-    const Unknown& u = inventory_.unknowns[t.unknown];
-    exactly.push_back(!u.along_road && most > 0 && t.gain > selection::kWorthALook &&
-                      ++alike[u.id + u.channel + u.name] <= selection::kMostAlike);
-    if (exactly.back()) --most;
-  }
-  std::atomic<std::size_t> done{0};
-  base::parallel_for(tried.size(), 1, options_.threads, [&](std::size_t k, std::size_t) {
+  std::vector<Start> from;
+  std::vector<std::size_t> exactly;
+  for (std::size_t k = 0; k < tried.size(); ++k) {
     Tried& t = tried[k];
     const Family& f = out.families[t.family];
     t.column = within(f.column, f.cell, t.test.begin, t.test.end);
-    if (exactly[k]) {
-      const Saved x = exact(t.unknown, t.amount, out.model, weights(stage));
-      if (x.gain > 0) t.gain = x.gain, t.amount = x.amount, t.column = x.column;
-      t.gain += louder(inventory_.unknowns[t.unknown], t.amount, weights(stage));
-    }
-    progress("tests of mechanisms",
-             static_cast<double>(++done) / static_cast<double>(tried.size()));
+    const Unknown& u = inventory_.unknowns[t.unknown];
+    if (u.along_road || exactly.size() == selection::kMostExact ||
+        !(t.gain > selection::kWorthALook) ||
+        ++alike[u.id + u.channel + u.name] > selection::kMostAlike)
+      continue;
+    exactly.push_back(k);
+    from.push_back({t.unknown, t.amount});
+  }
+  std::vector<Saved> saved = exact(from, out.model, weights(stage));
+  base::parallel_for(exactly.size(), 1, options_.threads, [&](std::size_t n, std::size_t) {
+    Tried& t = tried[exactly[n]];
+    Saved& x = saved[n];
+    if (x.gain > 0) t.gain = x.gain, t.amount = x.amount, t.column = std::move(x.column);
+    t.gain += louder(inventory_.unknowns[t.unknown], t.amount, weights(stage));
   });
   std::stable_sort(tried.begin(), tried.end(), more_gain<Tried, Tried>);
   return out;

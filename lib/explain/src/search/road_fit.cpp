@@ -182,7 +182,7 @@ void RoadFit::go_by_force() {
     const double sd = kCarMayBeOff * (u.held > 0 ? u.held : std::hypot(0.5 * u.width, u.form));
     car_precision_[static_cast<Index>(k)] = 1 / (sd * sd);
   }
-  car_moves_ = derivatives(logs_, car_, stated_, car, rows_, threads_, {});
+  car_moves_ = derivatives(logs_, car_, stated_, car, drives_, rows_, threads_, {});
   for (Index i = 0; i < car_moves_.rows(); ++i)
     if (rows_.row[static_cast<std::size_t>(i)].relation != Relation::kForceX)
       car_moves_.row(i).setZero();

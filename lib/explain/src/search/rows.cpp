@@ -118,29 +118,70 @@ Noise noise_of(const Rows& rows, const Eigen::VectorXd& e, const std::vector<boo
   return out;
 }
 
+std::vector<Eigen::VectorXd> rows_at(const std::vector<Signals>& logs, const vehicle::Vehicle& car,
+                                     const std::vector<Setting>& settings,
+                                     const std::vector<KnownDrive>& known, const Rows& rows,
+                                     unsigned threads,
+                                     const std::function<void(double)>& progress) {
+  // Where no car must be driven each is alone, so that threads share them.
+  std::vector<char> drives(settings.size(), settings.size() == 1 ? 1 : 0);
+  base::parallel_for(settings.size(), 1, threads, [&](std::size_t j, std::size_t) {
+    for (std::size_t k = 0; k < logs.size() && drives[j] == 0; ++k)
+      drives[j] = needs_drive(logs[k], car, settings[j], known[k]) ? 1 : 0;
+  });
+  std::vector<const Setting*> driven;
+  std::vector<std::size_t> place;
+  std::vector<std::vector<std::size_t>> parts;
+  for (std::size_t j = 0; j < settings.size(); ++j)
+    if (drives[j] != 0)
+      driven.push_back(&settings[j]), place.push_back(j);
+    else
+      parts.push_back({j});
+  for (std::vector<std::size_t>& convoy : convoys(logs.front(), car, driven)) {
+    for (std::size_t& k : convoy) k = place[k];
+    parts.push_back(std::move(convoy));
+  }
+  // The longest first: nobody waits for one that was begun last.
+  std::stable_sort(parts.begin(), parts.end(),
+                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  std::vector<Eigen::VectorXd> out(settings.size());
+  std::atomic<std::size_t> done{0};
+  base::parallel_for(parts.size(), 1, threads, [&](std::size_t n, std::size_t) {
+    const std::vector<std::size_t>& part = parts[n];
+    std::vector<const Setting*> of;
+    for (const std::size_t j : part) of.push_back(&settings[j]);
+    std::vector<std::vector<Residuals>> r(part.size());
+    for (std::size_t k = 0; k < logs.size(); ++k) {
+      std::vector<Residuals> led = residuals(logs[k], car, of, known[k]);
+      for (std::size_t i = 0; i < part.size(); ++i) r[i].push_back(std::move(led[i]));
+    }
+    for (std::size_t i = 0; i < part.size(); ++i) out[part[i]] = gather(rows, r[i]);
+    done += part.size();
+    if (progress) progress(static_cast<double>(done) / static_cast<double>(settings.size()));
+  });
+  return out;
+}
+
 Eigen::MatrixXd derivatives(const std::vector<Signals>& logs, const vehicle::Vehicle& car,
                             const Setting& at, const std::vector<const Unknown*>& unknowns,
-                            const Rows& rows, unsigned threads,
-                            const std::function<void(double)>& progress) {
+                            const std::vector<KnownDrive>& known, const Rows& rows,
+                            unsigned threads, const std::function<void(double)>& progress) {
   std::vector<Residuals> base;
   std::vector<KnownDrive> drives(logs.size());
   for (std::size_t k = 0; k < logs.size(); ++k)
-    base.push_back(residuals(logs[k], car, at, {.keep = &drives[k]}));
+    base.push_back(residuals(logs[k], car, at, {.known = &known[k], .keep = &drives[k]}));
   const Eigen::VectorXd r0 = gather(rows, base);
+  std::vector<Setting> moved(unknowns.size(), at);
+  for (std::size_t j = 0; j < unknowns.size(); ++j) unknowns[j]->set(moved[j], unknowns[j]->step);
+  const std::vector<Eigen::VectorXd> there =
+      rows_at(logs, car, moved, drives, rows, threads, progress);
   Eigen::MatrixXd out(r0.size(), static_cast<Eigen::Index>(unknowns.size()));
-  std::atomic<std::size_t> done{0};
-  base::parallel_for(unknowns.size(), 1, threads, [&](std::size_t j, std::size_t) {
-    Setting moved = at;
-    unknowns[j]->set(moved, unknowns[j]->step);
-    std::vector<Residuals> r;
-    for (std::size_t k = 0; k < logs.size(); ++k)
-      r.push_back(residuals(logs[k], car, moved, {.known = &drives[k]}));
-    Eigen::VectorXd column = (r0 - gather(rows, r)) / unknowns[j]->step;
+  for (std::size_t j = 0; j < unknowns.size(); ++j) {
+    Eigen::VectorXd column = (r0 - there[j]) / unknowns[j]->step;
     for (Eigen::Index i = 0; i < column.size(); ++i)
       if (!std::isfinite(column[i])) column[i] = 0.0;
     out.col(static_cast<Eigen::Index>(j)) = column;
-    if (progress) progress(static_cast<double>(++done) / static_cast<double>(unknowns.size()));
-  });
+  }
   return out;
 }
 

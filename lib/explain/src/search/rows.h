@@ -45,11 +45,20 @@ struct Noise {
 };
 Noise noise_of(const Rows& rows, const Eigen::VectorXd& e, const std::vector<bool>& counts);
 
+/// Their rows at each of these settings; NaN where a change lost the value. `known`: of each
+/// recording, a drive that need not be driven again. Cars that can be are led together, and threads
+/// share what is left; `progress` gets the share that is done.
+std::vector<Eigen::VectorXd> rows_at(const std::vector<Signals>& logs, const vehicle::Vehicle& car,
+                                     const std::vector<Setting>& settings,
+                                     const std::vector<KnownDrive>& known, const Rows& rows,
+                                     unsigned threads,
+                                     const std::function<void(double)>& progress = {});
+
 /// Columns d(row)/d(unknown) with the sign that makes `r0 = columns * amount` the model of a
-/// residual: minus the derivative of the residual. Threads share the unknowns.
+/// residual: minus the derivative of the residual. `known` as above.
 Eigen::MatrixXd derivatives(const std::vector<Signals>& logs, const vehicle::Vehicle& car,
                             const Setting& at, const std::vector<const Unknown*>& unknowns,
-                            const Rows& rows, unsigned threads,
-                            const std::function<void(double)>& progress);
+                            const std::vector<KnownDrive>& known, const Rows& rows,
+                            unsigned threads, const std::function<void(double)>& progress);
 
 }  // namespace explain

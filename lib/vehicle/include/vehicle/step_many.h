@@ -37,6 +37,9 @@ class CarPacks {
   CarPacks& operator=(CarPacks&&) noexcept;
 
   std::size_t cars() const { return cars_.size(); }
+  /// Takes these parameters of all cars as they are now. What make_car() and the actuators made of
+  /// them stays as it was; none may go to 0 or come from it.
+  void take(std::span<const Parameter> which);
   std::size_t packs() const { return packs_.size(); }
 
  private:

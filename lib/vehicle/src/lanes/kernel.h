@@ -35,6 +35,8 @@ class Kernel {
   virtual ~Kernel();  // not here: others would share its code
   /// Lanes in the order of the cars; one without anything to step has no `sim`, but not all.
   virtual void step(std::span<Lane> lanes, const Road& road, const StepOptions& options) = 0;
+  /// These parameters of its cars, in their order, as they are now.
+  virtual void take(std::span<const Car<double>* const> cars, std::span<const Parameter> which) = 0;
 };
 
 inline constexpr std::size_t kMostLanes = 8;

@@ -96,6 +96,13 @@ class PackKernel final : public Kernel {
     }
   }
 
+  void take(std::span<const Car<double>* const> cars, std::span<const Parameter> which) override {
+    for (std::size_t k = 0; k < N; ++k) {
+      const Car<double>& car = *cars[k < cars.size() ? k : 0];
+      for (const Parameter p : which) car_.parameters[p].set(k, car.parameters[p]);
+    }
+  }
+
   void step(std::span<Lane> lanes, const Road& road, const StepOptions& options) override {
     const double h = options.step_s;
     State<T> s, rate;

@@ -113,6 +113,16 @@ CarPacks::~CarPacks() = default;
 CarPacks::CarPacks(CarPacks&&) noexcept = default;
 CarPacks& CarPacks::operator=(CarPacks&&) noexcept = default;
 
+void CarPacks::take(std::span<const Parameter> which) {
+  std::array<const Car<double>*, many::kMostLanes> members{};
+  for (Pack& pack : packs_) {
+    if (pack.kernel == nullptr) continue;
+    const std::size_t count = std::min(pack.cars.size(), members.size());
+    for (std::size_t k = 0; k < count; ++k) members[k] = cars_[pack.cars[k]];
+    pack.kernel->take(std::span(members.data(), count), which);
+  }
+}
+
 void step_many(CarPacks& packs, std::span<Simulation<double>> sims,
                std::span<const Controls<double>> controls, const Road& road,
                const StepOptions& options, std::span<StepResult> results,
