@@ -71,7 +71,7 @@ WheelPose<T> place_wheel(Evaluation<T, Built>& e, std::size_t i) {
   const T lean = -side * motion.camber_rad;  // rotation about x; the top of the wheel leans right
   T steer = -side * motion.toe_rad;
   if (a == 0) steer += laws::ackermann_angle(e.p, side, e.in.steer_rad);
-  const maths::Waves<T> steered = maths::waves(steer), leaning = maths::waves(lean);
+  const auto [steered, leaning] = maths::waves_of(steer, lean);
   const T &cs = steered.cosine, &ss = steered.sine, &cl = leaning.cosine, &sl = leaning.sine;
   e.axis[i] = {-ss * cl, cs * cl, sl};
   e.spin[i] = e.s[kSpin + i] - dot(e.omega, e.axis[i]);
