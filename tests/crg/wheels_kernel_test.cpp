@@ -20,35 +20,45 @@ std::uint64_t bits(double value) {
   return std::isnan(value) ? 0 : std::bit_cast<std::uint64_t>(value);
 }
 
-Crg circuit_with_holes() {
-  ReferenceLine line = test::circuit(2001, 30.0, 0.1, 3);
-  for (std::size_t i = 0; i < line.size(); ++i)
-    line.banking.push_back(0.03 * std::sin(0.01 * static_cast<double>(i)));
-  Crg crg = make_crg(line, test::grid_of(line, -4.0, 4.0, 41, [](double u, double v) {
-                       return 0.1 * std::sin(u) + 0.02 * v * v;
-                     }));
-  for (std::size_t i = 300; i < 340; ++i) crg.grid.at(i, 12) = NAN;
-  return crg;
+const Crg& circuit_with_holes() {
+  static const Crg road = [] {
+    ReferenceLine line = test::circuit(2001, 30.0, 0.1, 3);
+    for (std::size_t i = 0; i < line.size(); ++i)
+      line.banking.push_back(0.03 * std::sin(0.01 * static_cast<double>(i)));
+    Crg crg = make_crg(line, test::grid_of(line, -4.0, 4.0, 41, [](double u, double v) {
+                         return 0.1 * std::sin(u) + 0.02 * v * v;
+                       }));
+    for (std::size_t i = 300; i < 340; ++i) crg.grid.at(i, 12) = NAN;
+    return crg;
+  }();
+  return road;
+}
+
+// The wheels of a car that goes along by `step_m` a set; NaN: anywhere.
+std::array<Point2, 4> wheels_of(const Surface& surface, int k, double step_m,
+                                std::mt19937& random) {
+  const double length = surface.grid().u_step_m * 2000.0;
+  std::uniform_real_distribution<double> u_of(0.0, length), v_of(-4.4, 4.4);
+  std::array<Point2, 4> points;
+  for (std::size_t w = 0; w < 4; ++w) {
+    const double u =
+        std::fmod(length + 2.0 + std::fmod(step_m * k, length) + (w < 2 ? 1.4 : -1.4), length);
+    const double v = 3.5 * std::sin(0.01 * k) + (w % 2 == 0 ? 0.8 : -0.8);
+    points[w] =
+        std::isnan(step_m) ? surface.xy_of_uv(u_of(random), v_of(random)) : surface.xy_of_uv(u, v);
+  }
+  return points;
 }
 
 // Forwards, backwards, standing and at random, over holes, the seam and the borders.
 TEST(Wheels, AnswerAsOneByOne) {
   for (const Interpolation interpolation : {Interpolation::Bilinear, Interpolation::Smooth}) {
     const Surface surface(circuit_with_holes(), {.interpolation = interpolation});
-    const double length = surface.grid().u_step_m * 2000.0;
     std::mt19937 random(3);
-    std::uniform_real_distribution<double> u_of(0.0, length), v_of(-4.4, 4.4);
     for (const double step_m : {0.06, -0.06, 0.0, Sample::kNaN}) {
       std::array<Cursor, 4> together, alone;
       for (int k = 0; k < 3000; ++k) {
-        std::array<Point2, 4> points;
-        for (std::size_t w = 0; w < 4; ++w) {
-          const double u = std::fmod(
-              length + 2.0 + std::fmod(step_m * k, length) + (w < 2 ? 1.4 : -1.4), length);
-          const double v = 3.5 * std::sin(0.01 * k) + (w % 2 == 0 ? 0.8 : -0.8);
-          points[w] = std::isnan(step_m) ? surface.xy_of_uv(u_of(random), v_of(random))
-                                         : surface.xy_of_uv(u, v);
-        }
+        const std::array<Point2, 4> points = wheels_of(surface, k, step_m, random);
         std::array<double, 4> z{};
         surface.z_at_xy(points, together, z);
         for (std::size_t w = 0; w < 4; ++w) {
@@ -58,6 +68,44 @@ TEST(Wheels, AnswerAsOneByOne) {
           ASSERT_EQ(bits(expected),
                     bits(surface.at_xy(points[w].x_m, points[w].y_m, alone[w]).z_m));
         }
+      }
+    }
+  }
+}
+
+std::array<std::uint64_t, 8> bits(const Ground& g) {
+  return {g.valid,     g.inside,     bits(g.u_m),  bits(g.v_m),
+          bits(g.z_m), bits(g.dzdx), bits(g.dzdy), bits(g.friction)};
+}
+
+TEST(Wheels, HaveTheGroundOfTheWholeSample) {
+  for (const Interpolation interpolation : {Interpolation::Bilinear, Interpolation::Smooth}) {
+    const Surface surface(circuit_with_holes(), {.interpolation = interpolation, .friction = 0.7});
+    std::mt19937 random(3);
+    for (const double step_m : {0.06, -0.06, 0.0, Sample::kNaN}) {
+      std::array<Cursor, 4> whole, alone, together;
+      int at_once = 0;
+      for (int k = 0; k < 3000; ++k) {
+        const std::array<Point2, 4> points = wheels_of(surface, k, step_m, random);
+        FourGrounds four;
+        const bool known = surface.ground_of_four(
+            points, {&together[0], &together[1], &together[2], &together[3]}, four);
+        if (known) ++at_once;
+        for (std::size_t w = 0; w < 4; ++w) {
+          const auto [x, y] = points[w];
+          const auto wanted = bits(Ground(surface.at_xy(x, y, whole[w])));
+          ASSERT_EQ(bits(surface.ground_at_xy(x, y, alone[w])), wanted) << step_m << " " << k;
+          Ground one;
+          one.valid = one.inside = true;
+          one.u_m = four.u_m[w], one.v_m = four.v_m[w], one.z_m = four.z_m[w];
+          one.dzdx = four.dzdx[w], one.dzdy = four.dzdy[w], one.friction = four.friction;
+          if (!known) one = surface.ground_at_xy(x, y, together[w]);
+          ASSERT_EQ(bits(one), wanted) << step_m << " " << k;
+        }
+      }
+      if (four_wheels_available() && interpolation == Interpolation::Bilinear &&
+          !std::isnan(step_m)) {
+        EXPECT_GT(at_once, 2000) << step_m;
       }
     }
   }

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <vector>
 
 namespace maths_test {
 
@@ -44,6 +46,36 @@ TEST(Maths, IsRightToAboutTheLastPlace) {
   KERBSTONE_ULPS(log, 1e-6, 1e6, 2.0);
   KERBSTONE_ULPS(tanh, -3.0, 3.0, 4.0);
   KERBSTONE_ULPS(asin, -0.99, 0.99, 3.0);
+}
+
+// A wheel beside another, an angle beside another: each as if it were alone.
+TEST(Maths, OfTwoNumbersIsThatOfEach) {
+  using vehicle::Pack;
+  const auto same = [](double a, double b) {
+    return a == b ? std::signbit(a) == std::signbit(b) : std::isnan(a) && std::isnan(b);
+  };
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> exponent(-12.0, 6.0);
+  std::vector<double> values{
+      0.0, -0.0, 0.625, 15.9, 7.9, -800.0, 1e-310, NAN, std::numeric_limits<double>::infinity()};
+  for (int k = 0; k < 4000; ++k)
+    values.push_back((k % 2 == 0 ? 1.0 : -1.0) * std::pow(10.0, exponent(random)));
+  for (std::size_t k = 0; k + 1 < values.size(); ++k) {
+    const std::array<double, 2> x{values[k], values[values.size() - 1 - k]};
+    const Pack<2> both = vehicle::pair(x[0], x[1]);
+    const auto waves = maths::waves_of(x[0], x[1]);
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_TRUE(same(maths::sin(both)[i], maths::sin(x[i]))) << x[i];
+      EXPECT_TRUE(same(maths::cos(both)[i], maths::cos(x[i]))) << x[i];
+      EXPECT_TRUE(same(maths::atan(both)[i], maths::atan(x[i]))) << x[i];
+      EXPECT_TRUE(same(maths::exp(both)[i], maths::exp(x[i]))) << x[i];
+      EXPECT_TRUE(same(maths::tanh(both)[i], maths::tanh(x[i]))) << x[i];
+      EXPECT_TRUE(same(maths::log(both)[i], maths::log(x[i]))) << x[i];
+      EXPECT_TRUE(same(sqrt(both)[i], std::sqrt(x[i]))) << x[i];
+      EXPECT_TRUE(same(waves[i].sine, maths::sin(x[i]))) << x[i];
+      EXPECT_TRUE(same(waves[i].cosine, maths::cos(x[i]))) << x[i];
+    }
+  }
 }
 
 TEST(Maths, TurnsManyTimes) {

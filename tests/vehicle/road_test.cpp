@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -101,6 +102,54 @@ TEST(Road, GoesOnOverHolesAtTheNearestHeightAndSaysSo) {
   EXPECT_NEAR(hole.u_m, 20.0, 1e-6);
   EXPECT_NEAR(hole.v_m, 3.0, 1e-6);
   EXPECT_TRUE(road.at(30.0, 3.0, 0.3, 0, cursors).on_road);
+}
+
+// On both levels of a bridge, beside the road, over a hole, at no level, on a plane.
+TEST(Road, AnswersFourPointsAsOneByOne) {
+  crg::Crg file = spiral(8.0);
+  for (std::size_t i = 100; i < 110; ++i) file.grid.at(i, 5) = NAN;
+  const crg::Surface surface(file);
+  for (const Road& road : {Road(surface), Road(0.1, -0.2)}) {
+    std::array<RoadCursors, 4> cars;
+    RoadCursors alone, corners;
+    int at_once = 0;
+    for (int k = 0; k < 600; ++k) {
+      const double along_rad = 0.012 * k, radius_m = 30.0 + 7.0 * std::sin(0.05 * k);
+      std::array<crg::Point2, 4> points;
+      for (std::size_t w = 0; w < 4; ++w)
+        points[w] = {
+            (radius_m + (w < 2 ? 0.1 : 0.0)) * std::sin(along_rad + (w % 2 == 0 ? 0.003 : 0.0)),
+            30.0 - (radius_m + (w < 2 ? 0.1 : 0.0)) *
+                       std::cos(along_rad + (w % 2 == 0 ? 0.003 : 0.0))};
+      const double level =
+          k % 7 == 6 ? NAN : 8.0 * along_rad / (2 * std::numbers::pi) + k / 100 % 3 * 4.0;
+      const std::array<double, 4> z = road.heights_at(points, level, 2, corners);
+      std::array<RoadPoint, 4> four;
+      const bool known = road.at_four(points, {level, level, level, level}, 1,
+                                      {&cars[0], &cars[1], &cars[2], &cars[3]},
+                                      {&four[0], &four[1], &four[2], &four[3]});
+      if (known) ++at_once;
+      for (std::size_t w = 0; w < 4; ++w) {
+        const RoadPoint one = road.at(points[w].x_m, points[w].y_m, level, w, alone);
+        EXPECT_TRUE(z[w] == one.z_m || (std::isnan(z[w]) && std::isnan(one.z_m))) << k;
+        if (!known) continue;
+        EXPECT_EQ(four[w].z_m, one.z_m) << k;
+        EXPECT_EQ(four[w].dzdx, one.dzdx) << k;
+        EXPECT_EQ(four[w].dzdy, one.dzdy) << k;
+        EXPECT_EQ(four[w].u_m, one.u_m) << k;
+        EXPECT_EQ(four[w].v_m, one.v_m) << k;
+        EXPECT_EQ(four[w].friction, one.friction) << k;
+        EXPECT_EQ(four[w].on_road, one.on_road) << k;
+      }
+      if (testing::Test::HasFailure()) return;
+      if (!known)  // as step_many() does
+        for (std::size_t w = 0; w < 4; ++w)
+          road.at(points[w].x_m, points[w].y_m, level, 1, cars[w]);
+    }
+    if (road.surface() != nullptr && crg::available(crg::StripKernel::Avx2)) {
+      EXPECT_GT(at_once, 20);
+    }
+  }
 }
 
 TEST(Road, TakesGripFromTheFrictionMap) {

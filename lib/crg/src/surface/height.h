@@ -114,7 +114,10 @@ class HeightField {
   [[gnu::always_inline]] void prefetch(bool back, const float* node) const noexcept {
     prefetch_row(node, ahead_bytes(back));
   }
+  double u_begin_m() const { return u_begin_m_; }
   double u_end_m() const { return u_end_m_; }
+  double u_step_m() const { return u_step_m_; }
+  double per_u_step() const { return per_u_step_; }
   double v_right_m() const { return v_right_m_; }
   double v_left_m() const { return v_left_m_; }
   double v_step_m(std::size_t column) const {

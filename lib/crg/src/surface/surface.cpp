@@ -179,18 +179,11 @@ inline Heading Surface::Data::direction(const Place& place) const noexcept {
                                                            bool inside, double x_m, double y_m,
                                                            double u_per_metre,
                                                            double friction_there) const noexcept {
-  const SegmentFrame& frame = locator.records()[place.segment].frame;
   const auto [heading_rad, curvature_1pm] = direction(place);
-  // Along the mitre line both v and the place along the segment change.
-  const double lean = frame.begin_lean + place.fraction * frame.lean_change;
-  const double along = height.dzdu * u_per_metre;
-  const double across = height.dzdv - lean * along;
-  const Two direction = two_at(&frame.cos);
-  const Two gradient = both(along) * direction +
-                       Two{-across, across} * __builtin_shufflevector(direction, direction, 1, 0);
-  const Two squares = gradient * gradient;
+  const Two slope = gradient(place, height, u_per_metre);
+  const Two squares = slope * slope;
   const double normal_z = 1.0 / std::sqrt(1.0 + squares[0] + squares[1]);
-  const Two normal = gradient * both(-normal_z);
+  const Two normal = slope * both(-normal_z);
   return {.valid = true,
           .inside = inside,
           .u_m = u_of(place),
@@ -198,8 +191,8 @@ inline Heading Surface::Data::direction(const Place& place) const noexcept {
           .x_m = x_m,
           .y_m = y_m,
           .z_m = height.z_m,
-          .dzdx = gradient[0],
-          .dzdy = gradient[1],
+          .dzdx = slope[0],
+          .dzdy = slope[1],
           .heading_rad = heading_rad,
           .curvature_1pm = curvature_1pm,
           .normal_x = normal[0],

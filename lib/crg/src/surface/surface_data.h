@@ -34,6 +34,9 @@ struct Surface::Data {
   Sample answer(const Place& place, const Height& height, bool inside, double x_m, double y_m,
                 double u_per_metre, double friction_there) const noexcept;
   Sample at(double x_m, double y_m, Cursor& cursor) const noexcept;
+  Ground ground_far(double x_m, double y_m, Cursor& cursor) const noexcept;
+  Ground ground_there(const Place& place, double x_m, double y_m) const noexcept;
+  Two gradient(const Place& place, const Height& height, double u_per_metre) const noexcept;
   double z_of(const Place& place) const noexcept;
   template <typename PointAt>
   void many(std::size_t count, const PointAt& point_at, Sample* out, Cursor& cursor) const noexcept;
@@ -79,5 +82,18 @@ struct Surface::Data {
   Rest rest_;
   mutable std::once_flag file_made_, line_made_;
 };
+
+// In map axes.
+[[gnu::always_inline]] inline Two Surface::Data::gradient(const Place& place, const Height& height,
+                                                          double u_per_metre) const noexcept {
+  const SegmentFrame& frame = locator.records()[place.segment].frame;
+  // Along the mitre line both v and the place along the segment change.
+  const double lean = frame.begin_lean + place.fraction * frame.lean_change;
+  const double along = height.dzdu * u_per_metre;
+  const double across = height.dzdv - lean * along;
+  const Two direction = two_at(&frame.cos);
+  return both(along) * direction +
+         Two{-across, across} * __builtin_shufflevector(direction, direction, 1, 0);
+}
 
 }  // namespace crg

@@ -77,9 +77,10 @@ KERBSTONE_AVX2_INLINE At<T> at(const T* base, std::size_t stride, __m128i number
           base + stride * static_cast<std::uint32_t>(high), base + stride * (high >> 32U)};
 }
 
-// Where each wheel is on its segment.
+// Where each wheel is on its segment, and how that lies.
 struct Places {
   __m256d fraction, v_m;
+  __m256d cos, sin, width, begin_lean, lean_change;
 };
 
 // False: one of them is not certain to be on the expected segment.
@@ -107,19 +108,23 @@ KERBSTONE_AVX2_INLINE bool places_on(const At<double>& record, const Point2* poi
                     _mm256_cmp_pd(fraction, _mm256_set1_pd(1.0 - kNearMitre), _CMP_LT_OQ));
   const __m256d across =
       _mm256_and_pd(_mm256_cmp_pd(v, right, _CMP_GE_OQ), _mm256_cmp_pd(v, left, _CMP_LE_OQ));
-  places = {fraction, v};
+  places = {fraction, v, cos, sin, width, begin_lean, lean_change};
   return _mm256_movemask_pd(_mm256_and_pd(along, across)) == 15;
 }
 
-// Heights of the road there; NaN where it has none.
-KERBSTONE_AVX2_INLINE __m256d heights_at(const HeightField& heights, __m128i row,
-                                         const Places& places, bool back) {
-  const __m256d columns =
-      _mm256_mul_pd(_mm256_sub_pd(places.v_m, _mm256_set1_pd(heights.v_right_m())),
-                    _mm256_set1_pd(heights.per_v_step()));
+// Nodes around each wheel, the line beside it, and where it is between them.
+struct Cells {
+  Pairs low, high;
+  Two here, next;
+  __m256d fv;
+};
+
+KERBSTONE_AVX2_INLINE Cells cells_at(const HeightField& heights, __m128i row, __m256d v_m,
+                                     bool back) {
+  const __m256d columns = _mm256_mul_pd(_mm256_sub_pd(v_m, _mm256_set1_pd(heights.v_right_m())),
+                                        _mm256_set1_pd(heights.per_v_step()));
   const auto in_row = static_cast<int>(heights.columns());
   const __m128i column = _mm_min_epi32(_mm256_cvttpd_epi32(columns), _mm_set1_epi32(in_row - 2));
-  const __m256d fv = _mm256_sub_pd(columns, _mm256_cvtepi32_pd(column));
   const At<float> node = at(heights.node(0, 0), 1,
                             _mm_add_epi32(_mm_mullo_epi32(row, _mm_set1_epi32(in_row)), column));
   const std::ptrdiff_t ahead = heights.ahead_bytes(back);
@@ -127,16 +132,60 @@ KERBSTONE_AVX2_INLINE __m256d heights_at(const HeightField& heights, __m128i row
   prefetch_row(node.of_2, ahead);
   prefetch_row(node.of_1, ahead);
   prefetch_row(node.of_3, ahead);
-
-  const Pairs low = pairs(node, 0), high = pairs(node, heights.columns());
-  const __m256d grid = between(between(low.right, low.left, fv), between(high.right, high.left, fv),
-                               places.fraction);
   const At<double> line =
       at(reinterpret_cast<const double*>(heights.line()), sizeof(LineNode) / sizeof(double), row);
-  const Two here = parted(line, 0), next = parted(line, 2);
+  return {pairs(node, 0), pairs(node, heights.columns()), parted(line, 0), parted(line, 2),
+          _mm256_sub_pd(columns, _mm256_cvtepi32_pd(column))};
+}
+
+// Heights of the road there; NaN where it has none.
+KERBSTONE_AVX2_INLINE __m256d heights_at(const HeightField& heights, __m128i row,
+                                         const Places& places, bool back) {
+  const Cells c = cells_at(heights, row, places.v_m, back);
+  const __m256d grid = between(between(c.low.right, c.low.left, c.fv),
+                               between(c.high.right, c.high.left, c.fv), places.fraction);
   return _mm256_add_pd(
-      _mm256_add_pd(grid, between(here.first, next.first, places.fraction)),
-      _mm256_mul_pd(between(here.second, next.second, places.fraction), places.v_m));
+      _mm256_add_pd(grid, between(c.here.first, c.next.first, places.fraction)),
+      _mm256_mul_pd(between(c.here.second, c.next.second, places.fraction), places.v_m));
+}
+
+// HeightField::at_simple(), then the slope as a Sample has it.
+struct Slopes {
+  __m256d z_m, dzdx, dzdy;
+};
+
+KERBSTONE_AVX2_INLINE Slopes slopes_at(const HeightField& heights, __m128i row,
+                                       const Places& places, bool back) {
+  const Cells c = cells_at(heights, row, places.v_m, back);
+  const __m256d fu = places.fraction, v = places.v_m;
+  const __m256d low_step = _mm256_sub_pd(c.low.left, c.low.right),
+                high_step = _mm256_sub_pd(c.high.left, c.high.right);
+  const __m256d low = _mm256_add_pd(c.low.right, _mm256_mul_pd(c.fv, low_step)),
+                high = _mm256_add_pd(c.high.right, _mm256_mul_pd(c.fv, high_step));
+  const __m256d change = _mm256_sub_pd(high, low);
+  const __m256d grid = _mm256_add_pd(low, _mm256_mul_pd(fu, change));
+  const __m256d step = between(low_step, high_step, fu);
+  const __m256d line_change = _mm256_sub_pd(c.next.first, c.here.first),
+                bank_change = _mm256_sub_pd(c.next.second, c.here.second);
+  const __m256d line = _mm256_add_pd(c.here.first, _mm256_mul_pd(fu, line_change)),
+                bank = _mm256_add_pd(c.here.second, _mm256_mul_pd(fu, bank_change));
+  const __m256d along_u = _mm256_mul_pd(
+      _mm256_add_pd(_mm256_add_pd(change, line_change), _mm256_mul_pd(bank_change, v)),
+      _mm256_set1_pd(heights.per_u_step()));
+  const __m256d along_v =
+      _mm256_add_pd(_mm256_mul_pd(step, _mm256_set1_pd(heights.per_v_step())), bank);
+  const __m256d along =
+      _mm256_mul_pd(along_u, _mm256_div_pd(_mm256_set1_pd(heights.u_step_m()), places.width));
+  const __m256d lean = _mm256_add_pd(places.begin_lean, _mm256_mul_pd(fu, places.lean_change));
+  const __m256d across = _mm256_sub_pd(along_v, _mm256_mul_pd(lean, along));
+  return {_mm256_add_pd(_mm256_add_pd(grid, line), _mm256_mul_pd(bank, v)),
+          _mm256_sub_pd(_mm256_mul_pd(along, places.cos), _mm256_mul_pd(across, places.sin)),
+          _mm256_add_pd(_mm256_mul_pd(along, places.sin), _mm256_mul_pd(across, places.cos))};
+}
+
+// In the order of the wheels.
+KERBSTONE_AVX2_INLINE void put(std::array<double, 4>& to, __m256d lanes) {
+  _mm256_storeu_pd(to.data(), _mm256_permute4x64_pd(lanes, 0xD8));
 }
 
 // segment_ahead() of four cursors, in the order of the lanes.
@@ -183,9 +232,57 @@ KERBSTONE_AVX2 bool z_of_four_wheels(const Locator& locator, const HeightField& 
   return true;
 }
 
+KERBSTONE_AVX2 bool ground_of_four_points(const Locator& locator, const HeightField& heights,
+                                          double least_width_m, const Point2* points,
+                                          Cursor* const* cursors, FourGrounds& out) noexcept {
+  const std::size_t of_0 = segment_ahead(*cursors[0]), of_1 = segment_ahead(*cursors[1]),
+                    of_2 = segment_ahead(*cursors[2]), of_3 = segment_ahead(*cursors[3]);
+  const std::size_t end = locator.segments();
+  if (of_0 >= end || of_1 >= end || of_2 >= end || of_3 >= end) return false;
+  const auto* records = reinterpret_cast<const double*>(locator.records());
+  constexpr std::size_t kRecord = sizeof(SegmentRecord) / sizeof(double);
+  Places places;
+  if (!places_on({records + kRecord * of_0, records + kRecord * of_2, records + kRecord * of_1,
+                  records + kRecord * of_3},
+                 points, places))
+    return false;
+  double* const of[] = {&cursors[0]->last, &cursors[1]->last, &cursors[2]->last, &cursors[3]->last};
+  const auto [before, expected] = parted(both(of[0], of[1]), both(of[2], of[3]));
+  const __m128i row = segments_ahead(expected);
+  const Slopes slopes = slopes_at(
+      heights, row, places, _mm256_movemask_pd(_mm256_cmp_pd(expected, before, _CMP_LT_OQ)) == 15);
+  const __m256d known =
+      _mm256_and_pd(_mm256_cmp_pd(slopes.z_m, slopes.z_m, _CMP_ORD_Q),
+                    _mm256_cmp_pd(places.width, _mm256_set1_pd(least_width_m), _CMP_GE_OQ));
+  if (_mm256_movemask_pd(known) != 15) return false;
+  const __m256d u =
+      _mm256_add_pd(_mm256_set1_pd(heights.u_begin_m()),
+                    _mm256_mul_pd(_mm256_add_pd(_mm256_cvtepi32_pd(row), places.fraction),
+                                  _mm256_set1_pd(heights.u_step_m())));
+  put(out.u_m, u);
+  put(out.v_m, places.v_m);
+  put(out.z_m, slopes.z_m);
+  put(out.dzdx, slopes.dzdx);
+  put(out.dzdy, slopes.dzdy);
+  const __m256d begin = _mm256_and_pd(expected, _mm256_castsi256_pd(_mm256_set1_epi64x(
+                                                    static_cast<std::int64_t>(kSegmentMask)))),
+                now = _mm256_add_pd(begin, places.fraction);
+  const __m256d ahead = _mm256_add_pd(now, _mm256_sub_pd(now, before));
+  const __m256d first = _mm256_unpacklo_pd(now, ahead), last = _mm256_unpackhi_pd(now, ahead);
+  _mm_storeu_pd(of[0], _mm256_castpd256_pd128(first));
+  _mm_storeu_pd(of[1], _mm256_extractf128_pd(first, 1));
+  _mm_storeu_pd(of[2], _mm256_castpd256_pd128(last));
+  _mm_storeu_pd(of[3], _mm256_extractf128_pd(last, 1));
+  return true;
+}
+
 #else
 
 bool four_wheels_available() noexcept { return false; }
+bool ground_of_four_points(const Locator&, const HeightField&, double, const Point2*,
+                           Cursor* const*, FourGrounds&) noexcept {
+  return false;
+}
 bool z_of_four_wheels(const Locator&, const HeightField&, const Point2*, Cursor*,
                       double*) noexcept {
   return false;

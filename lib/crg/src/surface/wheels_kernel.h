@@ -16,6 +16,11 @@ namespace crg {
 bool z_of_four_wheels(const Locator& locator, const HeightField& heights, const Point2* points,
                       Cursor* cursors, double* z_m) noexcept;
 
+/// The same of Surface::ground_of_four(), but its friction; `least_width_m`: of a cell whose slope
+/// is known.
+bool ground_of_four_points(const Locator& locator, const HeightField& heights, double least_width_m,
+                           const Point2* points, Cursor* const* cursors, FourGrounds& out) noexcept;
+
 bool four_wheels_available() noexcept;
 
 }  // namespace crg

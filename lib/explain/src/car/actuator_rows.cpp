@@ -38,8 +38,7 @@ void actuator_rows(std::vector<double>& out, const std::vector<double>& measured
     if (step >= kSubsteps * 20) out[i] = measured[i] - (from + amplitude * (moved - from));
     // The command's mean over the substep that follows.
     for (int k = 0; k < kSubsteps; ++k)
-      vehicle::laws::move(actuator, step++, from + (k + 0.5) / kSubsteps * (to - from), response,
-                          kSubstep_s);
+      vehicle::laws::move(actuator, step++, from + (k + 0.5) / kSubsteps * (to - from), response);
   }
 }
 

@@ -197,8 +197,7 @@ std::string Commands::act(const std::vector<double>& said) {
   for (std::size_t k = 0; k < said.size(); ++k) {
     values.push_back(are_[k].to_signal(said[k]));
     if (are_[k].has_actuator())
-      values[k] = vehicle::laws::move(moving_.actuators[k], moving_.step, values[k], responses_[k],
-                                      step_s_);
+      values[k] = vehicle::laws::move(moving_.actuators[k], moving_.step, values[k], responses_[k]);
     // An actuator may swing beyond where it goes.
     const UnitVariable& variable = *numbers_.places()[k].variable;
     values[k] = std::clamp(values[k], variable.low, variable.high);

@@ -92,7 +92,7 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
   const auto through = [&](laws::Actuator<T>& actuator, Term term, const T& command,
                            const laws::Response<T>& by) {
     if (is_exactly_zero(car.terms[term])) return command;
-    const T moved = laws::move(actuator, d.step, command, by, step_s);
+    const T moved = laws::move(actuator, d.step, command, by);
     return T(command + car.terms[term] * (moved - command));
   };
   Inputs<T> in;

@@ -31,13 +31,22 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   dynamics::Evaluation<T, Built> e{car, s, in, out, detail};
   detail.to_map = e.R;
   move_body(e);
-  for (std::size_t i = 0; i < kWheels; ++i) {
-    const dynamics::WheelPose<T> pose = place_wheel(e, i);
-    const dynamics::Touch<T> touch = touch_road(e, i, pose, road, cursors);
-    const TyreFactors<T> factors = tyre_factors(e, i);
-    slip_tyre(e, i, factors);
-    add_tyre(e, i, pull_tyre(e, i, factors), touch);
-    heat_tread(e, i);
+  for (std::size_t axle = 0; axle < 2; ++axle) {
+    const std::array<std::size_t, 2> wheels{2 * axle, 2 * axle + 1};
+    std::array<dynamics::Touch<T>, 2> touch;
+    std::array<TyreFactors<T>, 2> factors;
+    for (const std::size_t i : wheels) {
+      const dynamics::WheelPose<T> pose = place_wheel(e, i);
+      touch[i % 2] = touch_road(e, i, pose, road, cursors);
+      factors[i % 2] = tyre_factors(e, i);
+    }
+    if (e.active(Term::tyre_relaxation)) stiffen_tyres(e, axle, factors);
+    for (const std::size_t i : wheels) slip_tyre(e, i, factors[i % 2]);
+    const std::array<TyreForces<T>, 2> forces = pull_tyres(e, axle, factors);
+    for (const std::size_t i : wheels) {
+      add_tyre(e, i, forces[i % 2], touch[i % 2]);
+      heat_tread(e, i);
+    }
   }
   press_springs(e);
   blow_air(e);

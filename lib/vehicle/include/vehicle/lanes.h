@@ -7,9 +7,14 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
 
 namespace vehicle {
 
@@ -66,6 +71,12 @@ T smaller(const T& a, const T& b) {
 template <int N>
 struct Vectors;
 template <>
+struct Vectors<2> {
+  using Doubles [[gnu::vector_size(16)]] = double;
+  using Ints [[gnu::vector_size(16)]] = std::int64_t;
+  using Bits [[gnu::vector_size(16)]] = std::uint64_t;
+};
+template <>
 struct Vectors<4> {
   using Doubles [[gnu::vector_size(32)]] = double;
   using Ints [[gnu::vector_size(32)]] = std::int64_t;
@@ -100,9 +111,18 @@ struct Mask {
   [[gnu::always_inline]] friend Mask operator!(const Mask& a) { return Mask(Vector(~a.v)); }
 };
 
-// For the instruction set that the pack is for, in lanes/native.h: any() and sqrt().
+// For the instruction set that the pack is for: any() and sqrt(); of two lanes below, of more in
+// lanes/native.h.
 template <int N>
 bool any(const Mask<N>& which);
+template <>
+[[gnu::always_inline]] inline bool any(const Mask<2>& which) {
+#if defined(__SSE2__)
+  return _mm_movemask_pd(reinterpret_cast<__m128d>(which.v)) != 0;
+#else
+  return (which.v[0] | which.v[1]) != 0;
+#endif
+}
 template <int N>
 [[gnu::always_inline]] inline bool all(const Mask<N>& which) {
   return !any(!which);
@@ -207,4 +227,23 @@ template <int N>
   const typename Pack<N>::Bits bits = x.bits() & 0x7fffffffffffffffu;
   return Pack<N>(reinterpret_cast<typename Pack<N>::Vector>(bits));
 }
+
+// Packs of two are of one car: its left and right wheel, two of its angles. Every processor has
+// them.
+[[gnu::always_inline]] inline Pack<2> pair(double first, double second) {
+  return Pack<2>(Pack<2>::Vector{first, second});
+}
+[[gnu::always_inline]] inline Pack<2> looked_up(const double* table, const Pack<2>& shifted,
+                                                std::uint64_t bits) {
+  const Pack<2>::Bits index = shifted.bits() & bits;
+  return pair(table[index[0]], table[index[1]]);
+}
+[[gnu::always_inline]] inline Pack<2> sqrt(const Pack<2>& x) {
+#if defined(__SSE2__)
+  return Pack<2>(_mm_sqrt_pd(x.v));
+#else
+  return pair(std::sqrt(x[0]), std::sqrt(x[1]));
+#endif
+}
+
 }  // namespace vehicle

@@ -6,9 +6,11 @@
 // Arguments far from what laws ask go to the library's own functions, number by number.
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <type_traits>
 
 #include "vehicle/lanes.h"
 #include "vehicle/maths_tables.h"
@@ -113,7 +115,7 @@ template <class T>
 /// Of any angle: less whole turns (W. J. Cody and W. Waite, Software Manual for the Elementary
 /// Functions, 1980: in three parts).
 template <class T>
-Waves<T> any_waves(const T& x) {
+[[gnu::always_inline]] inline Waves<T> any_waves(const T& x) {
   const auto turned = [&] {
     const T n = (x * 0.15915494309189535 + kRounder) - kRounder;
     return near_waves(T(((x - n * kTurn[0]) - n * kTurn[1]) - n * kTurn[2]));
@@ -245,6 +247,17 @@ template <int N>
 template <class T>
 Waves<T> waves(const T& x) {
   return {sin(x), cos(x)};
+}
+
+/// Of two angles.
+template <class T>
+std::array<Waves<T>, 2> waves_of(const T& first, const T& second) {
+  if constexpr (std::is_same_v<T, double>) {
+    const Waves<Pack<2>> both = waves(pair(first, second));
+    return {{{both.sine[0], both.cosine[0]}, {both.sine[1], both.cosine[1]}}};
+  } else {
+    return {waves(first), waves(second)};
+  }
 }
 
 /// x at least 0.

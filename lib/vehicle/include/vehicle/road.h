@@ -13,6 +13,7 @@ namespace vehicle {
 /// Where the last queries of a car were found; scratch, never changes an answer.
 struct RoadCursors {
   std::array<crg::Cursor, 4> wheel;
+  std::array<std::array<crg::Cursor, 4>, 4> corner;  ///< of the wheels' patches; first: of a strip
 };
 
 /// One answer about the ground, map frame; T is double or a pack of them.
@@ -43,7 +44,17 @@ class Road {
   RoadPoint at(double x_m, double y_m, double z_near_m, std::size_t wheel,
                RoadCursors& cursors) const noexcept;
 
-  /// The same for a wheel that looks at a strip of samples along `heading_rad`: the plane that its
+  /// at() for one wheel of each of four cars in the usual case, see crg::Surface::ground_of_four;
+  /// else false: ask at() one by one.
+  bool at_four(const std::array<crg::Point2, 4>& places, const std::array<double, 4>& z_near_m,
+               std::size_t wheel, const std::array<RoadCursors*, 4>& cursors,
+               std::array<RoadPoint*, 4> out) const noexcept;
+
+  /// z_m of at() at the four corners of a wheel's patch, in less time.
+  std::array<double, 4> heights_at(const std::array<crg::Point2, 4>& corners, double z_near_m,
+                                   std::size_t wheel, RoadCursors& cursors) const noexcept;
+
+  /// at() for a wheel that looks at a strip of samples along `heading_rad`: the plane that its
   /// two cams touch, averaged over the lines of the strip. Falls back to at() on the plane, where
   /// the strip sees no road, and on the other level of a bridge.
   RoadPoint under_strip(double x_m, double y_m, double z_near_m, double heading_rad,
@@ -53,9 +64,9 @@ class Road {
   const crg::Surface* surface() const { return surface_; }
 
  private:
-  crg::Sample other_leg(double x_m, double y_m, double z_near_m,
-                        const crg::Sample& first) const noexcept;
-  crg::Sample over_seam(const crg::Sample& gap) const noexcept;
+  crg::Ground other_leg(double x_m, double y_m, double z_near_m,
+                        const crg::Ground& first) const noexcept;
+  crg::Ground over_seam(const crg::Ground& gap) const noexcept;
   RoadPoint nearest_valid(const crg::UV& hole) const noexcept;
   RoadPoint beside_level(double x_m, double y_m, double z_near_m, RoadPoint best) const noexcept;
 

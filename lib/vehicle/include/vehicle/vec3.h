@@ -81,7 +81,8 @@ struct Attitude {
 
 template <class T>
 Attitude<T> attitude(const T& roll, const T& pitch, const T& yaw) {
-  const auto r = maths::waves(roll), p = maths::waves(pitch), y = maths::waves(yaw);
+  const auto [r, p] = maths::waves_of(roll, pitch);
+  const auto y = maths::waves(yaw);
   return {r.cosine, r.sine, p.cosine, p.sine, y.cosine, y.sine};
 }
 

@@ -21,25 +21,32 @@ struct Lane {
   bool suspect = false;                ///< and should be judged
 };
 
-/// The ground under a wheel of one car: ground_under() of the single step.
-RoadPoint ground_of(const Lane& lane, const Road& road, std::size_t wheel, double x_m, double y_m,
-                    double z_near_m, double heading_x, double heading_y);
+/// Where one wheel of each of four cars asks for the ground.
+struct FourAsk {
+  std::array<double, 4> x_m, y_m, z_near_m, heading_x, heading_y;
+};
+
+/// The ground under a wheel of four cars: ground_under() of the single step. Cars without a `sim`
+/// have none.
+void ground_of(std::span<Lane, 4> lanes, const Road& road, std::size_t wheel, const FourAsk& ask,
+               std::span<RoadPoint, 4> points);
 
 /// settle_ledges() of the single step, for one car that met one.
 void settle_ledges_of(Lane& lane, double step_s, const State<double>& s, State<double>& rate,
                       Detail<double>& detail);
+
+inline constexpr std::size_t kMostLanes = 8;
 
 /// Steps up to as many cars as it has lanes; the cars' parameters are inside.
 class Kernel {
  public:
   virtual ~Kernel();  // not here: others would share its code
   /// Lanes in the order of the cars; one without anything to step has no `sim`, but not all.
-  virtual void step(std::span<Lane> lanes, const Road& road, const StepOptions& options) = 0;
+  virtual void step(std::span<Lane, kMostLanes> lanes, const Road& road,
+                    const StepOptions& options) = 0;
   /// These parameters of its cars, in their order, as they are now.
   virtual void take(std::span<const Car<double>* const> cars, std::span<const Parameter> which) = 0;
 };
-
-inline constexpr std::size_t kMostLanes = 8;
 
 /// For at most four and eight cars.
 std::unique_ptr<Kernel> make_avx2_kernel(std::span<const Car<double>* const> cars);

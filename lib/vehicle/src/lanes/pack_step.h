@@ -63,10 +63,18 @@ dynamics::Ground<Pack<N>> ground_under(const PackRoads<N>& roads, const Car<Pack
                                        const Pack<N>& heading_y, NoCursors&,
                                        RoadPointOf<Pack<N>>& point) {
   std::array<RoadPoint, N>& points = roads.points[wheel];
-  for (std::size_t k = 0; k < N; ++k)
-    if (roads.whose[k] == k)
-      points[k] = ground_of(roads.lanes[k], roads.road, wheel, x_m[k], y_m[k], z_near_m[k],
-                            heading_x[k], heading_y[k]);
+  for (std::size_t begin = 0; begin < N; begin += 4) {
+    FourAsk ask;
+    for (std::size_t k = 0; k < 4; ++k) {
+      ask.x_m[k] = x_m[begin + k];
+      ask.y_m[k] = y_m[begin + k];
+      ask.z_near_m[k] = z_near_m[begin + k];
+      ask.heading_x[k] = heading_x[begin + k];
+      ask.heading_y[k] = heading_y[begin + k];
+    }
+    ground_of(roads.lanes.subspan(begin).template first<4>(), roads.road, wheel, ask,
+              std::span<RoadPoint, 4>(points.data() + begin, 4));
+  }
   for (std::size_t k = 0; k < N; ++k) {
     const RoadPoint& own = points[roads.whose[k]];
     point.z_m.set(k, own.z_m);
@@ -103,7 +111,9 @@ class PackKernel final : public Kernel {
     }
   }
 
-  void step(std::span<Lane> lanes, const Road& road, const StepOptions& options) override {
+  void step(std::span<Lane, kMostLanes> all, const Road& road,
+            const StepOptions& options) override {
+    const std::span<Lane> lanes = all.template first<N>();
     const double h = options.step_s;
     State<T> s, rate;
     Inputs<T> in;
@@ -111,7 +121,7 @@ class PackKernel final : public Kernel {
     std::size_t driven = 0;
     while (lanes[driven].sim == nullptr) ++driven;
     for (std::size_t k = 0; k < N; ++k) {
-      whose[k] = k < lanes.size() && lanes[k].sim != nullptr ? k : driven;
+      whose[k] = lanes[k].sim != nullptr ? k : driven;
       take_lane(lanes[whose[k]], k, s, in);
     }
     std::array<std::array<RoadPoint, N>, kWheels> points;

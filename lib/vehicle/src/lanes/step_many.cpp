@@ -52,13 +52,29 @@ std::unique_ptr<Kernel> make_kernel([[maybe_unused]] Lanes lanes,
 
 Kernel::~Kernel() = default;
 
-RoadPoint ground_of(const Lane& lane, const Road& road, std::size_t wheel, double x_m, double y_m,
-                    double z_near_m, double heading_x, double heading_y) {
-  RoadPoint point;
-  const dynamics::Ground<double> ground = dynamics::ground_under(
-      road, *lane.car, wheel, x_m, y_m, z_near_m, heading_x, heading_y, lane.sim->cursors, point);
-  point.z_m = ground.z_m;
-  return point;
+void ground_of(std::span<Lane, 4> lanes, const Road& road, std::size_t wheel, const FourAsk& ask,
+               std::span<RoadPoint, 4> points) {
+  std::size_t driven = 0;
+  std::array<crg::Point2, 4> places;
+  std::array<RoadCursors*, 4> cursors{};
+  for (std::size_t k = 0; k < 4; ++k) {
+    places[k] = {ask.x_m[k], ask.y_m[k]};
+    if (lanes[k].sim == nullptr) continue;
+    cursors[k] = &lanes[k].sim->cursors;
+    ++driven;
+  }
+  const bool known = driven == 4 && lanes[0].car->contact != Contact::kStrip &&
+                     road.at_four(places, ask.z_near_m, wheel, cursors,
+                                  {&points[0], &points[1], &points[2], &points[3]});
+  for (std::size_t k = 0; k < 4; ++k) {
+    if (cursors[k] == nullptr) continue;
+    const auto asked = [&](const auto& ground) {
+      return ground(road, *lanes[k].car, wheel, ask.x_m[k], ask.y_m[k], ask.z_near_m[k],
+                    ask.heading_x[k], ask.heading_y[k], *cursors[k], points[k]);
+    };
+    points[k].z_m =
+        (known ? asked(dynamics::rest_on<double>) : asked(dynamics::ground_under<double>)).z_m;
+  }
 }
 
 void settle_ledges_of(Lane& lane, double step_s, const State<double>& s, State<double>& rate,
@@ -156,7 +172,7 @@ void step_many(CarPacks& packs, std::span<Simulation<double>> sims,
       lanes[k].in = &inputs[k];
       lanes[k].detail = details.empty() ? nullptr : &details[i];
     }
-    pack.kernel->step(lanes, road, options);
+    pack.kernel->step(all, road, options);
     for (std::size_t k = 0; k < lanes.size(); ++k) {
       if (lanes[k].sim == nullptr) continue;
       Simulation<double>& sim = *lanes[k].sim;

@@ -61,7 +61,7 @@ RoadPoint Road::at(double x_m, double y_m, double z_near_m, std::size_t wheel,
     out.v_m = y_m;
     return out;
   }
-  crg::Sample sample = surface_->at_xy(x_m, y_m, cursors.wheel[wheel]);
+  crg::Ground sample = surface_->ground_at_xy(x_m, y_m, cursors.wheel[wheel]);
   if (std::abs(sample.z_m - z_near_m) > kOtherLevel_m || (!sample.valid && std::isfinite(z_near_m)))
     sample = other_leg(x_m, y_m, z_near_m, sample);
   if (!sample.valid) sample = over_seam(sample);
@@ -80,6 +80,37 @@ RoadPoint Road::at(double x_m, double y_m, double z_near_m, std::size_t wheel,
   return beside_level(x_m, y_m, z_near_m, out);
 }
 
+bool Road::at_four(const std::array<crg::Point2, 4>& places, const std::array<double, 4>& z_near_m,
+                   std::size_t wheel, const std::array<RoadCursors*, 4>& cursors,
+                   std::array<RoadPoint*, 4> out) const noexcept {
+  if (surface_ == nullptr) return false;
+  crg::FourGrounds there;
+  if (!surface_->ground_of_four(places,
+                                {&cursors[0]->wheel[wheel], &cursors[1]->wheel[wheel],
+                                 &cursors[2]->wheel[wheel], &cursors[3]->wheel[wheel]},
+                                there))
+    return false;
+  for (std::size_t k = 0; k < 4; ++k)
+    if (!(std::abs(there.z_m[k] - z_near_m[k]) <= kOtherLevel_m)) return false;
+  for (std::size_t k = 0; k < 4; ++k)
+    *out[k] = {there.z_m[k], there.dzdx[k], there.dzdy[k], there.friction,
+               there.u_m[k], there.v_m[k],  true};
+  return true;
+}
+
+std::array<double, 4> Road::heights_at(const std::array<crg::Point2, 4>& corners, double z_near_m,
+                                       std::size_t wheel, RoadCursors& cursors) const noexcept {
+  std::array<double, 4> z_m;
+  if (surface_ != nullptr) surface_->z_at_xy(corners, cursors.corner[wheel], z_m);
+  for (std::size_t k = 0; k < 4; ++k) {
+    // On the grid at this level at() changes nothing.
+    const double away = std::isfinite(z_near_m) ? std::abs(z_m[k] - z_near_m) : 0.0 * z_m[k];
+    if (surface_ == nullptr || !(away <= kOtherLevel_m))
+      z_m[k] = at(corners[k].x_m, corners[k].y_m, z_near_m, wheel, cursors).z_m;
+  }
+  return z_m;
+}
+
 RoadPoint Road::under_strip(double x_m, double y_m, double z_near_m, double heading_rad,
                             const StripShape& shape, const Cams& cams, std::size_t wheel,
                             RoadCursors& cursors) const noexcept {
@@ -94,7 +125,8 @@ RoadPoint Road::under_strip(double x_m, double y_m, double z_near_m, double head
   strip.along = shape.along;
   strip.across = shape.across;
   strip.step_m = shape.step_m;
-  const double base_m = surface_->strip(strip, samples, cursors.wheel[wheel]);
+  // Its own cursor: that of the point expects the wheel to go on.
+  const double base_m = surface_->strip(strip, samples, cursors.corner[wheel].front());
   if (!(std::abs(base_m - z_near_m) < 4.0 * kOtherLevel_m)) return point;
 
   // Lowest position of both cams over every line: they rest on the highest sample they reach.
@@ -142,13 +174,13 @@ RoadPoint Road::under_strip(double x_m, double y_m, double z_near_m, double head
   return point;
 }
 
-crg::Sample Road::other_leg(double x_m, double y_m, double z_near_m,
-                            const crg::Sample& first) const noexcept {
-  crg::Sample best = first;
+crg::Ground Road::other_leg(double x_m, double y_m, double z_near_m,
+                            const crg::Ground& first) const noexcept {
+  crg::Ground best = first;
   // Beside the road or over a hole, only a leg at this height; not one that passes far above.
   double distance = first.valid ? std::abs(first.z_m - z_near_m) : kOtherLevel_m;
   each_leg(*surface_, x_m, y_m, 0.0, [&](const crg::UV& place) {
-    const crg::Sample sample = surface_->at_uv(place.u_m, place.v_m);
+    const crg::Ground sample(surface_->at_uv(place.u_m, place.v_m));
     if (!sample.valid || !sample.inside) return;
     const double away = std::abs(sample.z_m - z_near_m);
     if (away < distance) {
@@ -161,12 +193,12 @@ crg::Sample Road::other_leg(double x_m, double y_m, double z_near_m,
 
 /// A closed road has no end: what lies between its last row and its first has the height of the
 /// nearer one.
-crg::Sample Road::over_seam(const crg::Sample& gap) const noexcept {
+crg::Ground Road::over_seam(const crg::Ground& gap) const noexcept {
   if (!surface_->closed()) return gap;
   const crg::Grid& grid = surface_->grid();
   const double u_m = std::clamp(gap.u_m, grid.u_begin_m, grid.u_of(grid.rows() - 1));
   if (u_m == gap.u_m || std::abs(u_m - gap.u_m) > grid.u_step_m) return gap;
-  return surface_->at_uv(u_m, gap.v_m);
+  return crg::Ground(surface_->at_uv(u_m, gap.v_m));
 }
 
 RoadPoint Road::nearest_valid(const crg::UV& hole) const noexcept {

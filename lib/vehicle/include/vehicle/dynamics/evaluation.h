@@ -40,7 +40,8 @@ struct Evaluation {
   std::array<T, kWheels> slide2{}, spin{};  ///< square of the slide; spin against the body
 
   // Filled on the way.
-  std::array<Stiffness<T>, kWheels> upright{};  ///< of the tyres, by the term tyre_relaxation
+  std::array<Stiffness<T>, kWheels> upright{};       ///< of the tyres, by the term tyre_relaxation
+  std::array<Stiffness<Pack<2>>, 2> upright_pair{};  ///< the same by axle, where T is double
   T map_torque = T(0);  ///< of the engine map or the air path, N m: what the fuel is for
 
   /// Whether a term is built and acts at all.

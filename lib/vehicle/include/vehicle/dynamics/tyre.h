@@ -1,7 +1,9 @@
 // What a tyre does at its contact: factors, slip, forces, heat.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <type_traits>
 
 #include "vehicle/dynamics/wheel.h"
 #include "vehicle/laws/contact_patch.h"
@@ -59,7 +61,7 @@ void relax_tyre(Evaluation<T, Built>& e, std::size_t i, const TyreFactors<T>& fa
   const T& pressure = e.p.axle(axle_of(i), P::front_tyre_pressure_pa);
   const T &u_x = e.s[kSlipX + i], &u_y = e.s[kSlipY + i];
   T &rate_x = e.out[kSlipX + i], &rate_y = e.out[kSlipY + i];
-  const Stiffness<T>& origin = e.upright[i] = tyre_stiffness(tyre, w.fz_n, pressure, factors);
+  const Stiffness<T>& origin = e.upright[i];
   const Relaxation<T> sigma = relaxation_lengths(tyre, w.fz_n, origin.slip_n, origin.cornering_npr,
                                                  T(w.camber_rad * factors.camber), pressure);
   const bool damped = e.active(Term::tyre_carcass_damping);
@@ -118,35 +120,43 @@ void slip_tyre(Evaluation<T, Built>& e, std::size_t i, const TyreFactors<T>& fac
   w.tan_alpha = laws::clip(w.tan_alpha, -laws::kLargestSlip, laws::kLargestSlip);
 }
 
-/// The tyre formula's answer, with turn slip where the file and its term have it.
+/// What the tyre formula is asked, as if the tyre were on the side of the car that the file's is:
+/// `side` -1 where it is not.
 template <class T, TermSet Built>
-TyreForces<T> pull_tyre(const Evaluation<T, Built>& e, std::size_t i,
-                        const TyreFactors<T>& factors) {
+TyreInput<T> ask_tyre(const Evaluation<T, Built>& e, std::size_t i, double side) {
   using P = Parameter;
   using std::abs;
   const std::size_t a = axle_of(i);
   const WheelDetail<T>& w = e.detail.wheel[i];
-  const TyreCoefficients& tyre = e.files.tyre[a];
   TyreInput<T> slip;
   slip.fz_n = w.fz_n;
   slip.kappa = w.kappa;
-  slip.tan_alpha = w.tan_alpha;
-  slip.gamma_rad = w.camber_rad;
+  slip.tan_alpha = side * w.tan_alpha;
+  slip.gamma_rad = side * w.camber_rad;
   slip.vx_mps = w.vx_mps;
   slip.pressure_pa = e.p.axle(a, P::front_tyre_pressure_pa);
-  if (e.active(Term::tyre_relaxation)) slip.upright = &e.upright[i];
+  if (has_turn_slip(e.files.tyre[a]) && e.active(Term::tyre_turn_slip)) {
+    const T turning = dot(e.omega, w.normal) + (a == 0 ? e.in.steer_rate_radps : T(0));
+    slip.turn_1pm = side * (turning / larger(T(abs(w.vx_mps)), e.p[P::tyre_turn_speed_mps]));
+  }
+  return slip;
+}
+
+/// The tyre formula's answer, with turn slip where the file and its term have it. U: T, or a pack
+/// of both wheels of the axle.
+template <class U, class T, TermSet Built>
+TyreForces<U> pull_tyre(const Evaluation<T, Built>& e, std::size_t axle, TyreInput<U> slip,
+                        const Stiffness<U>& upright, const TyreFactors<U>& factors) {
+  const TyreCoefficients& tyre = e.files.tyre[axle];
+  if (e.active(Term::tyre_relaxation)) slip.upright = &upright;
   TyreOptions options = e.car.tyre_options;
-  options.mirrored = is_left(i) != tyre.left_side;
   options.moments = e.active(Term::tyre_moments) || e.active(Term::rolling_resistance);
-  if (!has_turn_slip(tyre) || !e.active(Term::tyre_turn_slip))
-    return tyre_forces(tyre, slip, factors, options);
-  const T turning = dot(e.omega, w.normal) + (a == 0 ? e.in.steer_rate_radps : T(0));
-  slip.turn_1pm = turning / larger(T(abs(w.vx_mps)), e.p[P::tyre_turn_speed_mps]);
-  TyreForces<T> f = tyre_forces(tyre, slip, factors, options);
+  TyreForces<U> f = tyre_forces(tyre, slip, factors, options);
+  if (!has_turn_slip(tyre) || !e.active(Term::tyre_turn_slip)) return f;
   const T& k = e.amplitude(Term::tyre_turn_slip);
   if (!is_exactly_zero(T(1.0 - k))) {
-    slip.turn_1pm = T(0);
-    const TyreForces<T> rolling = tyre_forces(tyre, slip, factors, options);
+    slip.turn_1pm = U(0);
+    const TyreForces<U> rolling = tyre_forces(tyre, slip, factors, options);
     f.fx_n = rolling.fx_n + k * (f.fx_n - rolling.fx_n);
     f.fy_n = rolling.fy_n + k * (f.fy_n - rolling.fy_n);
     f.mx_nm = rolling.mx_nm + k * (f.mx_nm - rolling.mx_nm);
@@ -154,6 +164,73 @@ TyreForces<T> pull_tyre(const Evaluation<T, Built>& e, std::size_t i,
     f.mz_nm = rolling.mz_nm + k * (f.mz_nm - rolling.mz_nm);
   }
   return f;
+}
+
+/// Both wheels of an axle as a pack of two, whose lanes have the bits of one wheel after the other.
+inline TyreFactors<Pack<2>> pair(const std::array<TyreFactors<double>, 2>& of) {
+  const auto both = [&](double TyreFactors<double>::*m) {
+    return vehicle::pair(of[0].*m, of[1].*m);
+  };
+  using F = TyreFactors<double>;
+  return {both(&F::grip_x),      both(&F::grip_y),        both(&F::stiffness_x),
+          both(&F::stiffness_y), both(&F::combined_slip), both(&F::load_sensitivity),
+          both(&F::camber)};
+}
+
+/// Stiffnesses of an axle's upright tyres, for the term tyre_relaxation.
+template <class T, TermSet Built>
+void stiffen_tyres(Evaluation<T, Built>& e, std::size_t axle,
+                   const std::array<TyreFactors<T>, 2>& factors) {
+  const TyreCoefficients& tyre = e.files.tyre[axle];
+  const T& pressure = e.p.axle(axle, Parameter::front_tyre_pressure_pa);
+  const auto load = [&](std::size_t k) -> const T& { return e.detail.wheel[2 * axle + k].fz_n; };
+  if constexpr (std::is_same_v<T, double>) {
+    const Stiffness<Pack<2>> both = e.upright_pair[axle] =
+        tyre_stiffness(tyre, vehicle::pair(load(0), load(1)), Pack<2>(pressure), pair(factors));
+    for (std::size_t k = 0; k < 2; ++k)
+      e.upright[2 * axle + k] = {both.slip_n[k], both.cornering_npr[k], both.within_slip_n[k],
+                                 both.within_cornering_npr[k]};
+  } else {
+    for (std::size_t k = 0; k < 2; ++k)
+      e.upright[2 * axle + k] = tyre_stiffness(tyre, load(k), pressure, factors[k]);
+  }
+}
+
+/// Forces and moments of an axle's tyres, left and right.
+template <class T, TermSet Built>
+std::array<TyreForces<T>, 2> pull_tyres(const Evaluation<T, Built>& e, std::size_t axle,
+                                        const std::array<TyreFactors<T>, 2>& factors) {
+  const std::size_t left = 2 * axle;
+  const double side = e.files.tyre[axle].left_side ? 1.0 : -1.0;  // of the left wheel
+  const TyreInput<T> one = ask_tyre(e, left, side), other = ask_tyre(e, left + 1, -side);
+  std::array<TyreForces<T>, 2> out;
+  if constexpr (std::is_same_v<T, double>) {
+    const auto both = [&](double TyreInput<double>::*m) { return vehicle::pair(one.*m, other.*m); };
+    using I = TyreInput<double>;
+    const TyreInput<Pack<2>> slip{both(&I::fz_n),      both(&I::kappa),  both(&I::tan_alpha),
+                                  both(&I::gamma_rad), both(&I::vx_mps), both(&I::pressure_pa),
+                                  both(&I::turn_1pm)};
+    const TyreForces<Pack<2>> f = pull_tyre(e, axle, slip, e.upright_pair[axle], pair(factors));
+    for (std::size_t k = 0; k < 2; ++k)
+      out[k] = {f.fx_n[k],
+                f.fy_n[k],
+                f.mx_nm[k],
+                f.my_nm[k],
+                f.mz_nm[k],
+                f.slip_stiffness_n[k],
+                f.cornering_stiffness_npr[k],
+                f.mu_x[k],
+                f.mu_y[k]};
+  } else {
+    out = {pull_tyre(e, axle, one, e.upright[left], factors[0]),
+           pull_tyre(e, axle, other, e.upright[left + 1], factors[1])};
+  }
+  // Back to the wheel's own side; a tyre in the air keeps its plain zeros.
+  const std::size_t turned = side < 0.0 ? 0 : 1;
+  const auto loaded = e.detail.wheel[left + turned].fz_n > T(0);
+  for (T* x : {&out[turned].fy_n, &out[turned].mx_nm, &out[turned].mz_nm})
+    *x = select(loaded, T(-*x), *x);
+  return out;
 }
 
 /// Adds the tyre's forces and moments to body, travel and spin, and their powers.

@@ -16,30 +16,24 @@ struct Ground {
   Real<T> dzdx, dzdy;
 };
 
+/// What a car's contact makes of the road's answer at (x, y), `point`.
 template <class T>
-Ground<T> ground_under(const Road& road, const Car<T>& car, std::size_t wheel, const T& x_m,
-                       const T& y_m, double z_near_m, double heading_x, double heading_y,
-                       RoadCursors& cursors, RoadPoint& point) {
+Ground<T> rest_on(const Road& road, const Car<T>& car, std::size_t wheel, const T& x_m,
+                  const T& y_m, double z_near_m, double heading_x, double heading_y,
+                  RoadCursors& cursors, RoadPoint& point) {
   const double x = value_of(x_m), y = value_of(y_m);
-  const std::size_t a = axle_of(wheel);
-  if (car.contact == Contact::kStrip) {
-    point = road.under_strip(x, y, z_near_m, std::atan2(heading_y, heading_x), car.strip,
-                             car.cams[a], wheel, cursors);
-  } else {
-    point = road.at(x, y, z_near_m, wheel, cursors);
-  }
   if (car.contact == Contact::kFourPoint) {
+    const std::size_t a = axle_of(wheel);
     const double half_length_m = car.patch[2 * a], half_width_m = car.patch[2 * a + 1];
     const double length = std::hypot(heading_x, heading_y);
     const double fx = heading_x / length, fy = heading_y / length;
-    std::array<double, 4> z;
+    std::array<crg::Point2, 4> corners;
     for (std::size_t k = 0; k < 4; ++k) {
       const double along = k < 2 ? half_length_m : -half_length_m;
       const double across = k % 2 == 0 ? half_width_m : -half_width_m;
-      z[k] = road.at(x + along * fx - across * fy, y + along * fy + across * fx, z_near_m, wheel,
-                     cursors)
-                 .z_m;
+      corners[k] = {x + along * fx - across * fy, y + along * fy + across * fx};
     }
+    const std::array<double, 4> z = road.heights_at(corners, z_near_m, wheel, cursors);
     const double slope_along = (z[0] + z[1] - z[2] - z[3]) / (4.0 * half_length_m);
     const double slope_across = (z[0] - z[1] + z[2] - z[3]) / (4.0 * half_width_m);
     point.z_m = (z[0] + z[1] + z[2] + z[3]) / 4.0;
@@ -47,6 +41,20 @@ Ground<T> ground_under(const Road& road, const Car<T>& car, std::size_t wheel, c
     point.dzdy = slope_along * fy + slope_across * fx;
   }
   return {point.z_m + point.dzdx * (x_m - x) + point.dzdy * (y_m - y), point.dzdx, point.dzdy};
+}
+
+template <class T>
+Ground<T> ground_under(const Road& road, const Car<T>& car, std::size_t wheel, const T& x_m,
+                       const T& y_m, double z_near_m, double heading_x, double heading_y,
+                       RoadCursors& cursors, RoadPoint& point) {
+  const double x = value_of(x_m), y = value_of(y_m);
+  if (car.contact == Contact::kStrip) {
+    point = road.under_strip(x, y, z_near_m, std::atan2(heading_y, heading_x), car.strip,
+                             car.cams[axle_of(wheel)], wheel, cursors);
+  } else {
+    point = road.at(x, y, z_near_m, wheel, cursors);
+  }
+  return rest_on(road, car, wheel, x_m, y_m, z_near_m, heading_x, heading_y, cursors, point);
 }
 
 /// Directions of a wheel, body frame: forward and up in the wheel's own plane.
@@ -71,7 +79,7 @@ WheelPose<T> place_wheel(Evaluation<T, Built>& e, std::size_t i) {
   const T lean = -side * motion.camber_rad;  // rotation about x; the top of the wheel leans right
   T steer = -side * motion.toe_rad;
   if (a == 0) steer += laws::ackermann_angle(e.p, side, e.in.steer_rad);
-  const maths::Waves<T> steered = maths::waves(steer), leaning = maths::waves(lean);
+  const auto [steered, leaning] = maths::waves_of(steer, lean);
   const T &cs = steered.cosine, &ss = steered.sine, &cl = leaning.cosine, &sl = leaning.sine;
   e.axis[i] = {-ss * cl, cs * cl, sl};
   e.spin[i] = e.s[kSpin + i] - dot(e.omega, e.axis[i]);

@@ -1,6 +1,7 @@
 // An actuator: dead time and a transfer function of the second order.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -56,15 +57,20 @@ Transition<T> actuator_transition(const T& lag_s, const T& damping, double step_
 /// How an actuator answers, for steps of one length: made once for many of them.
 template <class T>
 struct Response {
-  T dead_time_s, lead_s;
+  std::int64_t late = 0;  ///< whole steps of dead time
+  T later;                ///< the rest of it, in steps
+  T lead_s;
   bool lags;             ///< else nothing but the dead time
   Transition<T> of_lag;  ///< where it lags
 };
 template <class T>
 Response<T> actuator_response(const T& dead_time_s, const T& lag_s, const T& damping,
                               const T& lead_s, double step_s) {
+  const T delay = dead_time_s / step_s;
+  const auto late = std::min(static_cast<std::int64_t>(value_of(delay)),
+                             static_cast<std::int64_t>(Actuator<T>::kCapacity) - 2);
   const bool lags = !(value_of(lag_s) <= 0.0);
-  return {dead_time_s, lead_s, lags,
+  return {late, delay - static_cast<double>(late), lead_s, lags,
           lags ? actuator_transition(lag_s, damping, step_s) : Transition<T>{}};
 }
 
@@ -77,8 +83,7 @@ void flush_to_zero(T& x) {
 
 /// Command to output. `amplitude` 0 is not called: the caller passes the command on.
 template <class T>
-T move(Actuator<T>& actuator, std::int64_t step, const T& command, const Response<T>& response,
-       double step_s) {
+T move(Actuator<T>& actuator, std::int64_t step, const T& command, const Response<T>& response) {
   constexpr auto kCapacity = static_cast<std::int64_t>(Actuator<T>::kCapacity);
   static_assert((kCapacity & (kCapacity - 1)) == 0);
   const auto ring = [&](std::int64_t back) -> T& {
@@ -86,11 +91,8 @@ T move(Actuator<T>& actuator, std::int64_t step, const T& command, const Respons
   };
   ring(0) = command;
   // A dead time between two steps mixes the two, so that its derivative exists.
-  const T delay = response.dead_time_s / step_s;
-  auto whole = static_cast<std::int64_t>(value_of(delay));
-  if (whole > kCapacity - 2) whole = kCapacity - 2;
-  const T part = delay - static_cast<double>(whole);
-  const T delayed = ring(whole) + part * (ring(whole + 1) - ring(whole));
+  const T& near = ring(response.late);
+  const T delayed = near + response.later * (ring(response.late + 1) - near);
   if (!response.lags) {
     actuator.place = delayed;
     actuator.rate = T(0);
