@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "analysis.h"
 #include "base/random.h"
 
 namespace explain {
@@ -147,6 +148,21 @@ TEST(Search, AFoldThatIsHeldOutIsNoFold) {
       cross_validate(p.fitted(r), column, VectorXd::Constant(3, 1e-6), VectorXd::Zero(1), p.rows);
   EXPECT_EQ(gains.size(), 6u);
   for (const double gain : gains) EXPECT_NE(gain, 0.0);
+}
+
+TEST(Search, ARoadLastsByTwiceWhatAnythingElseDoes) {
+  const auto found = [](const char* kind, double value, double half) {
+    Finding f;
+    f.kind = kind;
+    f.parameters = {{"amount", "1", value, value - half, value + half}};
+    return f;
+  };
+  // A grade of 0.008 +- 0.006 that drag and throttle share; a banking of 0.025 +- 0.003.
+  EXPECT_FALSE(lasts(found("road", 0.008, 0.006)));
+  EXPECT_FALSE(lasts(found("road", -0.008, 0.006)));
+  EXPECT_TRUE(lasts(found("parameter", 0.008, 0.006)));
+  EXPECT_FALSE(lasts(found("parameter", 0.005, 0.006)));
+  EXPECT_TRUE(lasts(found("road", -0.025, 0.003)));
 }
 
 TEST(Search, LeavesAloneWhatTheModelCanDoAlready) {

@@ -57,6 +57,10 @@ struct Start {
   double amount = 0.0;
 };
 
+/// Whether the first amount of a finding is more than chance beside all others that are free: its
+/// 90 % interval has no zero. A road is believed last: twice the interval has none.
+bool lasts(const Finding& finding);
+
 class Analysis {
  public:
   /// The car as stated, led along the recordings in steps that are short enough.

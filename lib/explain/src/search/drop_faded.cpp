@@ -9,6 +9,12 @@ namespace explain {
 using Eigen::Index;
 using Eigen::VectorXd;
 
+bool lasts(const Finding& f) {
+  const FoundParameter& amount = f.parameters.front();
+  const double more = f.kind == "road" ? 0.5 * (amount.high - amount.low) : 0.0;
+  return amount.low - more > 0 || amount.high + more < 0;
+}
+
 std::optional<std::size_t> Analysis::faded(const Findings& out) const {
   auto place = static_cast<Index>(refit_.size());
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
@@ -20,10 +26,8 @@ std::optional<std::size_t> Analysis::faded(const Findings& out) const {
   }
   Findings described = out;
   describe(described);
-  for (std::size_t k = 0; k < accepted_.size(); ++k) {
-    const auto& amount = described.findings[k].parameters.front();
-    if (amount.low <= 0 && amount.high >= 0) return k;
-  }
+  for (std::size_t k = 0; k < accepted_.size(); ++k)
+    if (!lasts(described.findings[k])) return k;
   return std::nullopt;
 }
 
