@@ -308,6 +308,7 @@ TEST(Log, FormatsThatAreNotReadAreNamedWithTheWayOut) {
   EXPECT_THAT(text_refusal("[{\"t\":0,\"v\":1},\n{\"t\":1,\"v\":2}]\n"),
               testing::HasSubstr("x: JSON, which is not read"));
   EXPECT_THAT(text_refusal("[\n  {\n    \"t\": 0\n  }\n]\n"), testing::HasSubstr("JSON"));
+  EXPECT_THAT(text_refusal("{\r\n \"t\": [0, 1]\r\n}\r\n"), testing::HasSubstr("JSON"));
   EXPECT_THAT(text_refusal("time speed accel\n0.00 20.0 0.1\n0.10 20.0 0.1\n"),
               testing::HasSubstr("columns between spaces?"));
   // Tables may begin like that.

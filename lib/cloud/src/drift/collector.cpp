@@ -54,6 +54,7 @@ Collector::Collector(const RoadFrame& frame, const RoadTrajectory* trajectory,
     : frame_(frame),
       trajectory_(trajectory),
       gate_m_(options.gate_m),
+      edge_m_(options.edge_m),
       visits_known_(visits_known),
       sections_(look.sections),
       standing_(look.standing),
@@ -320,7 +321,10 @@ Collector::Sum Collector::ground_of(const Section& section, const OpenSection& o
 
 void Collector::leave_out_overhang(const Section& section, OpenSection& open) const {
   const LaneScatter lane = lane_of(section, open);
-  const std::vector<Scatter> scatter = scatter_of(section, lane, open);
+  std::vector<Scatter> scatter = scatter_of(section, lane, open);
+  for (std::size_t k = 0; k < scatter.size(); ++k)
+    if (scatter[k] == Scatter::as_grass && std::abs(v_of(k % across_)) < edge_m_)
+      scatter[k] = Scatter::some;
   std::vector<std::pair<std::size_t, Sum>> changed;  // each is judged by what its neighbours were
   for (std::size_t k = 0; k < open.sums.size(); ++k) {
     if (open.sums[k].kept == 0 || scatter[k] == Scatter::calm || in_lane(k % across_, section))

@@ -136,7 +136,7 @@ class Collector {
 
   const RoadFrame& frame_;
   const RoadTrajectory* trajectory_;
-  double gate_m_;
+  double gate_m_, edge_m_;
   bool visits_known_;
   Sections& sections_;
   Standing& standing_;

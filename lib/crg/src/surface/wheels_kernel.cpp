@@ -1,5 +1,6 @@
 #include "wheels_kernel.h"
 
+#include <array>
 #include <cstdint>
 #include <cstring>
 
@@ -195,6 +196,21 @@ KERBSTONE_AVX2_INLINE __m128i segments_ahead(__m256d ahead) {
       _mm256_permutevar8x32_epi32(bits, _mm256_setr_epi32(0, 2, 4, 6, 0, 2, 4, 6)));
 }
 
+// Where each wheel is, if all are where their cursors lead.
+KERBSTONE_AVX2_INLINE bool places_ahead(const Locator& locator,
+                                        const std::array<const Cursor*, 4>& cursors,
+                                        const Point2* points, Places& places) {
+  const std::size_t of_0 = segment_ahead(*cursors[0]), of_1 = segment_ahead(*cursors[1]),
+                    of_2 = segment_ahead(*cursors[2]), of_3 = segment_ahead(*cursors[3]);
+  const std::size_t end = locator.segments();
+  if (of_0 >= end || of_1 >= end || of_2 >= end || of_3 >= end) return false;
+  const auto* records = reinterpret_cast<const double*>(locator.records());
+  constexpr std::size_t kRecord = sizeof(SegmentRecord) / sizeof(double);
+  return places_on({records + kRecord * of_0, records + kRecord * of_2, records + kRecord * of_1,
+                    records + kRecord * of_3},
+                   points, places);
+}
+
 }  // namespace
 
 bool four_wheels_available() noexcept { return __builtin_cpu_supports("avx2"); }
@@ -204,16 +220,8 @@ KERBSTONE_AVX2 bool z_of_four_wheels(const Locator& locator, const HeightField& 
   static_assert(sizeof(Cursor) == 16 && sizeof(Point2) == 16 && sizeof(SegmentRecord) == 64 &&
                 sizeof(LineNode) == 16);
   double* cursor = reinterpret_cast<double*>(cursors);
-  const std::size_t of_0 = segment_ahead(cursors[0]), of_1 = segment_ahead(cursors[1]),
-                    of_2 = segment_ahead(cursors[2]), of_3 = segment_ahead(cursors[3]);
-  const std::size_t end = locator.segments();
-  if (of_0 >= end || of_1 >= end || of_2 >= end || of_3 >= end) return false;
-  const auto* records = reinterpret_cast<const double*>(locator.records());
-  constexpr std::size_t kRecord = sizeof(SegmentRecord) / sizeof(double);
   Places places;
-  if (!places_on({records + kRecord * of_0, records + kRecord * of_2, records + kRecord * of_1,
-                  records + kRecord * of_3},
-                 points, places))
+  if (!places_ahead(locator, {&cursors[0], &cursors[1], &cursors[2], &cursors[3]}, points, places))
     return false;
   const auto [before, expected] = parted(_mm256_loadu_pd(cursor), _mm256_loadu_pd(cursor + 4));
   const __m256d z =
@@ -235,16 +243,8 @@ KERBSTONE_AVX2 bool z_of_four_wheels(const Locator& locator, const HeightField& 
 KERBSTONE_AVX2 bool ground_of_four_points(const Locator& locator, const HeightField& heights,
                                           double least_width_m, const Point2* points,
                                           Cursor* const* cursors, FourGrounds& out) noexcept {
-  const std::size_t of_0 = segment_ahead(*cursors[0]), of_1 = segment_ahead(*cursors[1]),
-                    of_2 = segment_ahead(*cursors[2]), of_3 = segment_ahead(*cursors[3]);
-  const std::size_t end = locator.segments();
-  if (of_0 >= end || of_1 >= end || of_2 >= end || of_3 >= end) return false;
-  const auto* records = reinterpret_cast<const double*>(locator.records());
-  constexpr std::size_t kRecord = sizeof(SegmentRecord) / sizeof(double);
   Places places;
-  if (!places_on({records + kRecord * of_0, records + kRecord * of_2, records + kRecord * of_1,
-                  records + kRecord * of_3},
-                 points, places))
+  if (!places_ahead(locator, {cursors[0], cursors[1], cursors[2], cursors[3]}, points, places))
     return false;
   double* const of[] = {&cursors[0]->last, &cursors[1]->last, &cursors[2]->last, &cursors[3]->last};
   const auto [before, expected] = parted(both(of[0], of[1]), both(of[2], of[3]));

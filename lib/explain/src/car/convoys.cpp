@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <type_traits>
+#include <cmath>
 
 #include "effect.h"
 #include "engine_and_brakes.h"
@@ -101,9 +101,8 @@ bool same_drive(const KnownDrive& known, const Setting& setting, const Lead& by)
     return s;
   };
   const auto same = [](const auto& a, const auto& b) {
-    using Value = typename std::decay_t<decltype(a)>::value_type;
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Value& x, const Value& y) {
-      return x == y || (x != x && y != y);  // both NaN
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](double x, double y) {
+      return x == y || (std::isnan(x) && std::isnan(y));
     });
   };
   const Lead& k = known.by;

@@ -53,6 +53,7 @@ std::vector<Residuals> residuals(const Signals& s, const vehicle::Vehicle& car,
   }
   for (const std::vector<std::size_t>& convoy : convoys(s, car, driven)) {
     std::vector<Guided> cars;
+    cars.reserve(convoy.size());
     for (const std::size_t k : convoy) cars.push_back({driven[k], &on_the_way[k].by()});
     const std::vector<Led> led = lead(s, car, cars);
     for (std::size_t n = 0; n < convoy.size(); ++n) {

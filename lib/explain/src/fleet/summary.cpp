@@ -220,6 +220,7 @@ void Analysis::summarise(DriveSummary& out) {
     in_time.push_back(static_cast<Index>(k));
   }
   std::vector<const Unknown*> backwards;
+  backwards.reserve(back.size());
   for (const Unknown& u : back) backwards.push_back(&u);
   const MatrixXd other_side = derivatives(logs_, car_, setting_with(amounts_), backwards, drives_,
                                           rows_, options_.threads, {});

@@ -200,6 +200,7 @@ std::vector<Analysis::Weighed> Analysis::mechanisms_by_cost(const Model& m) cons
   std::vector<Test> best = scan(m.fitted, families, rows_, 0, m.fitted.e).best;
   std::erase_if(best, [](const Test& t) { return t.gain < 0.5 * selection::kNamed; });
   std::vector<Start> from;
+  from.reserve(best.size());
   for (const Test& t : best) from.push_back({families[t.family].id, t.amount});
   std::vector<Saved> saved = exact(from, m, w);
   std::vector<Weighed> out;

@@ -149,6 +149,7 @@ std::vector<Eigen::VectorXd> rows_at(const std::vector<Signals>& logs, const veh
   base::parallel_for(parts.size(), 1, threads, [&](std::size_t n, std::size_t) {
     const std::vector<std::size_t>& part = parts[n];
     std::vector<const Setting*> of;
+    of.reserve(part.size());
     for (const std::size_t j : part) of.push_back(&settings[j]);
     std::vector<std::vector<Residuals>> r(part.size());
     for (std::size_t k = 0; k < logs.size(); ++k) {

@@ -46,6 +46,11 @@ std::vector<double> spread(const Channel& channel, std::size_t rows, double step
 struct NotRead {
   std::string_view begin, format, way_out;
 };
+constexpr std::string_view kOfNmea =
+    "write it as CSV (gpsbabel -t -i nmea -f LOG -o unicsv -F LOG.csv)";
+constexpr std::string_view kOfXml =
+    "write it as CSV (gpsbabel -t -i gpx -f LOG -o unicsv -F LOG.csv; KML: -i kml, TCX: -i "
+    "gtrnctr)";
 constexpr NotRead kNotRead[] = {
     {"MDF     ", "ASAM MDF", "export it as CSV, for instance by asammdf"},
     {"UnFinMF ", "ASAM MDF that was not finished", "finish and export it as CSV, by asammdf"},
@@ -56,19 +61,15 @@ constexpr NotRead kNotRead[] = {
     {"PAR1", "Parquet", "write it as CSV"},
     {"ARROW1", "Arrow or Feather", "write it as CSV"},
     {"\x93NUMPY", "NumPy .npy", "write it as CSV (numpy.savetxt)"},
-    {"ULog\x01\x12", "PX4 .ulg", "write it as CSV (ulog2csv of pyulog)"},
-    {"\xa3\x95\x80", "ArduPilot .bin", "write it as CSV (mavlogdump.py of pymavlink)"},
-    {"<?xml", "XML, as GPX, KML and TCX", "write it as CSV (gpsbabel -o unicsv)"},
-    {"<gpx", "GPX", "write it as CSV (gpsbabel -i gpx -o unicsv)"},
-    {"<kml", "KML", "write it as CSV (gpsbabel -i kml -o unicsv)"},
-    {"$GPGGA,", "NMEA 0183", "write it as CSV (gpsbabel -i nmea -o unicsv)"},
-    {"$GPRMC,", "NMEA 0183", "write it as CSV (gpsbabel -i nmea -o unicsv)"},
-    {"$GNGGA,", "NMEA 0183", "write it as CSV (gpsbabel -i nmea -o unicsv)"},
-    {"$GNRMC,", "NMEA 0183", "write it as CSV (gpsbabel -i nmea -o unicsv)"},
-    {"{\"", "JSON", "write it as CSV, a column for each name"},
-    {"{\n", "JSON", "write it as CSV, a column for each name"},
-    {"[{", "JSON", "write it as CSV, a column for each name"},
-    {"[\n", "JSON", "write it as CSV, a column for each name"},
+    {"ULog\x01\x12", "PX4 .ulg", "write it as CSV, for instance by pyulog"},
+    {"\xa3\x95\x80", "ArduPilot .bin", "write it as CSV, for instance by pymavlink"},
+    {"<?xml", "XML, as GPX, KML and TCX", kOfXml},
+    {"<gpx", "GPX", kOfXml},
+    {"<kml", "KML", kOfXml},
+    {"$GPGGA,", "NMEA 0183", kOfNmea},
+    {"$GPRMC,", "NMEA 0183", kOfNmea},
+    {"$GNGGA,", "NMEA 0183", kOfNmea},
+    {"$GNRMC,", "NMEA 0183", kOfNmea},
     {"PK\x03\x04", "a zip archive or a spreadsheet", "unpack it, or save the sheet as CSV"},
     {"\x1f\x8b", "gzip", "unpack it (gunzip)"},
     {"\xfd"
@@ -77,15 +78,26 @@ constexpr NotRead kNotRead[] = {
     {"BZh", "bzip2", "unpack it (bunzip2)"},
     {"#ROSBAG V", "a bag of ROS 1", "convert it to MCAP (mcap convert)"}};
 
+bool is_json(std::string_view text) {
+  if (!text.starts_with('{') && !text.starts_with('[')) return false;
+  const std::size_t inside = text.find_first_not_of(" \t\r\n", 1);
+  return inside != std::string_view::npos &&
+         std::string_view("\"{[").find(text[inside]) != std::string_view::npos;
+}
+
 void refuse_what_is_not_read(std::string_view bytes, const std::string& name) {
   // A table may begin with such letters; none has zeros.
   std::string_view head = bytes.substr(0, 4096);
   const bool binary = head.find('\0') != std::string_view::npos;
   if (binary && head.size() > 12 && head.substr(8, 4) == ".FIT")
-    throw base::Error(fmt::format(
-        "{}: Garmin .fit, which is not read; write it as CSV (gpsbabel -i garmin_fit -o unicsv)",
-        name));
+    throw base::Error(
+        fmt::format("{}: Garmin .fit, which is not read; write it as CSV (gpsbabel -t -i "
+                    "garmin_fit -f LOG -o unicsv -F LOG.csv)",
+                    name));
   if (!binary) head = base::trimmed(head.substr(head.starts_with("\xEF\xBB\xBF") ? 3 : 0));
+  if (!binary && is_json(head))
+    throw base::Error(
+        fmt::format("{}: JSON, which is not read; write it as CSV, a column for each name", name));
   for (const NotRead& known : kNotRead)
     if (head.starts_with(known.begin) &&
         (binary || !std::isalnum(static_cast<unsigned char>(known.begin[0])) ||
