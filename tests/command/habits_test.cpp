@@ -143,7 +143,8 @@ TEST(Habits, TheShellCompletesCommandsFlagsWordsAndFiles) {
               ::testing::ElementsAre("step-steer"));
   EXPECT_THAT(completed(folder / "crgbuild", {"crgbuild", "info", folder / "ro"}),
               ::testing::ElementsAre(folder / "road.crg"));
-  EXPECT_THAT(completed(folder / "crgexplain", {"crgexplain", "ru"}), ::testing::ElementsAre("run"));
+  EXPECT_THAT(completed(folder / "crgexplain", {"crgexplain", "ru"}),
+              ::testing::ElementsAre("run"));
 }
 
 TEST(Habits, AWrongCommandLineIsOneLineThatHelps) {

@@ -227,8 +227,11 @@ TEST(Gamepad, APersonDrivesAndWithoutThePadTheSafeInputActs) {
 
 TEST(Gamepad, TheProgramRefusesInOneLine) {
   const support::TemporaryFolder folder;
-  for (const std::vector<std::string>& words :
-       {std::vector<std::string>{}, {"s", "x"}, {"s", "7"}, {"s", "9", "8"}, {"s", "1", "2", "3"}}) {
+  for (const std::vector<std::string>& words : {std::vector<std::string>{},
+                                                {"s", "x"},
+                                                {"s", "7"},
+                                                {"s", "9", "8"},
+                                                {"s", "1", "2", "3"}}) {
     const auto run = support::run_tool(EXAMPLE_GAMEPAD, words);
     EXPECT_EQ(run.code, 2);
     EXPECT_THAT(run.err, HasSubstr("SOCKET [GEAR [GEARS]]"));

@@ -35,7 +35,8 @@ void actuator_rows(std::vector<double>& out, const std::vector<double>& measured
     }
     const double moved =
         amplitude == 0 || step == 0 ? from : actuator.place + own[3] * actuator.rate;
-    if (step >= std::int64_t{kSubsteps} * 20) out[i] = measured[i] - (from + amplitude * (moved - from));
+    if (step >= std::int64_t{kSubsteps} * 20)
+      out[i] = measured[i] - (from + amplitude * (moved - from));
     // The command's mean over the substep that follows.
     for (int k = 0; k < kSubsteps; ++k)
       vehicle::laws::move(actuator, step++, from + (k + 0.5) / kSubsteps * (to - from), response);

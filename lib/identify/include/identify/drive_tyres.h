@@ -50,7 +50,7 @@ struct DriveTyreFit {
 /// Nothing where that is so of both directions, or of the only one that could be fitted. Throws
 /// base::Error as fit_tyre().
 std::optional<DriveTyreFit> fit_drive_tyres(const DriveTyres& drives,
-                                        const vehicle::TyreCoefficients& reference,
-                                        TyreFitOptions options = {});
+                                            const vehicle::TyreCoefficients& reference,
+                                            TyreFitOptions options = {});
 
 }  // namespace identify

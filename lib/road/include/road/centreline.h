@@ -28,8 +28,8 @@ constexpr double kModelWidth_m = 3.0, kUsualWidth_m = 8.0;
 struct CentrelineOptions {
   bool reverse = false;  ///< drive the other way round
   std::optional<Eigen::Vector2d>
-      start_near_m;  ///< u = 0 where the line passes nearest to this map point
-  std::optional<double> guide_width_m;      ///< where a guide leads over ground that does not tell
+      start_near_m;                     ///< u = 0 where the line passes nearest to this map point
+  std::optional<double> guide_width_m;  ///< where a guide leads over ground that does not tell
 };
 
 /// Finds the road by itself: a closed loop if there is one, else the longest open road. Along the
