@@ -53,18 +53,14 @@ std::vector<std::int32_t> neighbours_of(const Cells& grid, const std::vector<cha
 std::vector<char> skeleton(const Cells& grid, const std::vector<double>& distance_m) {
   const std::size_t n = grid.cells.size();
   std::vector<char> left(n, 1);
-  std::vector<std::int32_t> order(n);
-  for (std::size_t i = 0; i < n; ++i) order[i] = static_cast<std::int32_t>(i);
-  const auto nearer_to_border = [&](std::int32_t a, std::int32_t b) {
-    return std::pair(distance_m[static_cast<std::size_t>(a)], a) <
-           std::pair(distance_m[static_cast<std::size_t>(b)], b);
-  };
-  std::sort(order.begin(), order.end(), nearer_to_border);
-  std::vector<std::int32_t> next;
+  // Distances with their cells: nearer to the border first.
+  std::vector<std::pair<double, std::int32_t>> order(n), next;
+  for (std::size_t i = 0; i < n; ++i) order[i] = {distance_m[i], static_cast<std::int32_t>(i)};
+  std::sort(order.begin(), order.end());
   std::vector<char> listed(n, 1);
   while (!order.empty()) {
     next.clear();
-    for (const std::int32_t i : order) {
+    for (const auto& [nearness_m, i] : order) {
       listed[static_cast<std::size_t>(i)] = 0;
       if (!left[static_cast<std::size_t>(i)]) continue;
       const auto& around = grid.cells[static_cast<std::size_t>(i)].around;
@@ -85,10 +81,10 @@ std::vector<char> skeleton(const Cells& grid, const std::vector<double>& distanc
             listed[static_cast<std::size_t>(j)])
           continue;
         listed[static_cast<std::size_t>(j)] = 1;
-        next.push_back(j);
+        next.emplace_back(distance_m[static_cast<std::size_t>(j)], j);
       }
     }
-    std::sort(next.begin(), next.end(), nearer_to_border);
+    std::sort(next.begin(), next.end());
     std::swap(order, next);
   }
   return left;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <compare>
 #include <functional>
 #include <limits>
 #include <queue>
@@ -25,8 +26,15 @@ bool before(const Cell& a, const Cell& b) {
   return std::tie(a.y, a.x, a.z_m) < std::tie(b.y, b.x, b.z_m);
 }
 
+/// A triangle over the middle of a cell.
+struct Hit {
+  std::int32_t y, x;
+  double z_m;
+  auto operator<=>(const Hit&) const = default;
+};
+
 void add_triangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, double cell_m,
-                  std::vector<Cell>& hits) {
+                  std::vector<Hit>& hits) {
   const double area = (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
   if (std::abs(area) < 1e-12) return;
   const auto first = [&](double v) {
@@ -47,7 +55,7 @@ void add_triangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, doubl
       };
       const double wa = weight(b, c), wb = weight(c, a), wc = weight(a, b);
       if (std::min({wa, wb, wc}) < -1e-9) continue;
-      hits.push_back({x, y, wa * a.z() + wb * b.z() + wc * c.z(), {}});
+      hits.push_back({y, x, wa * a.z() + wb * b.z() + wc * c.z()});
     }
   }
 }
@@ -56,17 +64,17 @@ void add_triangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, doubl
 
 Cells::Cells(const Mesh& mesh, double cell_m, double headroom_m)
     : cell_m_(cell_m), origin_m_(mesh.origin_m) {
-  std::vector<Cell> hits;
+  std::vector<Hit> hits;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     add_triangle(mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2), cell_m, hits);
-  std::sort(hits.begin(), hits.end(), before);
-  for (const Cell& hit : hits) {
+  std::sort(hits.begin(), hits.end());
+  for (const Hit& hit : hits) {
     const bool above_last = !cells.empty() && cells.back().x == hit.x && cells.back().y == hit.y;
     // One surface drawn twice, or one that no car fits on under the next: the upper one counts.
     if (above_last && hit.z_m - cells.back().z_m < std::max(kOneLayer * cell_m, headroom_m))
-      cells.back() = hit;
+      cells.back().z_m = hit.z_m;
     else
-      cells.push_back(hit);
+      cells.push_back({hit.x, hit.y, hit.z_m, {}});
   }
   index_rows();
   link();
@@ -154,29 +162,48 @@ void Cells::index_rows() {
     row_begin_[r] = std::min(row_begin_[r], row_begin_[r + 1]);
 }
 
-std::int32_t Cells::find(std::int32_t x, std::int32_t y, double z_m) const {
-  const std::int64_t row = static_cast<std::int64_t>(y) - first_row_;
-  if (row < 0 || row + 1 >= static_cast<std::int64_t>(row_begin_.size())) return kNoCell;
-  const auto begin =
-      cells.begin() + static_cast<std::ptrdiff_t>(row_begin_[static_cast<std::size_t>(row)]);
-  const auto end =
-      cells.begin() + static_cast<std::ptrdiff_t>(row_begin_[static_cast<std::size_t>(row) + 1]);
-  auto at = std::lower_bound(begin, end, x,
-                             [](const Cell& c, std::int32_t wanted) { return c.x < wanted; });
+std::pair<std::size_t, std::size_t> Cells::row(std::int64_t y) const {
+  const std::int64_t r = y - first_row_;
+  if (r < 0 || r + 1 >= static_cast<std::int64_t>(row_begin_.size())) return {0, 0};
+  return {row_begin_[static_cast<std::size_t>(r)], row_begin_[static_cast<std::size_t>(r) + 1]};
+}
+
+std::int32_t Cells::nearest(std::size_t at, std::size_t end, std::int32_t x, double z_m) const {
   std::int32_t best = kNoCell;
   double best_m = kSteepestCell * cell_m_;
-  for (; at != end && at->x == x; ++at) {
-    if (std::abs(at->z_m - z_m) >= best_m) continue;
-    best_m = std::abs(at->z_m - z_m);
-    best = static_cast<std::int32_t>(at - cells.begin());
+  for (; at != end && cells[at].x == x; ++at) {
+    if (std::abs(cells[at].z_m - z_m) >= best_m) continue;
+    best_m = std::abs(cells[at].z_m - z_m);
+    best = static_cast<std::int32_t>(at);
   }
   return best;
 }
 
+std::int32_t Cells::find(std::int32_t x, std::int32_t y, double z_m) const {
+  const auto [begin, end] = row(y);
+  const auto at = std::lower_bound(cells.begin() + static_cast<std::ptrdiff_t>(begin),
+                                   cells.begin() + static_cast<std::ptrdiff_t>(end), x,
+                                   [](const Cell& c, std::int32_t wanted) { return c.x < wanted; });
+  return nearest(static_cast<std::size_t>(at - cells.begin()), end, x, z_m);
+}
+
 void Cells::link() {
-  for (Cell& c : cells)
-    for (std::size_t k = 0; k < 8; ++k)
-      c.around[k] = find(c.x + kAround[k][0], c.y + kAround[k][1], c.z_m);
+  // Cells lie in rows and in these from west to east: in each row beside, what lies beside the next
+  // cell is not behind what lay beside the last.
+  std::array<std::pair<std::size_t, std::size_t>, 3> beside;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    Cell& c = cells[i];
+    if (i == 0 || cells[i - 1].y != c.y)
+      for (int dy = -1; dy <= 1; ++dy)
+        beside[static_cast<std::size_t>(dy + 1)] = row(std::int64_t{c.y} + dy);
+    for (auto& [at, end] : beside)
+      while (at != end && cells[at].x < c.x - 1) ++at;
+    for (std::size_t k = 0; k < 8; ++k) {
+      auto [at, end] = beside[static_cast<std::size_t>(kAround[k][1] + 1)];
+      while (at != end && cells[at].x < c.x + kAround[k][0]) ++at;
+      c.around[k] = nearest(at, end, c.x + kAround[k][0], c.z_m);
+    }
+  }
   for (std::int32_t i = 0; i < static_cast<std::int32_t>(cells.size()); ++i) {
     for (std::size_t k = 0; k < 8; ++k) {
       std::int32_t& n = cells[static_cast<std::size_t>(i)].around[k];
@@ -187,36 +214,42 @@ void Cells::link() {
 
 std::vector<double> distances_m(const Cells& grid) {
   const std::size_t n = grid.cells.size();
-  std::vector<double> far(n, std::numeric_limits<double>::infinity());
+  // Squares of distances in cells are whole numbers; in one with the cell they are compared at
+  // once.
+  constexpr auto kFar = std::numeric_limits<std::uint64_t>::max() >> 32;
+  std::vector<std::uint64_t> far(n, kFar);
   std::vector<std::int32_t> source(n, kNoCell);
-  using Entry = std::pair<double, std::int32_t>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+  std::priority_queue<std::uint64_t, std::vector<std::uint64_t>, std::greater<>> open;
   for (std::size_t i = 0; i < n; ++i) {
     const auto& around = grid.cells[i].around;
     if (around[0] != kNoCell && around[2] != kNoCell && around[4] != kNoCell &&
         around[6] != kNoCell)
       continue;
-    far[i] = 0.0;
+    far[i] = 0;
     source[i] = static_cast<std::int32_t>(i);
-    open.emplace(0.0, static_cast<std::int32_t>(i));
+    open.push(i);
   }
   while (!open.empty()) {
-    const auto [distance, i] = open.top();
+    const std::uint64_t square = open.top() >> 32;
+    const auto i = static_cast<std::size_t>(open.top() & 0xffffffff);
     open.pop();
-    if (distance > far[static_cast<std::size_t>(i)]) continue;
-    const Cell& from = grid.cells[static_cast<std::size_t>(source[static_cast<std::size_t>(i)])];
-    for (const std::int32_t j : grid.cells[static_cast<std::size_t>(i)].around) {
-      if (j == kNoCell) continue;
-      const Cell& to = grid.cells[static_cast<std::size_t>(j)];
-      const double d = std::hypot(to.x - from.x, to.y - from.y);
-      if (d >= far[static_cast<std::size_t>(j)]) continue;
-      far[static_cast<std::size_t>(j)] = d;
-      source[static_cast<std::size_t>(j)] = source[static_cast<std::size_t>(i)];
-      open.emplace(d, j);
+    if (square > far[i]) continue;
+    const Cell& from = grid.cells[static_cast<std::size_t>(source[i])];
+    for (const std::int32_t k : grid.cells[i].around) {
+      if (k == kNoCell) continue;
+      const auto j = static_cast<std::size_t>(k);
+      const std::int64_t x = grid.cells[j].x - from.x, y = grid.cells[j].y - from.y;
+      const auto d = static_cast<std::uint64_t>(x * x + y * y);
+      if (d >= far[j]) continue;
+      far[j] = d;
+      source[j] = source[i];
+      open.push(d << 32 | j);
     }
   }
-  for (double& d : far) d = (d + 0.5) * grid.cell_m();
-  return far;
+  std::vector<double> out(n, std::numeric_limits<double>::infinity());
+  for (std::size_t i = 0; i < n; ++i)
+    if (far[i] != kFar) out[i] = (std::sqrt(static_cast<double>(far[i])) + 0.5) * grid.cell_m();
+  return out;
 }
 
 }  // namespace road

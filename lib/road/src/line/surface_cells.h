@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "mesh/mesh.h"
@@ -38,6 +39,10 @@ class Cells {
   std::vector<Cell> cells;
 
  private:
+  /// Of a row its first cell and the one behind its last.
+  std::pair<std::size_t, std::size_t> row(std::int64_t y) const;
+  /// Of the cells from `at` on that lie at x, the one whose height is nearest to z_m.
+  std::int32_t nearest(std::size_t at, std::size_t end, std::int32_t x, double z_m) const;
   /// The cell at (x, y) whose height is nearest to z_m.
   std::int32_t find(std::int32_t x, std::int32_t y, double z_m) const;
   void index_rows();
