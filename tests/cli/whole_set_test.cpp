@@ -92,7 +92,7 @@ class Two : public ::testing::Test {
 };
 
 TEST_F(Two, BuildsAtOnceIntoOneFolderLeaveOneSetOrAreRefused) {
-  const int pairs = heavy() ? 50 : 4;
+  const int pairs = heavy() ? 50 : 2;
   int refused = 0;
   for (int pair = 0; pair < pairs; ++pair) {
     Ran a, b;
@@ -129,11 +129,14 @@ TEST_F(Two, NothingMadeByHandIsTakenForTheResult) {
   EXPECT_FALSE(reused());
   EXPECT_TRUE(reused());
   for (const auto& [name, bytes] : undisturbed_["a"]) {
+    if (!heavy() && name != "road.crg" && name != "report.html" && name != "manifest.json")
+      continue;  // a build each
     write(folder_ / ("out/" + name), bytes + " ");
     EXPECT_FALSE(reused()) << name << " was edited";
     expect_same(files_in(out()), undisturbed_["a"], name);
   }
   for (const char* name : {"report.html", "road.classes.pgw", "manifest.json"}) {
+    if (!heavy() && name != std::string("road.classes.pgw")) continue;
     fs::remove(folder_ / (std::string("out/") + name));
     EXPECT_FALSE(reused()) << name << " was removed";
     expect_same(files_in(out()), undisturbed_["a"], name);

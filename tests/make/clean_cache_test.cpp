@@ -58,11 +58,9 @@ TEST(CleanCache, AMeshThatHasNotChangedIsNotCleanedAgain) {
   const std::string whole = folder.read("out/fine.clean.cache");
   std::string damaged = whole;
   damaged[whole.size() / 2] = static_cast<char>(damaged[whole.size() / 2] ^ 0x40);
-  for (const std::string& bytes : {damaged, whole.substr(0, 100)}) {
-    folder.file("out/fine.clean.cache", bytes);
-    EXPECT_FALSE(build(other, "out", Reuse::stages).clean_reused) << bytes.size();
-    EXPECT_TRUE(folder.read("out/fine.clean.cache") == whole);
-  }
+  folder.file("out/fine.clean.cache", damaged);
+  EXPECT_FALSE(build(other, "out", Reuse::stages).clean_reused);
+  EXPECT_TRUE(folder.read("out/fine.clean.cache") == whole);
 }
 
 TEST(CleanCache, SmallMeshesLeaveNone) {

@@ -33,8 +33,8 @@ def write_mesh(path, length_m=200, radius_m=150, rings=0):
                     file.write(f"f {a} {b} {b + 1} {a + 1}\n")
 
 
-KEYS = {"up": "z", "unit": "m", "u_step_m": 0.25, "v_step_m": 0.25}
-FLAGS = ["--up", "z", "--unit", "m", "--u-step-m", "0.25", "--v-step-m", "0.25"]
+KEYS = {"up": "z", "unit": "m", "u_step_m": 0.5, "v_step_m": 0.5}
+FLAGS = ["--up", "z", "--unit", "m", "--u-step-m", "0.5", "--v-step-m", "0.5"]
 
 
 def test_build_writes_what_the_command_writes(here):

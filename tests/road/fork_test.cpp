@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 #include <map>
 #include <numbers>
@@ -121,6 +122,8 @@ TEST(Fork, APitLaneOfTheSameSurfaceDoesNotMoveTheLine) {
   // Measured: inside 0.0 to 0.3 m, outside 0.2 to 0.3 m; the lane is 5 m wide.
   for (const double taper_m : {20.0, 60.0, 110.0}) {
     for (const double width_m : {5.0, -5.0}) {
+      if (std::getenv("KERBSTONE_HEAVY") == nullptr && (taper_m < 100.0) != (width_m > 0.0))
+        continue;
       SCOPED_TRACE(testing::Message() << "taper " << taper_m << " m, lane " << width_m << " m");
       const Traced traced = trace(divided(lane(60.0, 500.0, width_m, taper_m)));
       EXPECT_TRUE(traced.line.closed);
