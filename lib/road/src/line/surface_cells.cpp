@@ -5,6 +5,7 @@
 #include <compare>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <queue>
 #include <tuple>
 #include <unordered_map>
@@ -59,6 +60,48 @@ void add_triangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, doubl
     }
   }
 }
+
+/// Cells by the squares of their distances, of equal ones the lowest first. Most squares are small:
+/// each of these has a list of its own, sorted when it is reached.
+class NearestFirst {
+ public:
+  using Entry = std::pair<std::int64_t, std::int32_t>;
+
+  void push(std::int64_t square, std::int32_t cell) {
+    if (square < at_ || square >= static_cast<std::int64_t>(lists_.size()) ||
+        (square == at_ && is_sorted_))
+      others_.emplace(square, cell);
+    else
+      lists_[static_cast<std::size_t>(square)].push_back(cell);
+  }
+  std::optional<Entry> pop() {
+    while (at_ < static_cast<std::int64_t>(lists_.size())) {
+      std::vector<std::int32_t>& list = lists_[static_cast<std::size_t>(at_)];
+      if (!is_sorted_) std::sort(list.begin(), list.end(), std::greater<>());
+      is_sorted_ = true;
+      if (!others_.empty() &&
+          (list.empty() ? others_.top().first <= at_ : others_.top() < Entry(at_, list.back())))
+        break;
+      if (!list.empty()) {
+        const Entry next(at_, list.back());
+        list.pop_back();
+        return next;
+      }
+      is_sorted_ = false;
+      ++at_;
+    }
+    if (others_.empty()) return {};
+    const Entry next = others_.top();
+    others_.pop();
+    return next;
+  }
+
+ private:
+  std::vector<std::vector<std::int32_t>> lists_{1 << 14};
+  std::int64_t at_ = 0;     ///< the list that is taken from
+  bool is_sorted_ = false;  ///< it is
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> others_;
+};
 
 }  // namespace
 
@@ -214,12 +257,11 @@ void Cells::link() {
 
 std::vector<double> distances_m(const Cells& grid) {
   const std::size_t n = grid.cells.size();
-  // Squares of distances in cells are whole numbers; in one with the cell they are compared at
-  // once.
-  constexpr auto kFar = std::numeric_limits<std::uint64_t>::max() >> 32;
-  std::vector<std::uint64_t> far(n, kFar);
+  // Squares of distances in cells are whole numbers.
+  constexpr auto kFar = std::numeric_limits<std::int64_t>::max();
+  std::vector<std::int64_t> far(n, kFar);
   std::vector<std::int32_t> source(n, kNoCell);
-  std::priority_queue<std::uint64_t, std::vector<std::uint64_t>, std::greater<>> open;
+  NearestFirst open;
   for (std::size_t i = 0; i < n; ++i) {
     const auto& around = grid.cells[i].around;
     if (around[0] != kNoCell && around[2] != kNoCell && around[4] != kNoCell &&
@@ -227,23 +269,20 @@ std::vector<double> distances_m(const Cells& grid) {
       continue;
     far[i] = 0;
     source[i] = static_cast<std::int32_t>(i);
-    open.push(i);
+    open.push(0, static_cast<std::int32_t>(i));
   }
-  while (!open.empty()) {
-    const std::uint64_t square = open.top() >> 32;
-    const auto i = static_cast<std::size_t>(open.top() & 0xffffffff);
-    open.pop();
-    if (square > far[i]) continue;
+  while (const auto next = open.pop()) {
+    const auto i = static_cast<std::size_t>(next->second);
+    if (next->first > far[i]) continue;
     const Cell& from = grid.cells[static_cast<std::size_t>(source[i])];
     for (const std::int32_t k : grid.cells[i].around) {
       if (k == kNoCell) continue;
       const auto j = static_cast<std::size_t>(k);
       const std::int64_t x = grid.cells[j].x - from.x, y = grid.cells[j].y - from.y;
-      const auto d = static_cast<std::uint64_t>(x * x + y * y);
-      if (d >= far[j]) continue;
-      far[j] = d;
+      if (x * x + y * y >= far[j]) continue;
+      far[j] = x * x + y * y;
       source[j] = source[i];
-      open.push(d << 32 | j);
+      open.push(far[j], k);
     }
   }
   std::vector<double> out(n, std::numeric_limits<double>::infinity());
