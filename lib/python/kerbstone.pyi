@@ -177,6 +177,29 @@ class Drive:
     @property
     def telemetry(self) -> dict[str, float]: ...
 
+class DriveState: ...
+
+class Drives:
+    def step(
+        self,
+        *,
+        steer_rad: ArrayLike = ...,
+        throttle: ArrayLike = ...,
+        brake_pa: ArrayLike = ...,
+        gear: ArrayLike = ...,
+        clutch: ArrayLike = ...,
+        steps: int = ...,
+    ) -> None: ...
+    def __getitem__(self, channel: str) -> NDArray[np.float64]: ...
+    def __len__(self) -> int: ...
+    @property
+    def time_s(self) -> NDArray[np.float64]: ...
+    @property
+    def problems(self) -> list[str | None]: ...
+    def state(self, car: int) -> DriveState: ...
+    def set_state(self, car: int, state: DriveState) -> None: ...
+    def reset(self, car: int) -> None: ...
+
 class LogChannel:
     @property
     def name(self) -> str: ...
@@ -287,6 +310,20 @@ class Car:
         disc_k: float = ...,
         step_s: float = ...,
     ) -> Drive: ...
+    def start_many(
+        self,
+        road: Road,
+        *,
+        cars: int,
+        u_m: ArrayLike = ...,
+        v_m: ArrayLike = ...,
+        speed_mps: ArrayLike = ...,
+        gear: ArrayLike = ...,
+        fuel_kg: ArrayLike = ...,
+        tyre_k: ArrayLike = ...,
+        disc_k: ArrayLike = ...,
+        step_s: float = ...,
+    ) -> Drives: ...
     def replay(
         self,
         road: Road,

@@ -7,6 +7,8 @@ import os
 import pathlib
 import pickle
 import sys
+import threading
+import time
 import types
 import subprocess
 
@@ -89,6 +91,143 @@ def test_the_same_steps_give_the_same_numbers(car, straight):
         return drive.telemetry
 
     assert run() == run()
+
+
+@pytest.fixture(scope="module")
+def rough():
+    """A straight with waves and kerbs of 4 cm, and from 150 m a hole over its whole width."""
+    u_m, v_m = np.arange(0, 200.25, 0.25), np.arange(-6.0, 6.25, 0.25)
+    z_m = 0.01 * np.sin(0.7 * u_m)[:, None] * np.cos(0.9 * v_m) + np.where(abs(v_m) > 4.5, 0.04, 0.0)
+    z_m[(u_m > 150) & (u_m < 156)] = math.nan
+    return kerbstone.Road.from_arrays(u_m, 0 * u_m, v_m, z_m)
+
+
+# Eleven cars: more than a pack, and cars that are left over. The last two come to the hole, the one before to a kerb.
+MANY = 11
+BEGINS = {
+    "u_m": [10.0 + 4 * i for i in range(MANY - 2)] + [130.0, 137.0],
+    "v_m": [3.6 if i == 8 else 0.3 * (i - 5) for i in range(MANY)],
+    "speed_mps": [3.0 * i for i in range(MANY - 2)] + [40.0, 40.0],
+    "gear": [1 + i % 4 for i in range(MANY)],
+    "fuel_kg": [5.0 + i for i in range(MANY)],
+}
+
+
+def asked_of(i, k):
+    """Something else for each car and decision."""
+    return {
+        "steer_rad": 0.8 * math.sin(0.5 * k + i) + (0.5 if i == 8 else 0.0),
+        "throttle": (0.1 * i + 0.05 * k) % 1.0,
+        "brake_pa": [1e6 if (i + k) % 4 == 3 else 0.0, 0.0, 5e4 * i, 1e5],
+        "gear": 1 + (i + k // 5) % 4,
+        "clutch": 0.4 if (i + k) % 7 == 0 else 0.0,
+    }
+
+
+def step_many(drives, k, cars=range(MANY), steps=30):
+    asked = [asked_of(i, k) for i in cars]
+    drives.step(**{name: [one[name] for one in asked] for name in asked[0]}, steps=steps)
+
+
+def test_many_cars_go_bit_for_bit_as_each_alone(car, rough):
+    drives = car.start_many(rough, cars=MANY, tyre_k=350.0, **BEGINS)
+    alone = [car.start(rough, tyre_k=350.0, **{name: values[i] for name, values in BEGINS.items()}) for i in range(MANY)]
+    names = list(alone[0].telemetry)
+    assert len(drives) == MANY and np.isnan(drives["vx_mps"]).all() and (drives.time_s == 0).all()
+    said = [None] * MANY
+    for k in range(30):
+        step_many(drives, k)
+        for i, drive in enumerate(alone):
+            try:
+                if said[i] is None:
+                    drive.step(**asked_of(i, k), steps=30)
+            except kerbstone.Error as error:
+                said[i] = str(error)
+        assert drives.problems == said
+        together = np.array([drives[name] for name in names]).T
+        assert np.array_equal(together, [list(drive.telemetry.values()) for drive in alone], equal_nan=True)  # no load without a road
+        assert np.array_equal(drives.time_s, [drive.time_s for drive in alone])
+    assert [one is not None and "no road" in one for one in said] == [False] * (MANY - 2) + [True] * 2
+    assert drives["u_m"][:-2].max() < 150 and drives["v_m"][8] > 4.5  # on the kerb
+
+
+def test_states_of_many_cars_go_on_in_any_of_them(car, rough):
+    drives = car.start_many(rough, cars=MANY, **BEGINS)
+    names = ("time_s", "x_m", "y_m", "vx_mps", "fz_rl_n", "yaw_rate_radps")
+
+    def seen(i):
+        return [drives[name][i] for name in names]
+
+    for k in range(10):
+        step_many(drives, k)
+    failed, middle = drives.state(MANY - 1), drives.state(3)
+    assert drives.problems[MANY - 1] and drives.problems[3] is None
+    there = seen(3)
+    step_many(drives, 10)
+    wanted = seen(3)
+    for i in range(MANY):
+        drives.set_state(i, middle)
+        assert seen(i) == there and drives.problems[i] is None
+    step_many(drives, 10, cars=[3] * MANY)
+    assert all(seen(i) == wanted for i in range(MANY))
+    # One that failed takes its problem along, and stands until it begins again.
+    drives.set_state(0, failed)
+    why = drives.problems[0]
+    step_many(drives, 11)
+    assert "no road" in why and drives.problems[0] == why and drives.problems[1] is None
+    first = car.start(rough, **{name: values[0] for name, values in BEGINS.items()})
+    first.step(throttle=1.0)
+    drives.reset(0)
+    assert drives.problems[0] is None and math.isnan(drives["vx_mps"][0]) and drives.time_s[0] == 0
+    drives.step(throttle=1.0)
+    assert seen(0) == [first[name] for name in names]
+
+
+def test_many_cars_refuse_what_one_refuses_in_the_same_words(car, straight):
+    def words(call):
+        with pytest.raises((ValueError, KeyError, IndexError, kerbstone.Error)) as error:
+            call()
+        return type(error.value), str(error.value)
+
+    one = car.start(straight, u_m=20.0)
+    drives = car.start_many(straight, cars=3, u_m=20.0)
+    odd = [{"throttle": x} for x in (math.nan, 5.0, -0.1)] + [{"clutch": 2.0}, {"gear": 9}, {"brake_pa": [-1.0, 0, 0, 0]}, {"steps": 0}]
+    for asked in odd:
+        assert words(lambda: drives.step(**asked)) == words(lambda: one.step(**asked))
+        if "steps" not in asked:  # of one car alone
+            (name, value), = asked.items()
+            assert words(lambda: drives.step(**{name: [np.zeros_like(value), value, np.zeros_like(value)]})) == words(lambda: one.step(**asked))
+    for begin in ({"u_m": 30000.0}, {"speed_mps": -1.0}, {"gear": 9}, {"step_s": 0.02}):
+        assert words(lambda: car.start_many(straight, cars=3, **begin)) == words(lambda: car.start(straight, **begin))
+    assert words(lambda: drives["no_such_channel"]) == words(lambda: one["no_such_channel"])
+    assert "gear: -1 to 6 wanted" in words(lambda: drives.step(gear=[1, 2.5, 1]))
+    assert "steer_rad: a number or 3 of them wanted" in words(lambda: drives.step(steer_rad=[0.0, 0.0]))
+    assert "brake_pa: a number, 4 of them or 3 x 4 wanted" in words(lambda: drives.step(brake_pa=[0.0] * 3))
+    assert "cars: 1 or more wanted" in words(lambda: car.start_many(straight, cars=0))
+    assert "car 3: 0 to 2 wanted" in words(lambda: drives.reset(3))
+    assert "state: one of these cars wanted" in words(lambda: drives.set_state(0, car.start_many(straight, cars=3).state(0)))
+    assert (drives.time_s == 0).all()  # nothing refused has moved them
+    drives.step(throttle=1.0 + 1e-10, brake_pa=1e5)  # what rounding leaves
+    assert drives["throttle_command"].tolist() == [1.0] * 3 and drives["brake_rr_command_pa"].tolist() == [1e5] * 3
+
+
+def test_other_threads_run_while_many_cars_step(car, straight):
+    drives = car.start_many(straight, cars=64, u_m=20.0, speed_mps=30.0, gear=3)
+    ran, done = [], threading.Event()
+
+    def other():
+        while not done.is_set():
+            time.sleep(0.001)
+            ran.append(time.perf_counter())
+
+    thread = threading.Thread(target=other)
+    thread.start()
+    begin = time.perf_counter()
+    drives.step(gear=3, steps=1000)
+    end = time.perf_counter()
+    done.set()
+    thread.join()
+    assert sum(begin < at < end for at in ran) >= 5
 
 
 def test_a_replay_is_that_of_the_program(car, circle, tmp_path):

@@ -1,13 +1,10 @@
 // The simulated car for Python: laps by the built-in driver, and single steps by the caller's.
-#include "car.h"
-
 #include <fmt/format.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -15,11 +12,10 @@
 #include <string>
 #include <vector>
 
+#include "drive.h"
 #include "recording/channels.h"
-#include "road.h"
 #include "vehicle/error.h"
 #include "vehicle/lap.h"
-#include "vehicle/telemetry.h"
 
 namespace py = pybind11;
 
@@ -60,64 +56,36 @@ vehicle::LapResult lap(const Car& car, const Road& road, int laps, bool standing
   return vehicle::drive_laps(car.car, vehicle::Road(road.surface), options);
 }
 
-void want_gear(const vehicle::Car<double>& car, int gear) {
-  const int top = vehicle::top_gear(car.parameters);
-  if (gear < -1 || gear > top) throw py::value_error(fmt::format("gear: -1 to {} wanted", top));
-}
-
 /// A car that is driven step by step. Refers to car and road, which Python keeps alive.
 class Drive {
  public:
   Drive(const Car& car, const Road& road, const vehicle::StartOptions& start, double step_s)
-      : car_(car.car),
+      : car_(car),
         road_(road.surface),
         tracker_(road.surface),
         row_(recording::telemetry_channels().size(), std::nan("")) {
     options_.step_s = step_s;
     vehicle::check_step(car.files.parameters, options_);
-    sim_ = vehicle::start(car_, road_, start);
+    sim_ = vehicle::start(car.car, road_, start);
   }
 
   void step(double steer_rad, double throttle, const std::array<double, vehicle::kWheels>& brake_pa,
             int gear, double clutch, int steps) {
-    for (const double x :
-         {steer_rad, throttle, brake_pa[0], brake_pa[1], brake_pa[2], brake_pa[3], clutch})
-      if (!std::isfinite(x)) throw py::value_error("a control that is no number");
-    if (steps < 1) throw py::value_error("steps: 1 or more wanted");
-    for (double* x : {&throttle, &clutch}) {  // what rounding leaves beyond is meant as the end
-      if (!(*x >= -1e-6 && *x <= 1.0 + 1e-6))
-        throw py::value_error("throttle, clutch: 0 to 1 wanted");
-      *x = std::clamp(*x, 0.0, 1.0);
-    }
-    want_gear(car_, gear);
-    if (*std::min_element(brake_pa.begin(), brake_pa.end()) < 0)
-      throw py::value_error("brake_pa: 0 or more wanted");
-    vehicle::Controls<double> controls;
-    controls.steer_command_rad = steer_rad;
-    controls.throttle_command = throttle;
-    controls.brake_command_pa = brake_pa;
-    controls.gear_command = gear;
-    controls.clutch_command = clutch;
+    want_steps(steps);
+    const vehicle::Controls<double> controls =
+        controls_of(car_, {steer_rad, throttle, brake_pa, static_cast<double>(gear), clutch});
     vehicle::StepResult result;
-    vehicle::State<double> before = sim_.state;
-    double time_s = sim_.time_s;
+    Before before;
     for (int k = 0; k < steps && result.ok(); ++k) {
-      before = sim_.state;
-      time_s = sim_.time_s;
-      result = vehicle::step(car_, sim_, controls, road_, options_, detail_);
+      before = {sim_.state, sim_.time_s};
+      result = vehicle::step(car_.car, sim_, controls, road_, options_, detail_);
     }
-    const crg::UV at = tracker_.at(before[vehicle::kX], before[vehicle::kY], before[vehicle::kZ]);
-    vehicle::fill_telemetry(time_s, before, detail_, controls, at.u_m, at.v_m, row_);
-    if (!result.ok()) throw vehicle::Error(vehicle::describe(result, sim_.time_s, at.u_m, at.v_m));
+    const std::string problem = tell(sim_, result, before, detail_, controls, tracker_, row_);
+    if (!problem.empty()) throw vehicle::Error(problem);
   }
 
   double time_s() const { return sim_.time_s; }
-  double channel(const std::string& name) const {
-    const std::vector<std::string>& names = recording::telemetry_channels();
-    for (std::size_t k = 0; k < names.size(); ++k)
-      if (names[k] == name) return row_[k];
-    throw py::key_error(name);
-  }
+  double channel(const std::string& name) const { return row_[place_of_channel(name)]; }
   py::dict telemetry() const {
     py::dict out;
     const std::vector<std::string>& names = recording::telemetry_channels();
@@ -126,7 +94,7 @@ class Drive {
   }
 
  private:
-  const vehicle::Car<double>& car_;
+  const Car& car_;
   vehicle::Road road_;
   vehicle::RoadTracker tracker_;
   vehicle::StepOptions options_;
@@ -138,24 +106,9 @@ class Drive {
 std::unique_ptr<Drive> start_drive(const Car& car, const Road& road, double u_m, double v_m,
                                    double speed_mps, int gear, double fuel_kg, double tyre_k,
                                    double disc_k, double step_s) {
-  if (!(step_s > 0) || !(step_s <= 0.01))
-    throw py::value_error("step_s: more than 0, at most 0.01 wanted");
-  if (!(speed_mps >= 0) || !(speed_mps < 150)) throw py::value_error("speed_mps: 0 to 150 wanted");
-  want_gear(car.car, gear);
-  const crg::Sample at = road.surface.at_uv(u_m, v_m);
-  if (!at.valid || !at.inside)
-    throw vehicle::Error("no road at u " + std::to_string(u_m) + " m, v " + std::to_string(v_m) +
-                         " m");
-  vehicle::StartOptions start;
-  start.x_m = at.x_m;
-  start.y_m = at.y_m;
-  start.z_near_m = at.z_m;
-  start.yaw_rad = at.heading_rad;
-  start.speed_mps = speed_mps;
-  start.fuel_kg = fuel_kg;
-  start.tyre_k = tyre_k;
-  start.disc_k = disc_k;
-  start.gear = gear;
+  want_step_s(step_s);
+  const vehicle::StartOptions start = start_of(
+      car, road, {u_m, v_m, speed_mps, static_cast<double>(gear), fuel_kg, tyre_k, disc_k});
   return std::make_unique<Drive>(car, road, start, step_s);
 }
 
@@ -187,8 +140,8 @@ void add_car(py::module_& m) {
       .def_property_readonly("telemetry", &Drive::telemetry,
                              "all channels of the last step, by name");
 
-  py::class_<Car>(m, "Car", "The simulated car that a vehicle file describes.")
-      .def_static("read", &read_car,
+  py::class_<Car> cars(m, "Car", "The simulated car that a vehicle file describes.");
+  cars.def_static("read", &read_car,
                   "Reads vehicle.yaml and everything it names, then a setup sheet, then settings "
                   "'group.key=value'.",
                   "path"_a, py::kw_only(), "setup"_a = py::none(),
@@ -204,6 +157,7 @@ void add_car(py::module_& m) {
            "road"_a, py::kw_only(), "u_m"_a = 0.0, "v_m"_a = 0.0, "speed_mps"_a = 0.0, "gear"_a = 1,
            "fuel_kg"_a = 30.0, "tyre_k"_a = 360.0, "disc_k"_a = 500.0, "step_s"_a = 0.001,
            py::keep_alive<0, 1>(), py::keep_alive<0, 2>());
+  add_drives(m, cars);
 }
 
 }  // namespace kerbstone
