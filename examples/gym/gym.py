@@ -1,145 +1,106 @@
-"""Cars to learn on: many of one unit in one process, with reset and step.
+"""Cars to learn on: many of one kind on one road, with reset and step.
 
-    cc -O2 -shared -fPIC -o libgym.so gym.c
-    python3 gym.py ./libgym.so car.fmu          # an example and its speed
+    python3 gym.py vehicle.yaml          # an example and its speed
+    python3 gym.py vehicle.yaml road.crg
 
-The unit is one of `crgdrive fmu`. Actions and observations are numbers of it by their names.
+Stepping releases the interpreter's lock: a Gym in each thread uses all cores.
 """
 
-import ctypes
-import pathlib
 import sys
-import tempfile
 import time
-import xml.etree.ElementTree
-import zipfile
 
-ACTIONS = ("input.steering", "input.throttle", "input.brake.fl", "input.brake.fr",
-           "input.brake.rl", "input.brake.rr")
-OBSERVATIONS = ("car.u", "car.v", "car.yaw", "car.vx", "car.vy", "car.yaw_rate")
+import kerbstone
+import numpy as np
 
-
-def _array(kind, values):
-    return (kind * len(values))(*values)
+# steer_rad, throttle, brake_pa of each wheel
+ACTIONS = 6
+OBSERVATIONS = ("u_m", "v_m", "yaw_rad", "vx_mps", "vy_mps", "yaw_rate_radps")
 
 
 class Gym:
-    """`cars` cars of a unit. `start` holds parameters by name, set before the initialisation."""
+    """`cars` cars on a road. `begin` is what Car.start_many takes: u_m, speed_mps, gear ..."""
 
-    def __init__(self, library, unit, cars=1, steps=10, step_s=0.001, start=None,
-                 actions=ACTIONS, observations=OBSERVATIONS):
-        self._folder = tempfile.TemporaryDirectory()
-        folder = pathlib.Path(self._folder.name)
-        with zipfile.ZipFile(unit) as archive:
-            archive.extractall(folder)
-        description = xml.etree.ElementTree.parse(folder / "modelDescription.xml").getroot()
-        if description.get("fmiVersion") != "2.0":
-            raise ValueError(f"{unit}: a unit of FMI 2.0 is wanted")
-        name = description.find("CoSimulation").get("modelIdentifier")
-        known = {variable.get("name"): int(variable.get("valueReference"))
-                 for variable in description.iter("ScalarVariable")}
-        self._refs = {key: _array(ctypes.c_uint, [known[name] for name in names])
-                      for key, names in (("start", start or {}), ("action", actions),
-                                         ("observation", observations))}
-        self._gear = known["input.gear"]
+    def __init__(self, car, road, cars=1, steps=10, observations=OBSERVATIONS, **begin):
+        self._drives = car.start_many(road, cars=cars, **begin)
         self.cars, self.steps = cars, steps
         self.observation_names = tuple(observations)
-        lib = self._lib = ctypes.CDLL(str(library))
-        lib.gym_make.restype = ctypes.c_void_p
-        lib.gym_make.argtypes = [ctypes.c_char_p, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_int,
-                                 ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int]
-        lib.gym_step.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p,
-                                 ctypes.c_int, ctypes.c_uint, ctypes.c_void_p, ctypes.c_void_p,
-                                 ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p]
-        lib.gym_state_size.restype = ctypes.c_size_t
-        lib.gym_state_size.argtypes = [ctypes.c_void_p, ctypes.c_int]
-        lib.gym_save.argtypes = lib.gym_load.argtypes = [ctypes.c_void_p, ctypes.c_int,
-                                                         ctypes.c_char_p, ctypes.c_size_t]
-        lib.gym_free.argtypes = [ctypes.c_void_p]
-        values = _array(ctypes.c_double, list((start or {}).values()))
-        self._gym = lib.gym_make(
-            str(folder / "binaries/linux64" / f"{name}.so").encode(),
-            description.get("guid").encode(), (folder / "resources").as_uri().encode(), cars,
-            step_s, self._refs["start"], values, len(values))
-        if not self._gym:
-            raise RuntimeError(f"{unit}: the unit cannot be made; what it says stands above")
-        self._seen = (ctypes.c_double * (cars * len(observations)))()
-        self._refused = (ctypes.c_int * cars)()
-        self.failed = []  # cars that refused the last step: they stand until reset() or load()
-        self._begin = self.save(0)
+        self.failed = []  # cars that cannot go on: they stand until reset() or load()
 
     def step(self, actions, gears):
-        """Actions of all cars, car after car, and their gears; all observations, car after car.
+        """Actions, cars x ACTIONS, and a gear of each; observations, cars x observation_names.
 
-        A car that left the road or rolled over stands, and is in `failed`; the others drive on."""
-        self._lib.gym_step(
-            self._gym, self.steps, self._refs["action"], _array(ctypes.c_double, actions),
-            len(self._refs["action"]), self._gear, _array(ctypes.c_int, gears),
-            self._refs["observation"], self._seen, len(self._refs["observation"]), self._refused)
-        self.failed = [car for car in range(self.cars) if self._refused[car]]
-        return list(self._seen)
+        A car that rolled over, or has no road under a wheel, stands and is in `failed`; the others
+        drive on. Beside the road its edge goes on: compare v_m with its width."""
+        actions = np.asarray(actions, dtype=float).reshape(self.cars, ACTIONS)
+        self._drives.step(steer_rad=actions[:, 0], throttle=actions[:, 1], brake_pa=actions[:, 2:],
+                          gear=gears, steps=self.steps)
+        self.failed = [car for car, why in enumerate(self._drives.problems) if why]
+        return np.stack([self._drives[name] for name in self.observation_names], axis=1)
 
     def save(self, car):
-        """The state of a car: bytes that any car of the same unit takes."""
-        bytes_ = ctypes.create_string_buffer(self._lib.gym_state_size(self._gym, car))
-        if len(bytes_) == 0 or self._lib.gym_save(self._gym, car, bytes_, len(bytes_)) != 0:
-            raise RuntimeError("the unit does not give its state")
-        return bytes_.raw
+        """The state of a car: any car of this Gym takes it."""
+        return self._drives.state(car)
 
     def load(self, car, state):
-        if self._lib.gym_load(self._gym, car, state, len(state)) != 0:
-            raise RuntimeError("the unit does not take this state")
+        self._drives.set_state(car, state)
 
     def reset(self, car):
-        """Back to how it was made."""
-        self.load(car, self._begin)
-
-    def close(self):
-        self._lib.gym_free(self._gym)
-        self._gym = None
-        self._folder.cleanup()
+        """Back to how it began."""
+        self._drives.reset(car)
 
 
-def main(library, unit, cars=100, decisions=100):
-    gym = Gym(library, unit, cars, start={"start.speed": 30.0})
-    speed = gym.observation_names.index("car.vx")
-    width = len(gym.observation_names)
+def flat_road(length_m=3000.0):
+    """Flat, 24 m wide; from 20 m before its end there is nothing."""
+    u_m = np.arange(0.0, length_m + 1.0)
+    z_m = np.zeros((u_m.size, 3))
+    z_m[-20:] = np.nan
+    return kerbstone.Road.from_arrays(u_m, 0 * u_m, [-12.0, 0.0, 12.0], z_m)
+
+
+def check_failing(car):
+    """One that comes to the end of the road stands until it is reset; the other drives on."""
+    gym = Gym(car, flat_road(200.0), cars=2, u_m=[160.0, 20.0], speed_mps=40.0, gear=3)
+    for _ in range(50):
+        seen = gym.step(np.zeros((2, ACTIONS)), 3)
+    failed = gym.failed
+    gym.reset(0)
+    gym.step(np.zeros((2, ACTIONS)), 3)
+    if failed != [0] or gym.failed or not seen[1, 0] > 30.0:
+        raise SystemExit("one car that fails is not what stops, or it does not begin again")
+
+
+def main(vehicle, road=None, cars=100, decisions=100):
+    car = kerbstone.Car.read(vehicle)
+    gym = Gym(car, kerbstone.Road.read(road) if road else flat_road(), cars, u_m=20.0,
+              speed_mps=30.0, gear=3)
+    speed = gym.observation_names.index("vx_mps")
     # Each car turns and brakes a little more than the one before.
-    actions = [x for i in range(cars) for x in (0.0005 * i, 0.3, *[5e3 * i] * 4)]
-    gears = [3] * cars
+    more = np.arange(cars)
+    actions = np.column_stack([0.0005 * more, np.full(cars, 0.3), *[5e3 * more] * 4])
     begin = time.perf_counter()
     for _ in range(decisions):
-        seen = gym.step(actions, gears)
+        seen = gym.step(actions, 3)
     took_s = time.perf_counter() - begin
-    if not all(seen[width * i + speed] > seen[width * (i + 1) + speed] for i in range(cars - 1)):
+    if not (np.diff(seen[:, speed]) < 0).all():
         raise SystemExit("more brakes, more speed: something is wrong")
     # From one state the same actions lead to the same place, bit for bit, in any car.
     middle = gym.save(cars // 2)
-    same = actions[:6] * cars
-    for car in range(cars):
-        gym.load(car, middle)
-    seen = gym.step(same, gears)
-    if any(seen[width * i:width * (i + 1)] != seen[:width] for i in range(cars)):
+    for k in range(cars):
+        gym.load(k, middle)
+    seen = gym.step(np.tile(actions[0], (cars, 1)), 3)
+    if (seen != seen[0]).any():
         raise SystemExit("one state went on in two ways")
-    for car in range(cars):
-        gym.reset(car)
-    again = gym.step(actions, gears)
-    if abs(again[speed] - 30.0) > 1.0:
+    for k in range(cars):
+        gym.reset(k)
+    if abs(gym.step(actions, 3)[0, speed] - 30.0) > 1.0:
         raise SystemExit("a reset did not begin anew")
-    # One that refuses its gear stands until it is reset; the others drive on.
-    gym.step(actions, [11] + gears[1:])
-    failed = gym.failed
-    gym.reset(0)
-    gym.step(actions, gears)
-    if failed != [0] or gym.failed:
-        raise SystemExit("one car that refuses is not what stops, or it does not begin again")
-    gym.close()
+    check_failing(car)
     steps = cars * decisions * gym.steps
     print(f"{cars} cars, {steps} steps of 1 ms in {took_s:.2f} s: "
           f"{steps / took_s:.0f} steps per second, {steps / took_s / 1000:.0f} times real time")
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3:
+    if len(sys.argv) not in (2, 3):
         raise SystemExit(__doc__)
-    main(sys.argv[1], sys.argv[2])
+    main(*sys.argv[1:])
