@@ -231,7 +231,7 @@ std::unique_ptr<Drives> start_drives(const Car& car, const Road& road, int cars,
 
 void add_drives(py::module_& m, py::class_<Car>& cars) {
   using namespace pybind11::literals;
-  py::class_<KeptState>(m, "DriveState", "All of one of many cars at a moment.");
+  const py::class_<KeptState> kept(m, "DriveState", "All of one of many cars at a moment.");
   py::class_<Drives>(m, "Drives", "Many cars of one kind that are driven step by step, together.")
       .def("step", &Drives::step,
            "As Drive.step, with a number for all cars or an array of one for each; brake_pa also "
