@@ -93,6 +93,17 @@ TEST(Lap, SaysWhyTheCarLeftItsLine) {
   const std::string slid = drive(stadium(), 1.0).limit;
   EXPECT_THAT(slid, ::testing::HasSubstr("tyres slid more"));
   EXPECT_THAT(slid, ::testing::HasSubstr("--grip-usage"));
+
+  // A driver who looks for it finds the first tenth that keeps the car.
+  const Car<double> car = make_car(v.files, v.parameters, v.terms);
+  const crg::Surface surface(stadium());
+  const auto [tuned, usage] = drive_laps_tuned(car, Road(surface), options);
+  EXPECT_EQ(tuned.limit, "");
+  EXPECT_LT(usage, 1.15);
+  EXPECT_GT(usage, 0.75);
+  options.speed.grip_usage = usage + 0.1;
+  EXPECT_NE(drive_laps(car, Road(surface), options).limit, "");
+  EXPECT_GT(drive_laps_tuned(car, Road(surface), {}).grip_usage, 0.74);
 }
 
 // A gear lower, the engine may not drag the driven wheels until they slide.

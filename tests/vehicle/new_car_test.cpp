@@ -7,7 +7,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <set>
 
 #include "base/write_file.h"
 #include "support/places.h"
@@ -60,7 +59,8 @@ double planned_s(const crg::Surface& surface, const Car<double>& car, const LapO
 std::string lap_fault(const crg::Surface& surface, const Car<double>& car, LapOptions options) {
   options.record_every = 0;
   options.fuel_kg = 5.0;
-  const LapResult lap = drive_laps(car, Road(surface), options);
+  const auto [lap, grip_usage] = drive_laps_tuned(car, Road(surface), options);
+  options.speed.grip_usage = grip_usage;
   if (!lap.complete) return lap.problem + "; " + lap.limit;
   if (lap.steps_off_road > 0) return fmt::format("{} steps off; {}", lap.steps_off_road, lap.limit);
   const double plan_s = planned_s(surface, car, options);
@@ -209,34 +209,21 @@ std::optional<crg::Surface> build_road(const std::string& name, const cli::Folde
   return crg::Surface(crg::read(folder / (name + ".crg")));
 }
 
-/// A road, and the cars that the driver loses there.
-struct Proof {
-  const char* road;
-  std::set<std::string> lost;
-};
+class SlowNewCarsOn : public ::testing::TestWithParam<const char*> {};
 
-class SlowNewCarsOn : public ::testing::TestWithParam<Proof> {};
-
+// The kart with less of the grip where kerbs and the edges of facets throw it: its travel is short.
 TEST_P(SlowNewCarsOn, DriveALapAsPlanned) {
   const cli::Folder folder;
-  const std::optional<crg::Surface> surface = build_road(GetParam().road, folder);
+  const std::optional<crg::Surface> surface = build_road(GetParam(), folder);
   if (!surface) GTEST_SKIP() << "the package torcs-data is not installed";
-  for (const std::string& name : all_sheets()) {
-    const std::string fault = lap_fault(*surface, Made(name).car(), {});
-    if (GetParam().lost.contains(name))
-      fmt::print("{} on {}: {}\n", name, GetParam().road, fault);
-    else
-      EXPECT_EQ(fault, "") << name;
-  }
+  for (const std::string& name : all_sheets())
+    EXPECT_EQ(lap_fault(*surface, Made(name).car(), {}), "") << name;
 }
 
-// A kart has no travel: where kerbs or the edges of the facets throw it, it flies.
 INSTANTIATE_TEST_SUITE_P(, SlowNewCarsOn,
-                         ::testing::Values(Proof{"kerbstone-ring", {"kart_kz"}},
-                                           Proof{"aalborg", {}}, Proof{"e-track-3", {"kart_kz"}},
-                                           Proof{"g-track-1", {"kart_kz"}}),
+                         ::testing::Values("kerbstone-ring", "aalborg", "e-track-3", "g-track-1"),
                          [](const auto& track) {
-                           std::string name = track.param.road;
+                           std::string name = track.param;
                            for (char& c : name)
                              if (c == '-') c = '_';
                            return name;

@@ -54,8 +54,8 @@ struct LapCommand {
   int laps = 1;
   bool standing = false;
   double tyre_k = 360.0, disc_k = 500.0, fuel_kg = 30.0;
-  std::vector<double> grip_usage{0.75};  ///< of the driver, and of the second car's
-  double begin_mps = 0.0;                ///< 0: as fast as the engine holds
+  std::vector<double> grip_usage;  ///< of the driver, and of the second car's; empty: he finds it
+  double begin_mps = 0.0;          ///< 0: as fast as the engine holds
   double margin_m = 2.0;
   double rate_hz = 100.0;
 };

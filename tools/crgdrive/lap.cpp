@@ -80,10 +80,11 @@ struct Ordered {
   std::string out_path;
   std::vector<std::string> log_paths;
   std::vector<double> ahead_s;
+  bool is_tuned = false;  ///< by a driver who looks for how much of the grip keeps the car
 };
 
 Ordered ordered(const LapCommand& asked) {
-  Ordered out{asked, "", {}, {}};
+  Ordered out{asked, "", {}, {}, false};
   LapCommand& c = out.command;
   for (const std::string& said : asked.opponents) {
     const auto [path, ahead_s, ahead_m] = vehicle::said_opponent(said);
@@ -108,6 +109,10 @@ Ordered ordered(const LapCommand& asked) {
     throw UsageError(
         "two of --output or of --grip-usage are of a second car: --opponent VEHICLE.yaml");
   if (c.out_paths.size() > 2) throw UsageError("--output is wanted once for each of the two cars");
+  if (c.grip_usage.empty()) {
+    c.grip_usage = {vehicle::SpeedOptions().grip_usage};
+    out.is_tuned = c.second_path.empty() && c.live.udp.empty() && c.live.speed_up == 0.0;
+  }
   if (!c.out_paths.empty()) out.out_path = c.out_paths[0];
   if (c.out_paths.size() > 1) c.second_out_path = c.out_paths[1];
   if (c.grip_usage.size() > 1) c.second_grip_usage = c.grip_usage[1];
@@ -154,13 +159,15 @@ void write_drive(const Ordered& order, const std::string& out_path, const vehicl
   if (!command.second_path.empty())
     from += fmt::format("# two cars, the second begins {:g} m ahead, grip usage {:g} and {:g}\n",
                         command.second_ahead_m, command.grip_usage[0], command.second_grip_usage);
+  else if (order.is_tuned)
+    from += fmt::format("# grip usage {:g}\n", command.grip_usage[0]);
   write_telemetry(out_path, from, result.telemetry);
 }
 
 }  // namespace
 
 int lap(const LapCommand& asked, Terminal& terminal) {
-  const Ordered order = ordered(asked);
+  Ordered order = ordered(asked);
   const LapCommand& command = order.command;
   const vehicle::Vehicle v = load_vehicle(command.car);
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
@@ -196,10 +203,19 @@ int lap(const LapCommand& asked, Terminal& terminal) {
     entrants.push_back({&*second, std::move(other)});
   }
 
-  const auto results = vehicle::drive_together(entrants, vehicle::Road(surface));
+  const double asked_usage = order.command.grip_usage[0];
+  std::vector<vehicle::LapResult> results;
+  if (order.is_tuned) {
+    auto tuned = vehicle::drive_laps_tuned(car, vehicle::Road(surface), std::move(options));
+    order.command.grip_usage[0] = tuned.grip_usage;
+    results.push_back(std::move(tuned.result));
+  } else {
+    results = vehicle::drive_together(entrants, vehicle::Road(surface));
+  }
   const vehicle::LapResult& result = results.front();
   if (terminal.json) {
     nlohmann::ordered_json told = lap_numbers(order.out_path, result);
+    told["grip_usage"] = command.grip_usage[0];
     if (second) {
       told["nearest_m"] = result.nearest_m;
       told["second"] = lap_numbers(command.second_out_path, results.back());
@@ -210,7 +226,11 @@ int lap(const LapCommand& asked, Terminal& terminal) {
                    fmt::format("the cars' centres came within {:.1f} m; cars do not touch\n",
                                result.nearest_m));
   } else {
-    terminal.print(sentences(result));
+    std::string text;
+    if (command.grip_usage[0] != asked_usage)
+      text = fmt::format("driven with --grip-usage {:.2g}: with {:.2g} the car left its line\n",
+                         command.grip_usage[0], asked_usage);
+    terminal.print(text + sentences(result));
   }
   write_drive(order, order.out_path, v, command.car, second_v.read_files, result);
   if (second)

@@ -127,7 +127,8 @@ void add_lap(const CommandLine& line, crgdrive::LapCommand& lap) {
       ->check(CLI::Range(0.0, 500.0));
   lap_app
       ->add_option("--grip-usage", lap.grip_usage,
-                   "Share of the tyres' grip the driver uses; a second number is the second car's")
+                   "Share of the tyres' grip the driver uses [0.75, and less where the car leaves "
+                   "its line]; a second number is the second car's")
       ->expected(1, 2)
       ->check(CLI::Range(0.05, 1.2));
   lap_app->add_option("--margin-m", lap.margin_m, "Car's centre to the edge of the road, m")
