@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <compare>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -31,7 +30,9 @@ bool before(const Cell& a, const Cell& b) {
 struct Hit {
   std::int32_t y, x;
   double z_m;
-  auto operator<=>(const Hit&) const = default;
+  bool operator<(const Hit& other) const {
+    return std::tie(y, x, z_m) < std::tie(other.y, other.x, other.z_m);
+  }
 };
 
 void add_triangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, double cell_m,
@@ -237,12 +238,11 @@ void Cells::link() {
   for (std::size_t i = 0; i < cells.size(); ++i) {
     Cell& c = cells[i];
     if (i == 0 || cells[i - 1].y != c.y)
-      for (int dy = -1; dy <= 1; ++dy)
-        beside[static_cast<std::size_t>(dy + 1)] = row(std::int64_t{c.y} + dy);
+      for (std::size_t k = 0; k < 3; ++k) beside[k] = row(c.y + static_cast<std::int64_t>(k) - 1);
     for (auto& [at, end] : beside)
       while (at != end && cells[at].x < c.x - 1) ++at;
     for (std::size_t k = 0; k < 8; ++k) {
-      auto [at, end] = beside[static_cast<std::size_t>(kAround[k][1] + 1)];
+      auto [at, end] = beside[kAround[k][1] < 0 ? 0 : (kAround[k][1] == 0 ? 1 : 2)];
       while (at != end && cells[at].x < c.x + kAround[k][0]) ++at;
       c.around[k] = nearest(at, end, c.x + kAround[k][0], c.z_m);
     }
