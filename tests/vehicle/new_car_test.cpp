@@ -211,18 +211,16 @@ std::optional<crg::Surface> build_road(const std::string& name, const cli::Folde
 
 class SlowNewCarsOn : public ::testing::TestWithParam<const char*> {};
 
-// Kerbs and the edges of facets throw the kart, whose travel is short: it takes less of the grip.
-// On g-track-1 that does not keep it.
+// Kerbs and the edges of facets throw the kart, whose travel is short: it takes less of the grip,
+// and on g-track-1 the larger margin that is then said to help.
 TEST_P(SlowNewCarsOn, DriveALapAsPlanned) {
   const cli::Folder folder;
   const std::optional<crg::Surface> surface = build_road(GetParam(), folder);
   if (!surface) GTEST_SKIP() << "the package torcs-data is not installed";
   for (const std::string& name : all_sheets()) {
-    const std::string fault = lap_fault(*surface, Made(name).car(), {});
-    if (name == "kart_kz" && GetParam() == std::string("g-track-1"))
-      fmt::print("{} on {}: {}\n", name, GetParam(), fault);
-    else
-      EXPECT_EQ(fault, "") << name;
+    LapOptions options;
+    if (name == "kart_kz" && GetParam() == std::string("g-track-1")) options.line.margin_m = 4.0;
+    EXPECT_EQ(lap_fault(*surface, Made(name).car(), options), "") << name;
   }
 }
 

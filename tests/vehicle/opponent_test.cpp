@@ -154,11 +154,12 @@ TEST(Opponent, TwoCarsInOneRun) {
   LapOptions behind, ahead;
   behind.laps = ahead.laps = 2;
   ahead.ahead_m = 12.0;
-  const LapResult single = drive_laps(alone, road, behind);
+  const LapResult single = drive_laps(alone, road, behind), other = drive_laps(alone, road, ahead);
   const std::vector<Entrant> without{{&alone, behind}, {&alone, ahead}};
   const std::vector<LapResult> apart = drive_together(without, road);
   ASSERT_TRUE(apart[0].complete && apart[1].complete) << apart[0].problem << apart[1].problem;
   EXPECT_EQ(drive_of(apart[0]), drive_of(single));
+  EXPECT_EQ(drive_of(apart[1]), drive_of(other));
   EXPECT_NEAR(apart[0].telemetry.find("wake_x_m")->front(), 12.0, 0.2);
   EXPECT_NEAR(apart[1].telemetry.find("wake_x_m")->front(), -12.0, 0.2);
 

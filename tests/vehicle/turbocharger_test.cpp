@@ -350,7 +350,6 @@ TEST(Turbocharger, TipsInAsFastAsMeasuredEngines) {
 // step, by both integrators, up to the limiter and with the smallest volumes allowed.
 TEST(Turbocharger, IsStableAtAnyStepAndConverges) {
   for (const double rpm : {1800.0, 6500.0}) {
-    if (rpm > 2000 && std::getenv("KERBSTONE_HEAVY") == nullptr) break;
     const Bench fine = bench(rpm, {0.0002, Integrator::kExplicitEuler}, default_amplitudes());
     for (const double step_s : {0.0005, 0.001})
       for (const Integrator integrator : {Integrator::kExplicitEuler, Integrator::kSemiImplicit}) {
@@ -371,7 +370,7 @@ TEST(Turbocharger, IsStableAtAnyStepAndConverges) {
 // at once: pressures stay numbers and swing by no more than 3 % in a step of 1 ms.
 TEST(Turbocharger, IsStableWhateverItsParameters) {
   std::mt19937 random(11);
-  const int trials = std::getenv("KERBSTONE_HEAVY") != nullptr ? 40 : 6;
+  const int trials = std::getenv("KERBSTONE_HEAVY") != nullptr ? 40 : 12;
   for (int trial = 0; trial < trials; ++trial) {
     Parameters<double> p = default_parameters();
     std::string changed;

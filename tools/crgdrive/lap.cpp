@@ -80,11 +80,10 @@ struct Ordered {
   std::string out_path;
   std::vector<std::string> log_paths;
   std::vector<double> ahead_s;
-  bool is_tuned = false;  ///< by a driver who looks for how much of the grip keeps the car
 };
 
 Ordered ordered(const LapCommand& asked) {
-  Ordered out{asked, "", {}, {}, false};
+  Ordered out{asked, "", {}, {}};
   LapCommand& c = out.command;
   for (const std::string& said : asked.opponents) {
     const auto [path, ahead_s, ahead_m] = vehicle::said_opponent(said);
@@ -109,10 +108,7 @@ Ordered ordered(const LapCommand& asked) {
     throw UsageError(
         "two of --output or of --grip-usage are of a second car: --opponent VEHICLE.yaml");
   if (c.out_paths.size() > 2) throw UsageError("--output is wanted once for each of the two cars");
-  if (c.grip_usage.empty()) {
-    c.grip_usage = {vehicle::SpeedOptions().grip_usage};
-    out.is_tuned = c.second_path.empty() && c.live.udp.empty() && c.live.speed_up == 0.0;
-  }
+  if (c.grip_usage.empty()) c.grip_usage = {vehicle::SpeedOptions().grip_usage};
   if (!c.out_paths.empty()) out.out_path = c.out_paths[0];
   if (c.out_paths.size() > 1) c.second_out_path = c.out_paths[1];
   if (c.grip_usage.size() > 1) c.second_grip_usage = c.grip_usage[1];
@@ -159,7 +155,7 @@ void write_drive(const Ordered& order, const std::string& out_path, const vehicl
   if (!command.second_path.empty())
     from += fmt::format("# two cars, the second begins {:g} m ahead, grip usage {:g} and {:g}\n",
                         command.second_ahead_m, command.grip_usage[0], command.second_grip_usage);
-  else if (order.is_tuned)
+  else
     from += fmt::format("# grip usage {:g}\n", command.grip_usage[0]);
   write_telemetry(out_path, from, result.telemetry);
 }
@@ -203,9 +199,11 @@ int lap(const LapCommand& asked, Terminal& terminal) {
     entrants.push_back({&*second, std::move(other)});
   }
 
-  const double asked_usage = order.command.grip_usage[0];
+  // Nobody said how much of the grip: what keeps the car, unless others see it drive.
+  const bool is_tuned = asked.grip_usage.empty() && !second && !live.wanted();
+  const double first_usage = command.grip_usage[0];
   std::vector<vehicle::LapResult> results;
-  if (order.is_tuned) {
+  if (is_tuned) {
     auto tuned = vehicle::drive_laps_tuned(car, vehicle::Road(surface), std::move(options));
     order.command.grip_usage[0] = tuned.grip_usage;
     results.push_back(std::move(tuned.result));
@@ -227,9 +225,12 @@ int lap(const LapCommand& asked, Terminal& terminal) {
                                result.nearest_m));
   } else {
     std::string text;
-    if (command.grip_usage[0] != asked_usage)
-      text = fmt::format("driven with --grip-usage {:.2g}: with {:.2g} the car left its line\n",
-                         command.grip_usage[0], asked_usage);
+    if (command.grip_usage[0] != first_usage)
+      text = fmt::format("driven with --grip-usage {:g}: with {:g} the car left its line\n",
+                         command.grip_usage[0], first_usage);
+    else if (is_tuned && !result.limit.empty())
+      text = fmt::format("no --grip-usage from {:g} down to {:g} keeps the car on its line\n",
+                         first_usage, vehicle::kLeastGripUsage);
     terminal.print(text + sentences(result));
   }
   write_drive(order, order.out_path, v, command.car, second_v.read_files, result);

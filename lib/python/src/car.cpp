@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drive.h"
@@ -53,7 +54,7 @@ vehicle::LapResult lap(const Car& car, const Road& road, int laps, bool standing
   options.fuel_kg = fuel_kg;
   options.record_every = record_every;
   py::gil_scoped_release free;
-  return vehicle::drive_laps(car.car, vehicle::Road(road.surface), options);
+  return vehicle::drive_laps_tuned(car.car, vehicle::Road(road.surface), std::move(options)).result;
 }
 
 /// A car that is driven step by step. Refers to car and road, which Python keeps alive.

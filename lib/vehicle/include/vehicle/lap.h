@@ -64,8 +64,9 @@ struct TunedLaps {
   double grip_usage = 0.0;  ///< SpeedOptions::grip_usage of it
 };
 
-/// Laps by a driver who takes a tenth less of the grip, at least 0.45, as long as the car leaves
-/// its line. Where none of them keeps it, the first. Throws Error as drive_laps.
+constexpr double kLeastGripUsage = 0.45;
+/// Laps by a driver who uses 0.1 less of the grip each time, at least kLeastGripUsage, as long as
+/// the car leaves its line. Where none of them keeps it, the first. Throws Error as drive_laps.
 TunedLaps drive_laps_tuned(const Car<double>& car, const Road& road, LapOptions options = {});
 
 /// A car of a run with others.
