@@ -197,13 +197,14 @@ def test_many_cars_refuse_what_one_refuses_in_the_same_words(car, straight):
         if "steps" not in asked:  # of one car alone
             (name, value), = asked.items()
             assert words(lambda: drives.step(**{name: [np.zeros_like(value), value, np.zeros_like(value)]})) == words(lambda: one.step(**asked))
-    for begin in ({"u_m": 30000.0}, {"speed_mps": -1.0}, {"gear": 9}, {"step_s": 0.02}):
+    for begin in ({"u_m": 30000.0}, {"speed_mps": -1.0}, {"gear": 9}, {"fuel_kg": math.nan}, {"tyre_k": 1e9}, {"disc_k": 0.0}, {"step_s": 0.02}):
         assert words(lambda: car.start_many(straight, cars=3, **begin)) == words(lambda: car.start(straight, **begin))
     assert words(lambda: drives["no_such_channel"]) == words(lambda: one["no_such_channel"])
     assert "gear: -1 to 6 wanted" in words(lambda: drives.step(gear=[1, 2.5, 1]))
     assert "steer_rad: a number or 3 of them wanted" in words(lambda: drives.step(steer_rad=[0.0, 0.0]))
     assert "brake_pa: a number, 4 of them or 3 x 4 wanted" in words(lambda: drives.step(brake_pa=[0.0] * 3))
-    assert "cars: 1 or more wanted" in words(lambda: car.start_many(straight, cars=0))
+    for cars in (0, 2 * 10**9):
+        assert "cars: 1 to 10000 wanted" in words(lambda: car.start_many(straight, cars=cars))
     assert "car 3: 0 to 2 wanted" in words(lambda: drives.reset(3))
     assert "state: one of these cars wanted" in words(lambda: drives.set_state(0, car.start_many(straight, cars=3).state(0)))
     assert (drives.time_s == 0).all()  # nothing refused has moved them

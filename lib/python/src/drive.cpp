@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "recording/channels.h"
 #include "vehicle/error.h"
@@ -35,6 +36,11 @@ vehicle::StartOptions start_of(const Car& car, const Road& road, const Begin& be
   if (!(begin.speed_mps >= 0) || !(begin.speed_mps < 150))
     throw py::value_error("speed_mps: 0 to 150 wanted");
   want_gear(car, begin.gear);
+  for (const auto& [name, x, low, high] : {std::tuple("fuel_kg", begin.fuel_kg, 0, 500),
+                                           {"tyre_k", begin.tyre_k, 200, 500},
+                                           {"disc_k", begin.disc_k, 200, 1500}})
+    if (!(x >= low && x <= high))
+      throw py::value_error(fmt::format("{}: {} to {} wanted", name, low, high));
   const crg::Sample at = road.surface.at_uv(begin.u_m, begin.v_m);
   if (!at.valid || !at.inside)
     throw vehicle::Error("no road at u " + std::to_string(begin.u_m) + " m, v " +

@@ -214,7 +214,8 @@ std::unique_ptr<Drives> start_drives(const Car& car, const Road& road, int cars,
                                      const py::object& speed_mps, const py::object& gear,
                                      const py::object& fuel_kg, const py::object& tyre_k,
                                      const py::object& disc_k, double step_s) {
-  if (cars < 1) throw py::value_error("cars: 1 or more wanted");
+  constexpr int kMost = 10'000;  // of 60 kB each
+  if (cars < 1 || cars > kMost) throw py::value_error(fmt::format("cars: 1 to {} wanted", kMost));
   want_step_s(step_s);
   const auto n = static_cast<std::size_t>(cars);
   const std::vector<double> u = spread("u_m", u_m, n), v = spread("v_m", v_m, n),
