@@ -160,6 +160,36 @@ void write_drive(const Ordered& order, const std::string& out_path, const vehicl
   write_telemetry(out_path, from, result.telemetry);
 }
 
+// What the terminal says of the drives; first_usage: the share of the grip that was tried first.
+void tell(const Ordered& order, double first_usage, bool is_tuned,
+          const std::vector<vehicle::LapResult>& results, Terminal& terminal) {
+  const LapCommand& command = order.command;
+  const vehicle::LapResult& result = results.front();
+  const bool is_pair = results.size() > 1;
+  if (terminal.json) {
+    nlohmann::ordered_json told = lap_numbers(order.out_path, result);
+    told["grip_usage"] = command.grip_usage[0];
+    if (is_pair) {
+      told["nearest_m"] = result.nearest_m;
+      told["second"] = lap_numbers(command.second_out_path, results.back());
+    }
+    terminal.print(base::json_text(told));
+  } else if (is_pair) {
+    terminal.print("first car\n" + sentences(result) + "second car\n" + sentences(results.back()) +
+                   fmt::format("the cars' centres came within {:.1f} m; cars do not touch\n",
+                               result.nearest_m));
+  } else {
+    std::string text;
+    if (command.grip_usage[0] != first_usage)
+      text = fmt::format("driven with --grip-usage {:g}: with {:g} the car left its line\n",
+                         command.grip_usage[0], first_usage);
+    else if (is_tuned && !result.limit.empty())
+      text = fmt::format("no --grip-usage from {:g} down to {:g} keeps the car on its line\n",
+                         first_usage, vehicle::kLeastGripUsage);
+    terminal.print(text + sentences(result));
+  }
+}
+
 }  // namespace
 
 int lap(const LapCommand& asked, Terminal& terminal) {
@@ -211,28 +241,7 @@ int lap(const LapCommand& asked, Terminal& terminal) {
     results = vehicle::drive_together(entrants, vehicle::Road(surface));
   }
   const vehicle::LapResult& result = results.front();
-  if (terminal.json) {
-    nlohmann::ordered_json told = lap_numbers(order.out_path, result);
-    told["grip_usage"] = command.grip_usage[0];
-    if (second) {
-      told["nearest_m"] = result.nearest_m;
-      told["second"] = lap_numbers(command.second_out_path, results.back());
-    }
-    terminal.print(base::json_text(told));
-  } else if (second) {
-    terminal.print("first car\n" + sentences(result) + "second car\n" + sentences(results.back()) +
-                   fmt::format("the cars' centres came within {:.1f} m; cars do not touch\n",
-                               result.nearest_m));
-  } else {
-    std::string text;
-    if (command.grip_usage[0] != first_usage)
-      text = fmt::format("driven with --grip-usage {:g}: with {:g} the car left its line\n",
-                         command.grip_usage[0], first_usage);
-    else if (is_tuned && !result.limit.empty())
-      text = fmt::format("no --grip-usage from {:g} down to {:g} keeps the car on its line\n",
-                         first_usage, vehicle::kLeastGripUsage);
-    terminal.print(text + sentences(result));
-  }
+  tell(order, first_usage, is_tuned, results, terminal);
   write_drive(order, order.out_path, v, command.car, second_v.read_files, result);
   if (second)
     write_drive(order, command.second_out_path, second_v, second_options, v.read_files,
