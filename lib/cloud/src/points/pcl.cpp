@@ -1,23 +1,8 @@
-// The only file that includes PCL's headers. PCL computes in float32: points go to it relative to
-// an origin of their own. What it prints is turned off; what it does not do is found by its
-// results.
+// PCL computes in float32: points go to it relative to an origin of their own. What it prints is
+// turned off; what it does not do is found by its results.
 #include "cloud/pcl.h"
 
 #include <fmt/format.h>
-#include <pcl/common/common.h>
-#include <pcl/console/print.h>
-#include <pcl/features/fpfh_omp.h>
-#include <pcl/features/normal_3d_omp.h>
-#include <pcl/filters/statistical_outlier_removal.h>
-#include <pcl/filters/voxel_grid.h>
-#include <pcl/kdtree/kdtree_flann.h>
-#include <pcl/octree/octree_pointcloud_changedetector.h>
-#include <pcl/pcl_config.h>
-#include <pcl/point_types.h>
-#include <pcl/registration/gicp.h>
-#include <pcl/registration/sample_consensus_prerejective.h>
-#include <pcl/segmentation/approximate_progressive_morphological_filter.h>
-#include <pcl/segmentation/progressive_morphological_filter.h>
 
 #include <algorithm>
 #include <array>
@@ -28,6 +13,7 @@
 
 #include "cloud/error.h"
 #include "local_origin.h"
+#include "pcl_headers.h"
 
 namespace cloud {
 namespace {
