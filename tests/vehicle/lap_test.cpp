@@ -98,7 +98,7 @@ TEST(Lap, SaysWhyTheCarLeftItsLine) {
   // A driver who looks for it finds the first tenth that keeps the car.
   const Car<double> car = make_car(v.files, v.parameters, v.terms);
   const crg::Surface surface(stadium());
-  const auto [tuned, usage] = drive_laps_tuned(car, Road(surface), options);
+  const auto [tuned, usage, margin_m] = drive_laps_tuned(car, Road(surface), options);
   EXPECT_EQ(tuned.limit, "");
   EXPECT_LT(usage, 1.15);
   EXPECT_GT(usage, 0.75);
@@ -107,6 +107,27 @@ TEST(Lap, SaysWhyTheCarLeftItsLine) {
   options.speed.grip_usage = usage + 0.1;
   EXPECT_NE(drive_laps(car, Road(surface), options).limit, "");
   EXPECT_GT(drive_laps_tuned(car, Road(surface), {}).grip_usage, 0.74);
+}
+
+// Beside the middle of this road holes of 15 cm throw the car at any speed that a driver chooses.
+TEST(Lap, WhereNoShareOfTheGripKeepsTheCarItKeepsAwayFromTheEdges) {
+  const Vehicle v = racer();
+  const Car<double> car = make_car(v.files, v.parameters, v.terms);
+  crg::Crg edges = stadium();
+  const std::size_t columns = edges.grid.columns();
+  for (std::size_t i = 0; i < edges.grid.z_m.size(); ++i)
+    if (std::abs(edges.grid.v_m[i % columns]) > 1.6 && i / columns % 4 < 2)
+      edges.grid.z_m[i] = -0.15f;
+  const crg::Surface surface(edges);
+  LapOptions options;
+  options.record_every = 0;
+  const TunedLaps near = drive_laps_tuned(car, Road(surface), options, Margin::as_given);
+  EXPECT_NE(near.result.limit, "");
+  EXPECT_EQ(near.margin_m, 2.0);
+  const TunedLaps tuned = drive_laps_tuned(car, Road(surface), options);
+  EXPECT_EQ(tuned.result.limit, "");
+  EXPECT_GT(tuned.margin_m, 2.0);
+  EXPECT_LE(tuned.margin_m, largest_margin_m(surface));
 }
 
 // A gear lower, the engine may not drag the driven wheels until they slide.

@@ -3,6 +3,7 @@
 // the exit code.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,7 +57,7 @@ struct LapCommand {
   double tyre_k = 360.0, disc_k = 500.0, fuel_kg = 30.0;
   std::vector<double> grip_usage;  ///< of the driver, and of the second car's; empty: he finds it
   double begin_mps = 0.0;          ///< 0: as fast as the engine holds
-  double margin_m = 2.0;
+  std::optional<double> margin_m;  ///< nothing: 2, and more where that is too near
   double rate_hz = 100.0;
 };
 int lap(const LapCommand& command, Terminal& terminal);

@@ -109,6 +109,7 @@ Ordered ordered(const LapCommand& asked) {
         "two of --output or of --grip-usage are of a second car: --opponent VEHICLE.yaml");
   if (c.out_paths.size() > 2) throw UsageError("--output is wanted once for each of the two cars");
   if (c.grip_usage.empty()) c.grip_usage = {vehicle::SpeedOptions().grip_usage};
+  if (!c.margin_m) c.margin_m = vehicle::RacingLineOptions().margin_m;
   if (!c.out_paths.empty()) out.out_path = c.out_paths[0];
   if (c.out_paths.size() > 1) c.second_out_path = c.out_paths[1];
   if (c.grip_usage.size() > 1) c.second_grip_usage = c.grip_usage[1];
@@ -126,7 +127,7 @@ vehicle::LapOptions lap_options(const Ordered& order) {
   options.fuel_kg = command.fuel_kg;
   options.speed.grip_usage = command.grip_usage[0];
   options.speed.begin_mps = command.begin_mps;
-  options.line.margin_m = command.margin_m;
+  options.line.margin_m = *command.margin_m;
   options.step = step_options(command.car);
   for (std::size_t i = 0; i < order.log_paths.size(); ++i) {
     const std::string& path = order.log_paths[i];
@@ -156,12 +157,13 @@ void write_drive(const Ordered& order, const std::string& out_path, const vehicl
     from += fmt::format("# two cars, the second begins {:g} m ahead, grip usage {:g} and {:g}\n",
                         command.second_ahead_m, command.grip_usage[0], command.second_grip_usage);
   else
-    from += fmt::format("# grip usage {:g}\n", command.grip_usage[0]);
+    from +=
+        fmt::format("# grip usage {:g}, margin {:g} m\n", command.grip_usage[0], *command.margin_m);
   write_telemetry(out_path, from, result.telemetry);
 }
 
-// What the terminal says of the drives; first_usage: the share of the grip that was tried first.
-void tell(const Ordered& order, double first_usage, bool is_tuned,
+// What the terminal says of the drives; `tried`: what was driven with first.
+void tell(const Ordered& order, const LapCommand& tried, bool is_tuned,
           const std::vector<vehicle::LapResult>& results, Terminal& terminal) {
   const LapCommand& command = order.command;
   const vehicle::LapResult& result = results.front();
@@ -169,6 +171,7 @@ void tell(const Ordered& order, double first_usage, bool is_tuned,
   if (terminal.json) {
     nlohmann::ordered_json told = lap_numbers(order.out_path, result);
     told["grip_usage"] = command.grip_usage[0];
+    told["margin_m"] = *command.margin_m;
     if (is_pair) {
       told["nearest_m"] = result.nearest_m;
       told["second"] = lap_numbers(command.second_out_path, results.back());
@@ -179,10 +182,16 @@ void tell(const Ordered& order, double first_usage, bool is_tuned,
                    fmt::format("the cars' centres came within {:.1f} m; cars do not touch\n",
                                result.nearest_m));
   } else {
+    const double usage = command.grip_usage[0], first_usage = tried.grip_usage[0];
     std::string text;
-    if (command.grip_usage[0] != first_usage)
-      text = fmt::format("driven with --grip-usage {:g}: with {:g} the car left its line\n",
-                         command.grip_usage[0], first_usage);
+    if (command.margin_m != tried.margin_m)
+      text = fmt::format(
+          "driven with --grip-usage {:g} --margin-m {:g}: nearer to the edges no --grip-usage from "
+          "{:g} down to {:g} keeps the car on its line\n",
+          usage, *command.margin_m, first_usage, vehicle::kLeastGripUsage);
+    else if (usage != first_usage)
+      text = fmt::format("driven with --grip-usage {:g}: with {:g} the car left its line\n", usage,
+                         first_usage);
     else if (is_tuned && !result.limit.empty())
       text = fmt::format("no --grip-usage from {:g} down to {:g} keeps the car on its line\n",
                          first_usage, vehicle::kLeastGripUsage);
@@ -231,17 +240,20 @@ int lap(const LapCommand& asked, Terminal& terminal) {
 
   // Nobody said how much of the grip: what keeps the car, unless others see it drive.
   const bool is_tuned = asked.grip_usage.empty() && !second && !live.wanted();
-  const double first_usage = command.grip_usage[0];
+  const LapCommand tried = command;
   std::vector<vehicle::LapResult> results;
   if (is_tuned) {
-    auto tuned = vehicle::drive_laps_tuned(car, vehicle::Road(surface), std::move(options));
+    auto tuned = vehicle::drive_laps_tuned(
+        car, vehicle::Road(surface), std::move(options),
+        asked.margin_m ? vehicle::Margin::as_given : vehicle::Margin::wider_where_wanted);
     order.command.grip_usage[0] = tuned.grip_usage;
+    order.command.margin_m = tuned.margin_m;
     results.push_back(std::move(tuned.result));
   } else {
     results = vehicle::drive_together(entrants, vehicle::Road(surface));
   }
   const vehicle::LapResult& result = results.front();
-  tell(order, first_usage, is_tuned, results, terminal);
+  tell(order, tried, is_tuned, results, terminal);
   write_drive(order, order.out_path, v, command.car, second_v.read_files, result);
   if (second)
     write_drive(order, command.second_out_path, second_v, second_options, v.read_files,

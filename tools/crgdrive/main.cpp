@@ -131,7 +131,9 @@ void add_lap(const CommandLine& line, crgdrive::LapCommand& lap) {
                    "its line]; a second number is the second car's")
       ->expected(1, 2)
       ->check(CLI::Range(0.05, 1.2));
-  lap_app->add_option("--margin-m", lap.margin_m, "Car's centre to the edge of the road, m")
+  lap_app
+      ->add_option("--margin-m", lap.margin_m,
+                   "Car's centre to the edge of the road, m [2, and 4 where it leaves its line]")
       ->check(CLI::Range(0.0, 50.0));
   lap_app->add_option("--rate-hz", lap.rate_hz, "Rows of telemetry per second")
       ->check(CLI::Range(0.1, 100000.0));

@@ -1,6 +1,7 @@
 // Whole laps by the built-in driver.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <span>
@@ -62,12 +63,16 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
 struct TunedLaps {
   LapResult result;
   double grip_usage = 0.0;  ///< SpeedOptions::grip_usage of it
+  double margin_m = 0.0;    ///< RacingLineOptions::margin_m of it
 };
 
 constexpr double kLeastGripUsage = 0.45;
+enum class Margin : std::uint8_t { as_given, wider_where_wanted };
 /// Laps by a driver who uses 0.1 less of the grip each time, at least kLeastGripUsage, as long as
-/// the car leaves its line. Where none of them keeps it, the first. Throws Error as drive_laps.
-TunedLaps drive_laps_tuned(const Car<double>& car, const Road& road, LapOptions options = {});
+/// the car leaves its line; then, where he may, the same with twice the margin, or what the road
+/// has. Where none of them keeps it, the first. Throws Error as drive_laps.
+TunedLaps drive_laps_tuned(const Car<double>& car, const Road& road, LapOptions options = {},
+                           Margin margin = Margin::wider_where_wanted);
 
 /// A car of a run with others.
 struct Entrant {

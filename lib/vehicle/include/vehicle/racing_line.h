@@ -42,6 +42,9 @@ struct RacingLineOptions {
 /// Error where the road is narrower than twice the margin.
 RacingLine plan_line(const crg::Surface& road, const RacingLineOptions& options = {});
 
+/// The largest margin_m for which plan_line finds a line: half of the road's narrowest place.
+double largest_margin_m(const crg::Surface& road, const RacingLineOptions& options = {});
+
 struct SpeedOptions {
   double grip_usage = 0.75;  ///< share of the tyres' peak friction the driver uses
   double tyre_k = 360.0;     ///< temperature of the tyres he reckons with

@@ -379,19 +379,4 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
   return std::move(drive_together({&alone, 1}, road).front());
 }
 
-TunedLaps drive_laps_tuned(const Car<double>& car, const Road& road, LapOptions options) {
-  const auto keeps_its_line = [](const LapResult& r) {
-    return r.complete && r.steps_off_road == 0 && r.limit.empty();
-  };
-  double& usage = options.speed.grip_usage;
-  TunedLaps first{drive_laps(car, road, options), usage};
-  if (keeps_its_line(first.result)) return first;
-  // To the hundredth, so that the share as it is printed drives the same to the bit.
-  while ((usage = std::round(100.0 * usage - 10.0) / 100.0) >= kLeastGripUsage) {
-    TunedLaps next{drive_laps(car, road, options), usage};
-    if (keeps_its_line(next.result)) return next;
-  }
-  return first;
-}
-
 }  // namespace vehicle

@@ -239,31 +239,54 @@ void measure_stations(const crg::Surface& road, RacingLine& line) {
   line.vertical_curvature_1pm = smooth;
 }
 
-}  // namespace
-
-RacingLine plan_line(const crg::Surface& road, const RacingLineOptions& options) {
-  const crg::ReferenceLine& reference = road.reference_line();
-  const double u_begin = reference.u_begin_m;
-  const double u_length = reference.u_step_m * static_cast<double>(reference.size() - 1);
+/// Stations of a line, not yet laid.
+RacingLine stations_of(const crg::ReferenceLine& reference, double station_m) {
+  const double u_length_m = reference.u_step_m * static_cast<double>(reference.size() - 1);
   RacingLine line;
   line.closed = reference.closed;
-  const auto n = static_cast<std::size_t>(std::max(8.0, std::round(u_length / options.station_m)));
-  line.u_begin_m = u_begin;
-  line.u_step_m = u_length / static_cast<double>(line.closed ? n : n - 1);
+  const auto n = static_cast<std::size_t>(std::max(8.0, std::round(u_length_m / station_m)));
+  line.u_begin_m = reference.u_begin_m;
+  line.u_step_m = u_length_m / static_cast<double>(line.closed ? n : n - 1);
   line.v_m.resize(n);
+  return line;
+}
 
+/// The narrowest of a few cuts around the station, so that holes between stations count.
+Width width_around(const crg::Surface& road, const RacingLine& line, std::size_t station) {
+  const crg::ReferenceLine& reference = road.reference_line();
+  const double u = line.u_begin_m + line.u_step_m * static_cast<double>(station),
+               u_end =
+                   line.u_begin_m + reference.u_step_m * static_cast<double>(reference.size() - 1);
+  Width w = width_at(road, u);
+  for (const double shift : {-0.5, -0.25, 0.25, 0.5}) {
+    const Width other =
+        width_at(road, std::clamp(u + shift * line.u_step_m, line.u_begin_m, u_end));
+    w.low = std::max(w.low, other.low);
+    w.high = std::min(w.high, other.high);
+  }
+  return w;
+}
+
+}  // namespace
+
+double largest_margin_m(const crg::Surface& road, const RacingLineOptions& options) {
+  const RacingLine line = stations_of(road.reference_line(), options.station_m);
+  double least_m = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < line.v_m.size(); ++i) {
+    const Width w = width_around(road, line, i);
+    least_m = std::min(least_m, w.high - w.low);
+  }
+  return 0.5 * least_m;
+}
+
+RacingLine plan_line(const crg::Surface& road, const RacingLineOptions& options) {
+  RacingLine line = stations_of(road.reference_line(), options.station_m);
+  const std::size_t n = line.v_m.size();
   std::vector<double> low(n), high(n);
   std::vector<crg::Point2> base(n), normal(n);
   for (std::size_t i = 0; i < n; ++i) {
-    const double u = u_begin + line.u_step_m * static_cast<double>(i);
-    // The narrowest of a few cuts around the station, so that holes between stations count.
-    Width w = width_at(road, u);
-    for (const double shift : {-0.5, -0.25, 0.25, 0.5}) {
-      const double near = std::clamp(u + shift * line.u_step_m, u_begin, u_begin + u_length);
-      const Width other = width_at(road, near);
-      w.low = std::max(w.low, other.low);
-      w.high = std::min(w.high, other.high);
-    }
+    const double u = line.u_begin_m + line.u_step_m * static_cast<double>(i);
+    const Width w = width_around(road, line, i);
     low[i] = w.low + options.margin_m;
     high[i] = w.high - options.margin_m;
     if (low[i] > high[i])
