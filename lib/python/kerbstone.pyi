@@ -428,6 +428,7 @@ def refine(
     gate_m: float = ...,
     edge_m: float = ...,
     no_grass: bool = ...,
+    campaigns: bool = ...,
     format: str | Sequence[str] = ...,
     doubles: bool = ...,
 ) -> Refined: ...

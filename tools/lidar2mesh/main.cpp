@@ -180,11 +180,12 @@ void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) 
       ->check(CLI::Range(16, 8192));
   synth->add_option("--noise-m", c.noise_m, "standard deviation of ranges [0.005]")
       ->check(CLI::Range(0.0, 1.0));
-  synth->add_option("--drift-m", c.drift_m, "change of x, y, z over 100 m, rms [0.05]")
-      ->check(CLI::Range(0.0, 10.0));
   synth
-      ->add_option("--drift-rad", c.drift_rad, "change of roll, pitch, yaw over 100 m, rms [0.002]")
-      ->check(CLI::Range(0.0, 0.1));
+      ->add_option("--drift-m", c.drift_m,
+                   "change of x, y, z over 100 m, rms [0.05]; --drift-rad: of roll, pitch, yaw "
+                   "[0.002]")
+      ->check(CLI::Range(0.0, 10.0));
+  command::hide(synth->add_option("--drift-rad", c.drift_rad)->check(CLI::Range(0.0, 0.1)));
   synth->add_option("--cars", c.cars, "other cars in view [2]")->check(CLI::Range(0, 20));
   synth->add_option("--grass-m", c.grass_m, "height of grass beyond 8 m from the middle [0]")
       ->check(CLI::Range(0.0, 2.0));
@@ -310,12 +311,16 @@ void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   add_placing(*map, c);
   add_base_or_none(*map, c);
   add_fusion(*map, c);
+  map->add_flag(
+      "--campaigns", c.campaigns,
+      "ground that changed between passes is no fault: the older is kept, too, with a map");
   add_results(*map, c, "folder for the results, made if missing")->required();
   add_threads(*map, c.threads);
   map->footer(
       "Example:\n  lidar2mesh map scans --trajectory t.csv --road track.crg -o out\n\n"
       "Exit code 3 when the drift from the base did not converge, when the same ground lies at\n"
-      "different heights as seen from different places, or when it changed between passes.");
+      "different heights as seen from different places, or when it changed between passes\n"
+      "and no --campaigns was given.");
   map->callback([&, map] {
     c.options = command::options_used(*map), c.program = program();
     run = [&] { return run_map(c, terminal); };

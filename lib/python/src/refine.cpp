@@ -109,6 +109,7 @@ const std::vector<Option>& options() {
                                           option("gate_m", &RefineRequest::gate_m),
                                           option("edge_m", &RefineRequest::edge_m),
                                           option("no_grass", &RefineRequest::no_grass),
+                                          option("campaigns", &RefineRequest::campaigns),
                                           format_option(),
                                           option("doubles", &RefineRequest::doubles)};
   return all;
@@ -219,8 +220,8 @@ void add_refine(py::module_& m) {
         "100 m), outliers (neighbours,\n"
         "deviations), voxel_m, v_max_m, step_m, min_points, unit, up and mirror (of a base "
         "mesh), allow_outside, cloud_unit,\n"
-        "base_stddev_m, gate_m, edge_m, no_grass, format ('ply', 'stl' or 'pcd', or several of "
-        "them), doubles.\n"
+        "base_stddev_m, gate_m, edge_m, no_grass, campaigns, format ('ply', 'stl' or 'pcd', or "
+        "several of them), doubles.\n"
         "report: report.html and report.json too. threads: 0 all; never changes the result. "
         "progress(stage, share) as for\n"
         "build(). Raises Error; NotUsable where the road must not be used.",

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,12 +20,19 @@ namespace cloud {
 /// over MapOptions::blend_m.
 enum class NodeSource : std::uint8_t { hole, base, lidar, interpolated, blended };
 
+/// Grids as those of MapResult: where the ground changed between passes, that before the change.
+struct OlderRoad {
+  crg::Grid grid, stddev, source;
+};
+
 struct MapResult {
   crg::Grid grid;    ///< refined heights; nodes without points keep the base's bits
   crg::Grid stddev;  ///< m, same shape; NaN on holes
   crg::Grid source;  ///< NodeSource as a number, same shape
   std::vector<Trajectory> corrected;  ///< the trajectory after correction; empty without one
   MapReport report;
+  /// With MapOptions::keep_older, where the ground changed.
+  std::optional<OlderRoad> older = std::nullopt;
 };
 
 /// The whole way. `base`: the road to refine; `trajectory` null: points are in the map frame, else

@@ -20,8 +20,10 @@ struct MapOptions {
   int estimate_every = 2;  ///< points looked at for the drift: one in so many
   bool correct_drift = true;
   bool trust_base =
-      true;              ///< false: the base's heights do not hold the drift, only other passes do
-  int min_points = 1;    ///< of a node that takes part in the fusion
+      true;  ///< false: the base's heights do not hold the drift, only other passes do
+  bool keep_older = false;  ///< ground that changed between passes is kept as it was, too: the
+                            ///< passes are of campaigns, and a change is no fault
+  int min_points = 1;       ///< of a node that takes part in the fusion
   double blend_m = 1.0;  ///< beside nodes with points the base runs into them over this width, or
                          ///< over more, for ramps of 1 %
   unsigned threads = 0;  ///< 0 = all cores; any number gives the same bytes

@@ -45,6 +45,7 @@ struct RefineRequest {
   double gate_m = 0.5;                ///< points farther above or below the base are no road
   double edge_m = 0.0;                ///< so far to both sides of the line nothing is grass
   bool no_grass = false;              ///< nowhere is any
+  bool campaigns = false;             ///< MapOptions::keep_older
   double v_max_m = 10.0;              ///< without a base: how far to both sides of the line
   double node_m = 0.1;                ///< without a base: between the nodes of the road
   std::optional<double> max_range_m;  ///< points farther from the sensor are left out

@@ -17,7 +17,8 @@ bool HeightCells::cell_of(const GridPlace& place, std::size_t& i, std::size_t& j
 }
 
 bool HeightCells::holds(std::size_t i, std::size_t j, int pass) const {
-  return first_pass.empty() || pass >= static_cast<int>(first_pass[i * across + j]);
+  const int first = first_pass.empty() ? 0 : static_cast<int>(first_pass[i * across + j]);
+  return first == 0 || (pass < first) == older;
 }
 
 bool HeightCells::holds(std::size_t i, std::size_t j, int pass, const GridPlace& place,
@@ -62,9 +63,9 @@ double HeightCells::at_edge(std::size_t i, std::size_t j, double v_m) const {
 
 HeightCells cells_of(const Sections& sections, const std::vector<Correction>& corrections,
                      const RoadFrame& frame, int pass, unsigned threads,
-                     std::vector<std::uint16_t> first_pass) {
+                     std::vector<std::uint16_t> first_pass, bool older) {
   HeightCells cells;
-  cells.first_pass = std::move(first_pass);
+  cells.first_pass = std::move(first_pass), cells.older = older;
   cells.along =
       std::max<std::size_t>(1, static_cast<std::size_t>(frame.length_m() / kSectionCell_m));
   cells.cell_rows = static_cast<double>(frame.rows() - 1) / static_cast<double>(cells.along);

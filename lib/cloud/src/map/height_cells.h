@@ -16,6 +16,7 @@ struct HeightCells {
   std::vector<float> cut_above_m;
   /// The ground changed: passes before this one do not belong to the cell; empty: nowhere.
   std::vector<std::uint16_t> first_pass;
+  bool older = false;  ///< instead, where it changed, only they do
   /// But what they saw within so much of `height_m` does; as long as that.
   std::vector<float> agrees_m;
 
@@ -23,7 +24,7 @@ struct HeightCells {
   double at(const GridPlace& place) const;
   /// Beside the middles of cells as well: on along the line of the two before it, across the road.
   double at_edge(std::size_t i, std::size_t j, double v_m) const;
-  /// Whether what a pass shows of a cell is the ground as it is now.
+  /// Whether what a pass shows of a cell is its ground: as it is now, or as it was.
   bool holds(std::size_t i, std::size_t j, int pass) const;
   /// The same of a point in it, which lies so high.
   bool holds(std::size_t i, std::size_t j, int pass, const GridPlace& place, double above_m) const;
@@ -31,9 +32,9 @@ struct HeightCells {
   bool cell_of(const GridPlace& place, std::size_t& i, std::size_t& j) const;
 };
 
-/// `pass` < 0: all passes, but in each cell those before `first_pass`.
+/// `pass` < 0: all passes, but in each cell those before `first_pass`; `older`: as HeightCells.
 HeightCells cells_of(const Sections& sections, const std::vector<Correction>& corrections,
                      const RoadFrame& frame, int pass, unsigned threads,
-                     std::vector<std::uint16_t> first_pass = {});
+                     std::vector<std::uint16_t> first_pass = {}, bool older = false);
 
 }  // namespace cloud

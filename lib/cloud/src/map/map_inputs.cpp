@@ -54,6 +54,7 @@ MapOptions map_options(const RefineRequest& request) {
   options.min_points = request.min_points, options.gate_m = request.gate_m,
   options.edge_m = request.no_grass ? std::numeric_limits<double>::infinity() : request.edge_m,
   options.correct_drift = request.correct_drift, options.threads = request.threads;
+  options.keep_older = request.campaigns;
   return options;
 }
 

@@ -74,18 +74,24 @@ void check_fit(const Sections& sections, const RoadFrame& frame, const RoadTraje
   if (options.trust_base) check_density(sections, on_road);
 }
 
-void look_at_changes(MapReport& report) {
+void look_at_changes(const MapOptions& options, MapReport& report) {
   if (report.changed.empty()) return;
   const ChangedPlace& place = report.changed.front();
   double area_m2 = 0.0;
   for (const ChangedPlace& each : report.changed) area_m2 += each.area_m2;
-  report.faults.push_back(fmt::format(
+  const std::string text = fmt::format(
       "the ground changed between passes at {} place{} ({:.0f} m2; changes.csv lists them), the "
       "largest at u {:.1f} to {:.1f} m, v {:.1f} to {:.1f} m: {:+.1f} mm after pass {}; the road "
-      "has the newer ground there; if something only lay or stood there, or to have the older "
-      "ground, map the passes by themselves",
+      "has the newer ground there",
       report.changed.size(), report.changed.size() > 1 ? "s" : "", area_m2, place.u_begin_m,
-      place.u_end_m, place.v_begin_m, place.v_end_m, 1e3 * place.change_m, place.pass + 1));
+      place.u_end_m, place.v_begin_m, place.v_end_m, 1e3 * place.change_m, place.pass + 1);
+  if (options.keep_older)
+    report.remarks.push_back(text + ", older.crg the older; changes.png shows the places");
+  else
+    report.faults.push_back(
+        text +
+        "; the same 'lidar2mesh map' with --campaigns keeps the older ground beside it, with a "
+        "map of the change; if something only lay or stood there, leave that pass out");
 }
 
 void look_at_views(const MapOptions& options, MapReport& report) {

@@ -14,8 +14,8 @@ void check_fit(const Sections& sections, const RoadFrame& frame, const RoadTraje
 /// Places that see the same ground should agree whatever the drift is.
 void look_at_views(const MapOptions& options, MapReport& report);
 
-/// Ground that changed between passes.
-void look_at_changes(MapReport& report);
+/// Ground that changed between passes: a fault, or what campaigns are driven for.
+void look_at_changes(const MapOptions& options, MapReport& report);
 
 /// A base that is tilted as a whole, and one that may be.
 void look_at_tilt(const MapOptions& options, MapReport& report);

@@ -89,6 +89,11 @@ void settle(MapState& state, const MapInputs& inputs) {
         "trajectory's clock or frame does not fit, or base and cloud show different places",
         1e3 * report.rms_after_m));
   report.changed = state.changed.places;
+  if (options.keep_older && !report.changed.empty()) {
+    state.older = cells_of(state.sections, state.drift.correction, inputs.frame, -1,
+                           options.threads, state.changed.first_pass, true);
+    state.older->agrees_m = state.changed.agrees_m;
+  }
   state.surface = cells_of(state.sections, state.drift.correction, inputs.frame, -1,
                            options.threads, std::move(state.changed.first_pass));
   state.surface.agrees_m = std::move(state.changed.agrees_m);
@@ -145,9 +150,17 @@ void after_third_look(MapState& state, Look&& look, const MapInputs& inputs) {
   settle(state, inputs);
 }
 
-void after_heights(MapState& state, const RoadSums& sums, const MapInputs& inputs,
+/// The road as it was where its ground changed. What it says of its nodes stays out of the report.
+OlderRoad fuse_older(const RoadSums& sums, const MapState& state, const MapInputs& inputs) {
+  MapResult result;
+  fuse(sums, inputs.frame, inputs.base, state.sections, state.drift, inputs.options, result);
+  return {std::move(result.grid), std::move(result.stddev), std::move(result.source)};
+}
+
+void after_heights(MapState& state, const Reading& reading, const MapInputs& inputs,
                    MapResult& result) {
   const MapOptions& options = inputs.options;
+  const RoadSums& sums = *reading.sums;
   state.report.points = sums.read, state.report.used = sums.used;
   tell(inputs, "base and points", 0.9);
   result.report = std::move(state.report);
@@ -155,6 +168,7 @@ void after_heights(MapState& state, const RoadSums& sums, const MapInputs& input
   {
     const Watch watch(report.seconds_fuse);
     fuse(sums, inputs.frame, inputs.base, state.sections, state.drift, options, result);
+    if (reading.older) result.older = fuse_older(*reading.older, state, inputs);
   }
   if (inputs.placed != nullptr) result.corrected.push_back(std::move(state.poses.poses));
   state.step = MapStep::done;
@@ -185,6 +199,10 @@ Reading read_for(const MapState& state, const CloudSource& scans, const MapInput
     tell(inputs, "heights of the nodes", 0.65);
     reading.sums = accumulate(scans, inputs.frame, poses, state.sections, state.drift,
                               state.surface, inputs.options);
+    if (!state.older) return reading;
+    tell(inputs, "heights of the older ground", 0.8);
+    reading.older = accumulate(scans, inputs.frame, poses, state.sections, state.drift,
+                               *state.older, inputs.options);
     return reading;
   }
   const Watch watch(state.step == MapStep::look ? times.seconds_estimate : times.seconds_drift);
@@ -217,7 +235,7 @@ void advance(MapState& state, Reading&& reading, const MapInputs& inputs, MapRes
     state.step = MapStep::heights, state.due = true;
     return;
   }
-  if (state.step == MapStep::heights) return after_heights(state, *reading.sums, inputs, result);
+  if (state.step == MapStep::heights) return after_heights(state, reading, inputs, result);
   const Watch watch(state.report.seconds_drift);
   if (state.step == MapStep::look)
     after_first_look(state, std::move(*reading.look), inputs);
@@ -248,7 +266,7 @@ MapResult with_causes(const CloudSource& scans, const RoadFrame& frame,
                       report.iterations));
     if (!report.faults.empty())
       if (std::string text = causes(); !text.empty()) report.faults.push_back(std::move(text));
-    look_at_changes(report);
+    look_at_changes(options, report);
     return result;
   } catch (const Misfit& misfit) {
     const std::string text = causes();

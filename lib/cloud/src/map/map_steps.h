@@ -38,13 +38,14 @@ struct MapState {
   Drift drift;        ///< what is left of it in `poses`, before the last was taken out
   ChangedGround changed;
   HeightCells surface;
+  std::optional<HeightCells> older;  ///< before the ground changed; none where that is not kept
   MapReport report;
 };
 
 /// What reading the scans, or a part of them, gives in a step.
 struct Reading {
   std::optional<Look> look;
-  std::optional<RoadSums> sums;
+  std::optional<RoadSums> sums, older;
 };
 
 MapState first_state(const MapInputs& inputs);

@@ -38,7 +38,7 @@ double end_of_stage(const std::string& name, double begin) {
   if (name == "look at the points") return 0.25;
   if (name == "look at the straightened points") return 0.5;
   if (name == "look at the points turned back") return 0.6;
-  if (name == "heights of the nodes") return 0.9;
+  if (name == "heights of the nodes" || name == "heights of the older ground") return 0.9;
   return begin;
 }
 

@@ -3,6 +3,7 @@
 
 #include "base/one_line.h"
 #include "base/write_file.h"
+#include "changed_map.h"
 #include "cloud/refine.h"
 #include "cloud/write_surface.h"
 #include "map_report.h"
@@ -66,6 +67,25 @@ std::string changes_csv(const std::vector<ChangedPlace>& places) {
   return text;
 }
 
+/// Heights, deviations and sources, called NAME.crg, NAME.stddev.crg, NAME.provenance.crg.
+void write_roads(const crg::Crg& road, const crg::Grid& stddev, const crg::Grid& source,
+                 const std::string& name, const base::OutputSet& outputs) {
+  write_road(road, outputs.staged(name + ".crg"));
+  write_road(with_values(road, stddev), outputs.staged(name + ".stddev.crg"));
+  write_road(with_values(road, source), outputs.staged(name + ".provenance.crg"));
+}
+
+/// Where the ground changed, and with campaigns what it was before.
+void write_changes(const crg::Crg& base, const MapResult& result, const base::OutputSet& outputs) {
+  if (result.report.changed.empty()) return;
+  base::write_file(outputs.staged("changes.csv"), changes_csv(result.report.changed));
+  if (!result.older) return;
+  const OlderRoad& older = *result.older;
+  write_roads(with_heights(base, older.grid), older.stddev, older.source, "older", outputs);
+  if (const std::string png = changed_map_png(base, result, older); !png.empty())
+    base::write_file(outputs.staged("changes.png"), png);
+}
+
 }  // namespace
 
 Refined write_refined(const RefineRequest& request, const crg::Crg& base, const MapResult& result,
@@ -76,9 +96,7 @@ Refined write_refined(const RefineRequest& request, const crg::Crg& base, const 
   out.facts = result.report;
   out.facts.remarks.insert(out.facts.remarks.end(), remarks.begin(), remarks.end());
   const crg::Crg refined = with_heights(base, result.grid);
-  write_road(refined, outputs.staged("refined.crg"));
-  write_road(with_values(base, result.stddev), outputs.staged("refined.stddev.crg"));
-  write_road(with_values(base, result.source), outputs.staged("refined.provenance.crg"));
+  write_roads(refined, result.stddev, result.source, "refined", outputs);
   const NodeSurface surface = node_surface(refined, result.stddev);
   write_surfaces(request, surface, inputs, outputs);
   std::optional<Eigen::Vector3d> origin_m;
@@ -87,8 +105,7 @@ Refined write_refined(const RefineRequest& request, const crg::Crg& base, const 
                                     map_summary_json(out.facts));
   base::write_file(outputs.staged("summary.json"), out.summary_json);
   base::write_file(outputs.staged("timing.json"), map_timing_json(out.facts));
-  if (!out.facts.changed.empty())
-    base::write_file(outputs.staged("changes.csv"), changes_csv(out.facts.changed));
+  write_changes(base, result, outputs);
   if (!result.corrected.empty())
     write_trajectory(result.corrected.front(), outputs.staged("trajectory.csv"));
   if (request.report) {
