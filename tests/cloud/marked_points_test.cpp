@@ -23,7 +23,17 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 /// What is set of point i; all others are plain.
-enum Mark { low_noise = 3, high_noise = 5, synthetic = 7, key = 9, withheld = 11, overlap = 13 };
+enum Mark {
+  low_noise = 3,
+  high_noise = 5,
+  synthetic = 7,
+  key = 9,
+  withheld = 11,
+  overlap = 13,
+  first_of_two = 15,
+  last_of_two = 17,
+  no_return = 18
+};
 constexpr std::size_t kPoints = 20;
 
 int class_of(std::size_t i, bool old) {
@@ -41,6 +51,13 @@ std::string marked_las(int minor, int format) {
     if (i == key) flags = old ? 0x40 : 0x02;
     if (i == withheld) flags = old ? 0x80 : 0x04;
     if (i == overlap && !old) flags = 0x08;
+    const int number = i == last_of_two ? 2
+                       : i == no_return ? 0
+                                        : 1,
+              returns = i == first_of_two || i == last_of_two ? 2
+                        : i == no_return                      ? 0
+                                                              : 1;
+    record[14] = static_cast<char>(number | returns << (old ? 3 : 4));
     record[15] = static_cast<char>(flags | (old ? class_of(i, old) : 0));
     if (!old) record[16] = static_cast<char>(class_of(i, old));
   }
@@ -49,10 +66,12 @@ std::string marked_las(int minor, int format) {
 
 /// Columns as PDAL names them, or others.
 std::string marked_text(const char* classes, const char* mark) {
-  std::string text = fmt::format("x,y,z,{},{},Synthetic\n", classes, mark);
+  std::string text =
+      fmt::format("x,y,z,{},{},Synthetic,ReturnNumber,Number_of_Returns\n", classes, mark);
   for (std::size_t i = 0; i < kPoints; ++i)
-    text += fmt::format("{},{},{},{},{},{}\n", 0.25 * static_cast<double>(i), 1.5, 0.0,
-                        class_of(i, true), i == withheld ? 1 : 0, i == synthetic ? 1 : 0);
+    text += fmt::format("{},{},{},{},{},{},{},{}\n", 0.25 * static_cast<double>(i), 1.5, 0.0,
+                        class_of(i, true), i == withheld ? 1 : 0, i == synthetic ? 1 : 0,
+                        i == last_of_two ? 2 : 1, i == first_of_two || i == last_of_two ? 2 : 1);
   return text;
 }
 
@@ -64,7 +83,8 @@ std::string marked_ply() {
   return fmt::format(
              "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double "
              "y\nproperty double z\nproperty uchar Classification\nproperty uchar "
-             "Withheld\nproperty uchar Synthetic\nend_header\n",
+             "Withheld\nproperty uchar Synthetic\nproperty uchar ReturnNumber\nproperty uchar "
+             "NumberOfReturns\nend_header\n",
              kPoints) +
          text;
 }
@@ -90,16 +110,19 @@ TEST(MarkedPoints, AreLeftOutWhereThatIsAskedFor) {
     options.leave_out_marked = true;
     options.chunk_points = 1;  // some hold nothing
     const Cloud some = read_cloud(folder.path(name), options, &report);
-    ASSERT_EQ(some.size(), kPoints - 3);
+    ASSERT_EQ(some.size(), kPoints - 5);
     for (std::size_t i = 0, k = 0; i < kPoints; ++i) {
-      if (i == low_noise || i == high_noise || i == withheld) continue;
+      if (i == low_noise || i == high_noise || i == withheld || i == overlap || i == first_of_two)
+        continue;
       EXPECT_EQ(some.x_m[k], all.x_m[i]);
       EXPECT_EQ(some.classification[k], all.classification[i]);
       ++k;
     }
-    EXPECT_EQ(report.points, kPoints - 3);
+    EXPECT_EQ(report.points, kPoints - 5);
     EXPECT_EQ(report.marked.noise, 2u);
     EXPECT_EQ(report.marked.withheld, 1u);
+    EXPECT_EQ(report.marked.overlap, 1u);
+    EXPECT_EQ(report.marked.not_last, 1u);
     EXPECT_EQ(report.marked.synthetic, 1u);
   }
 }
@@ -111,12 +134,12 @@ TEST(MarkedPoints, NothingElseIsLeftOut) {
   options.leave_out_marked = true;
   CloudReadReport report;
   const Cloud old = read_cloud(folder.file("a.las", marked_las(0, 1)), options, &report);
-  EXPECT_EQ(old.size(), kPoints - 2);
+  EXPECT_EQ(old.size(), kPoints - 4);
   EXPECT_EQ(report.marked.withheld + report.marked.synthetic, 0u);
   for (const char* name : {"label", "class"}) {
     const Cloud labelled =
         read_cloud(folder.file("a.csv", marked_text(name, "other")), options, &report);
-    EXPECT_EQ(labelled.size(), kPoints);
+    EXPECT_EQ(labelled.size(), kPoints - 1);  // that is no last return
     EXPECT_EQ(labelled.classification.at(low_noise), 7);
   }
 }
@@ -133,7 +156,7 @@ TEST(MarkedPoints, AloneTheyAreRefusedAmongOthersLeftOut) {
     MapScans scans(request, files, [](const std::string&, double) {});
     std::size_t points = 0;
     scans.source()([&](Cloud&& chunk) { points += chunk.size(); });
-    EXPECT_THAT(scans.remarks(), ElementsAre(HasSubstr("2 points marked as noise")));
+    EXPECT_THAT(scans.remarks(), ElementsAre(HasSubstr("of the points 2 marked as noise")));
     return points;
   };
   EXPECT_EQ(points_of({birds, road}), 1u);
@@ -156,15 +179,38 @@ TEST(MarkedPoints, ScansOfAMapSayItOnce) {
   for (int reading = 0; reading < 2; ++reading) {
     std::size_t points = 0;
     scans.source()([&](Cloud&& chunk) { points += chunk.size(); });
-    EXPECT_EQ(points, 6 * (kPoints - 3));
+    EXPECT_EQ(points, 6 * (kPoints - 5));
     EXPECT_THAT(
         scans.remarks(),
-        ElementsAre("12 points marked as noise (class 7 or 18) and 6 as withheld were left out; 6 "
-                    "points marked as synthetic were used"));
+        ElementsAre(
+            "of the points 12 marked as noise (class 7 or 18), 6 as withheld, 6 as overlap of "
+            "swaths (the flag, or class 12), 6 that are not the last return of their pulse "
+            "were left out; 6 points marked as synthetic were used"));
   }
   EXPECT_THAT(describe(request.scans.front()).read.remarks,
-              ::testing::Contains(HasSubstr("2 points marked as noise (class 7 or 18) and 1 as "
-                                            "withheld are not used by map and grid")));
+              ::testing::Contains(HasSubstr("1 that are not the last return of their "
+                                            "pulse are not used by map and grid")));
+}
+
+// Marks of overlap spare what others show: where most points have one, nothing would be left.
+TEST(MarkedPoints, OverlapOfMostPointsIsRefused) {
+  const support::TemporaryFolder folder;
+  const std::string line = "1,2,3,12\n",
+                    most = folder.file("a.csv", "x,y,z,classification\n1,2,3,2\n" + line + line),
+                    half = folder.file("b.csv", "x,y,z,classification\n1,2,3,2\n" + line);
+  const auto read = [](const std::string& file) {
+    RefineRequest request;
+    request.scans = {file};
+    MapScans scans(request, request.scans, [](const std::string&, double) {});
+    scans.source()([](Cloud&&) {});
+  };
+  EXPECT_NO_THROW(read(half));
+  try {
+    read(most);
+    ADD_FAILURE() << "accepted";
+  } catch (const cloud::Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("2 points are marked as overlap"));
+  }
 }
 
 // The road that comes out is that of the other points, to the last bit.
@@ -178,15 +224,19 @@ TEST(MarkedPoints, MoveNoRoad) {
   run({"synth", folder.path("road.crg"), "-o", folder.path("scans"), "--laps", "1", "--u-begin-m",
        "20", "--u-end-m", "60", "--azimuths", "64", "--cars", "0"});
   const Cloud clean = read_cloud(folder.path("scans/scan_000.ply"));
-  std::string text = "time,x,y,z,classification\n", marked = text;
+  std::string text = "time,x,y,z,classification,Overlap,ReturnNumber,NumberOfReturns\n",
+              marked = text;
   for (std::size_t i = 0; i < clean.size(); ++i) {
-    const auto line = [&](double up_m, int number) {
+    const auto line = [&](double up_m, int number, const char* marks = "0,1,1") {
       const Eigen::Vector3d p = clean.origin_m + clean.point(i);
-      return fmt::format("{},{},{},{},{}\n", clean.time_s[i], p.x(), p.y(), p.z() + up_m, number);
+      return fmt::format("{},{},{},{},{},{}\n", clean.time_s[i], p.x(), p.y(), p.z() + up_m, number,
+                         marks);
     };
     text += line(0.0, 2), marked += line(0.0, 2);
     if (i % 5 == 0) marked += line(-0.1, 7);
     if (i % 7 == 0) marked += line(0.1, 18);
+    if (i % 6 == 0) marked += line(-0.02, 2, "1,1,1");
+    if (i % 4 == 0) marked += line(0.03, 2, "0,1,2");
   }
   folder.file("clean.csv", text), folder.file("marked.csv", marked);
   for (const std::string name : {"clean", "marked"})
@@ -194,7 +244,7 @@ TEST(MarkedPoints, MoveNoRoad) {
          "--road", folder.path("road.crg"), "--no-report", "-o", folder.path(name)});
   for (const std::string name : {"refined.crg", "refined.stddev.crg", "refined.provenance.crg"})
     EXPECT_TRUE(folder.read("clean/" + name) == folder.read("marked/" + name)) << name;
-  EXPECT_THAT(folder.read("marked/summary.json"), HasSubstr("points marked as noise"));
+  EXPECT_THAT(folder.read("marked/summary.json"), HasSubstr("marked as noise"));
 }
 
 }  // namespace marked_points_test

@@ -21,14 +21,17 @@ struct CloudReadOptions {
   /// lies farther than 1000 m from zero, else 0.
   std::optional<Eigen::Vector3d> origin_m = {};
   std::size_t chunk_points = 1'000'000;             ///< handed out at once; bounds the memory
-  bool leave_out_marked = false;                    ///< points marked as noise or withheld
+  bool leave_out_marked = false;                    ///< those of MarkedPoints::left_out()
   std::function<void(double share)> progress = {};  ///< of the file, after each chunk
 };
 
 /// Points by what the file says of them, each once: class 7 or 18 (low and high noise, as ASPRS
-/// numbers the field "classification"), withheld, synthetic (made otherwise than by a scanner).
+/// numbers the field "classification"), withheld, overlap (of swaths that show the same ground, the
+/// flag or class 12), not the last return of their pulse, synthetic (made otherwise than by a
+/// scanner).
 struct MarkedPoints {
-  std::size_t noise = 0, withheld = 0, synthetic = 0;
+  std::size_t noise = 0, withheld = 0, overlap = 0, not_last = 0, synthetic = 0;
+  std::size_t left_out() const { return noise + withheld + overlap + not_last; }
   void add(const MarkedPoints& other);
 };
 /// Where there are any, one sentence.

@@ -1,6 +1,7 @@
 #include "decode.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 namespace cloud {
@@ -81,7 +82,9 @@ void read_binary(const Records& records, std::size_t chunk_points, Emitter& emit
           records.laz ? unpacked.data() : records.bytes.data() + begin * field.stride;
       decode(from + field.offset, field, raw.size, records.big_endian, out.data());
       if (field.mask != 0xff)
-        for (double& v : out) v = static_cast<double>(static_cast<std::uint8_t>(v) & field.mask);
+        for (double& v : out)
+          v = static_cast<double>((static_cast<std::uint8_t>(v) & field.mask) >>
+                                  std::countr_zero(field.mask));
     }
     emit(raw, static_cast<double>(end) / static_cast<double>(records.count));
     if (records.laz)

@@ -23,14 +23,22 @@ Eigen::Vector3d near(const Eigen::Vector3d& p) {
 }  // namespace
 
 void MarkedPoints::add(const MarkedPoints& other) {
-  noise += other.noise, withheld += other.withheld, synthetic += other.synthetic;
+  noise += other.noise, withheld += other.withheld, overlap += other.overlap;
+  not_last += other.not_last, synthetic += other.synthetic;
 }
 
 std::vector<std::string> remarks_of(const MarkedPoints& marked, bool left_out) {
   std::vector<std::string> said;
-  if (marked.noise + marked.withheld > 0)
-    said.push_back(fmt::format("{} points marked as noise (class 7 or 18) and {} as withheld {}",
-                               marked.noise, marked.withheld,
+  std::vector<std::string> out;
+  const auto count = [&](std::size_t points, const char* what) {
+    if (points > 0) out.push_back(fmt::format("{} {}", points, what));
+  };
+  count(marked.noise, "marked as noise (class 7 or 18)");
+  count(marked.withheld, "as withheld");
+  count(marked.overlap, "as overlap of swaths (the flag, or class 12)");
+  count(marked.not_last, "that are not the last return of their pulse");
+  if (!out.empty())
+    said.push_back(fmt::format("of the points {} {}", fmt::join(out, ", "),
                                left_out ? "were left out" : "are not used by map and grid"));
   if (marked.synthetic > 0)
     said.push_back(fmt::format("{} points marked as synthetic {} used", marked.synthetic,
@@ -61,7 +69,7 @@ void Emitter::operator()(const Raw& raw, double share) {
 void Emitter::finish() const {
   if (report_.points > 0) return;
   // Of several files the others may have points that are not.
-  if (options_.leave_out_marked && report_.marked.noise + report_.marked.withheld > 0) return;
+  if (options_.leave_out_marked && report_.marked.left_out() > 0) return;
   if (report_.not_finite > 0)
     throw Error(fmt::format("{}: none of the {} points has finite coordinates below 1e8 m", name_,
                             report_.not_finite));
@@ -103,14 +111,21 @@ bool Emitter::left_out_by_marks(const Raw& raw, std::size_t i) {
   };
   const double classed = value(Role::classification);
   MarkedPoints& marked = report_.marked;
-  const bool noise = classed == 7.0 || classed == 18.0, withheld = value(Role::withheld) > 0.0;
-  if (noise)
-    ++marked.noise;
-  else if (withheld)
-    ++marked.withheld;
-  else if (value(Role::synthetic) > 0.0)
-    ++marked.synthetic;
-  return options_.leave_out_marked && (noise || withheld);
+  std::size_t* counted = nullptr;
+  if (classed == 7.0 || classed == 18.0)
+    counted = &marked.noise;
+  else if (value(Role::withheld) > 0.0)
+    counted = &marked.withheld;
+  else if (value(Role::overlap) > 0.0 || classed == 12.0)
+    counted = &marked.overlap;
+  else if (value(Role::return_number) > 0.0 && value(Role::return_number) < value(Role::returns))
+    counted = &marked.not_last;
+  if (counted != nullptr) {
+    ++*counted;
+    return options_.leave_out_marked;
+  }
+  marked.synthetic += value(Role::synthetic) > 0.0 ? 1 : 0;
+  return false;
 }
 
 void Emitter::hand_out(const Raw& raw) {
@@ -124,7 +139,8 @@ void Emitter::hand_out(const Raw& raw) {
   };
   const Role class_role = has(Role::classification) ? Role::classification : Role::label;
   const std::vector<double>& classes = raw.of[static_cast<std::size_t>(class_role)];
-  const bool has_marks = has(Role::classification) || has(Role::withheld) || has(Role::synthetic);
+  const bool has_marks = has(Role::classification) || has(Role::withheld) || has(Role::synthetic) ||
+                         has(Role::overlap) || has(Role::returns);
   chunk.x_m.reserve(raw.size), chunk.y_m.reserve(raw.size), chunk.z_m.reserve(raw.size);
   reserve(chunk.time_s, Role::time), reserve(chunk.intensity, Role::intensity),
       reserve(chunk.classification, class_role), reserve(chunk.sigma_m, Role::sigma);

@@ -10,7 +10,7 @@
 
 namespace cloud {
 
-constexpr std::size_t kRoles = 10;
+constexpr std::size_t kRoles = 13;
 
 /// Raw values of a chunk, one array per role; empty where the file has no such field.
 struct Raw {

@@ -213,8 +213,15 @@ std::vector<Field> fields_of(std::string_view bytes, const LasHeader& header, st
     if (header.minor > 0)
       fields.push_back({role, FieldType::u8, begin + 15, length, 1.0, 0.0, mask});
   };
-  mark(Role::withheld, header.format < 6 ? 0x80 : 0x04);
-  mark(Role::synthetic, header.format < 6 ? 0x20 : 0x01);
+  const bool old = header.format < 6;
+  mark(Role::withheld, old ? 0x80 : 0x04);
+  mark(Role::synthetic, old ? 0x20 : 0x01);
+  if (!old) mark(Role::overlap, 0x08);  // before, class 12 was for that
+  const auto returns = [&](Role role, std::uint8_t mask) {
+    fields.push_back({role, FieldType::u8, begin + 14, length, 1.0, 0.0, mask});
+  };
+  returns(Role::return_number, old ? 0x07 : 0x0f);
+  returns(Role::returns, old ? 0x38 : 0xf0);
   if (time != 0) fields.push_back({Role::time, FieldType::f64, begin + time, length});
   return fields;
 }

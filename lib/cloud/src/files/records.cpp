@@ -69,9 +69,13 @@ Role role_of(std::string name) {
   if (name == "intensity" || name == "i" || name == "reflectance") return Role::intensity;
   if (name == "classification") return Role::classification;
   if (name == "class" || name == "label") return Role::label;
+  if (name == "sigma" || name == "sigma_m" || name == "stddev_m") return Role::sigma;
   if (name == "withheld") return Role::withheld;
   if (name == "synthetic") return Role::synthetic;
-  if (name == "sigma" || name == "sigma_m" || name == "stddev_m") return Role::sigma;
+  if (name == "overlap") return Role::overlap;
+  std::erase_if(name, [](char c) { return c == '_' || c == ' '; });
+  if (name == "returnnumber") return Role::return_number;
+  if (name == "numberofreturns") return Role::returns;
   return Role::none;
 }
 

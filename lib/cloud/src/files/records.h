@@ -28,7 +28,10 @@ enum class Role : std::uint8_t {
   sigma,
   label,  ///< a class of whatever numbering
   withheld,
-  synthetic,  ///< this and the one before: not 0 for yes
+  synthetic,
+  overlap,  ///< this and the two before: not 0 for yes
+  return_number,
+  returns,  ///< of the pulse
   none
 };
 /// "x", "X", "x_m", "time", "gps_time", "t", "timestamp", "intensity", "classification",
@@ -53,7 +56,7 @@ struct Field {
   std::size_t offset = 0;  ///< of point 0's value from the begin of the bytes
   std::size_t stride = 0;  ///< from one point to the next
   double scale = 1.0, add = 0.0;
-  std::uint8_t mask = 0xff;  ///< for classification and marks
+  std::uint8_t mask = 0xff;  ///< bits of a byte that are the value
 };
 
 struct Records {

@@ -43,12 +43,28 @@ Cloud within(Cloud&& cloud, double range_m) {
 [[noreturn]] void refuse_marked(const std::vector<std::string>& files, const MarkedPoints& marked,
                                 bool some_not_finite) {
   throw Error(fmt::format(
-      "{}{}: all points are marked as noise (class 7 or 18: {}) or withheld ({}){}; take the marks "
-      "off where they are wrong, as with 'pdal translate in.las out.las assign "
+      "{}{}: all points are marked as noise (class 7 or 18: {}), withheld ({}), overlap ({}) or "
+      "not "
+      "the last return ({}){}; take the marks off where they are wrong, as with 'pdal translate "
+      "in.las out.las assign "
       "--filters.assign.value=\"{}\" --writers.las.forward=all'",
       files.front(), files.size() > 1 ? fmt::format(" and {} more", files.size() - 1) : "",
-      marked.noise, marked.withheld, some_not_finite ? ", or without finite coordinates" : "",
-      marked.noise > 0 ? "Classification=1" : "Withheld=0"));
+      marked.noise, marked.withheld, marked.overlap, marked.not_last,
+      some_not_finite ? ", or without finite coordinates" : "",
+      marked.noise > 0      ? "Classification=1"
+      : marked.withheld > 0 ? "Withheld=0"
+                            : "Overlap=0"));
+}
+
+/// Such marks spare what others show as well: most points cannot be that.
+void want_few_in_overlap(const MarkedPoints& marked, std::size_t points) {
+  if (marked.overlap <= points) return;
+  throw Error(fmt::format(
+      "{} points are marked as overlap of swaths (the flag, or class 12), only {} are not: left "
+      "out they would leave holes; where all swaths are good, take the marks off, as with 'pdal "
+      "translate in.las out.las assign --filters.assign.value=\"Overlap=0\" "
+      "--writers.las.forward=all' (class 12: Classification=1)",
+      marked.overlap, points));
 }
 
 }  // namespace
@@ -142,6 +158,7 @@ void MapScans::read(const ChunkSink& sink) {
     bytes_before_ += bytes_here_;
   }
   if (points == 0 && !files_.empty()) refuse_marked(files_, marked, not_finite > 0);
+  want_few_in_overlap(marked, points);
   for (std::size_t k = 0; k < said.size(); ++k)
     remarks_[k] += (files[k] > 1 ? fmt::format(" and {} more: ", files[k] - 1) : ": ") + said[k];
   for (const std::string& remark : remarks_of(marked, true)) remarks_.push_back(remark);
