@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "bow.h"
 #include "causes.h"
 #include "map_remarks.h"
 
@@ -108,6 +109,11 @@ void after_first_look(MapState& state, Look&& look, const MapInputs& inputs) {
   report.off_road = sections.off_road;
   report.far_from_base = sections.far_from_base, report.on_obstacles = sections.on_obstacles;
   check_fit(sections, inputs.frame, inputs.placed, options);
+  if (inputs.placed == nullptr && options.trust_base) {
+    const std::vector<Correction> none(sections.list.size(), Correction::Zero());
+    look_at_bow(bow_of(cells_of(sections, none, inputs.frame, -1, options.threads), inputs.frame),
+                options, report);
+  }
   if (!options.correct_drift) {
     state.drift.correction.assign(sections.list.size(), Correction::Zero());
     state.drift.stddev = state.drift.correction;
