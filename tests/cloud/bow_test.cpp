@@ -23,6 +23,7 @@ constexpr const char* kSaid = "bends or tilts against the base as a whole";
 struct Site {
   double radius_m = 0.0;  ///< of its bend to the left; 0: it is straight
   double length_m = 160.0;
+  double left_m = kHalf_m;  ///< its width there
   std::function<double(double u_m, double v_m)> base_m = [](double, double) { return 0.0; };
   std::function<double(double x_m, double y_m)> cloud_m = [](double, double) { return 0.0; };
 
@@ -39,7 +40,7 @@ struct Site {
     crg::ReferenceLine line;
     crg::Grid grid;
     line.u_step_m = grid.u_step_m = kStep_m;
-    for (double v = -kHalf_m; v <= kHalf_m; v += kStep_m) grid.v_m.push_back(v);
+    for (double v = -kHalf_m; v <= left_m; v += kStep_m) grid.v_m.push_back(v);
     for (double u = 0.0; u <= length_m; u += kStep_m) {
       const Eigen::Vector2d p = at(u, 0.0);
       line.x_m.push_back(p.x()), line.y_m.push_back(p.y());
@@ -53,7 +54,7 @@ struct Site {
     Cloud out;
     base::Random random(3);
     for (double u = 0.05; u < length_m; u += 0.15)
-      for (double v = -kHalf_m; v < kHalf_m; v += 0.15) {
+      for (double v = -kHalf_m; v < left_m; v += 0.15) {
         const Eigen::Vector2d p = at(u + 0.1 * random.uniform(), v + 0.1 * random.uniform());
         out.x_m.push_back(p.x()), out.y_m.push_back(p.y());
         // In bumps of 2 mm, 20 m long, that the base has not.
@@ -119,8 +120,10 @@ TEST(Bow, IsNotSeenInRightCloudsWhateverTheBaseLacks) {
     };
     site.base_m = [](double u, double) { return u > 50.0 && u < 90.0 ? -0.03 : 0.02; };
     expect_none("a layer that the base lacks");
-    site.base_m = [](double u, double v) { return u > 40.0 && u < 120.0 ? 0.01 * v : 0.0; };
+    site.base_m = [](double u, double v) { return 1e-4 * (u - 80.0) * v; };
+    site.left_m = 8.0;
     expect_none("a wrong banking");
+    site.left_m = kHalf_m;
     site.base_m = [](double u, double v) {
       return 0.012 * std::sin(0.2 * u) + 0.01 * std::sin(0.11 * u + v);
     };

@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "base/statistics.h"
@@ -24,7 +25,23 @@ struct Block {
   double u_m = 0.0, height_m = 0.0;
 };
 
-/// Medians over blocks of the medians across the road: a wrong banking has none.
+/// Median across the road of what two places as far to the left and right have in common: a wrong
+/// banking has none. NaN without such places.
+double middle_of(const HeightCells& cells, std::size_t row) {
+  std::vector<double> pairs;
+  const double sides = -2.0 * cells.v_begin_m / cells.cell_m;  // in cells, if as wide to the right
+  for (std::size_t j = 0; j < cells.across; ++j) {
+    const double mirrored = std::round(sides - static_cast<double>(j) - 1.0);
+    if (!(mirrored >= static_cast<double>(j) && mirrored < static_cast<double>(cells.across)))
+      continue;
+    const float* const heights = cells.height_m.data() + row * cells.across;
+    const float sum = heights[j] + heights[static_cast<std::size_t>(mirrored)];
+    if (std::isfinite(sum)) pairs.push_back(0.5 * static_cast<double>(sum));
+  }
+  return base::median_or(std::numeric_limits<double>::quiet_NaN(), std::move(pairs));
+}
+
+/// Medians over blocks of those across the road.
 std::vector<Block> blocks_of(const HeightCells& cells, const RoadFrame& frame) {
   const auto rows = static_cast<std::size_t>(std::max(1.0, std::round(kBlock_m / cells.cell_m)));
   std::vector<Block> blocks;
@@ -32,11 +49,8 @@ std::vector<Block> blocks_of(const HeightCells& cells, const RoadFrame& frame) {
     const std::size_t end = std::min(begin + rows, cells.along);
     std::vector<double> heights;
     for (std::size_t i = begin; i < end; ++i) {
-      std::vector<double> across;
-      for (std::size_t j = 0; j < cells.across; ++j)
-        if (const float h = cells.height_m[i * cells.across + j]; std::isfinite(h))
-          across.push_back(static_cast<double>(h));
-      if (!across.empty()) heights.push_back(base::median(std::move(across)));
+      const double height_m = middle_of(cells, i);
+      if (std::isfinite(height_m)) heights.push_back(height_m);
     }
     if (2 * heights.size() < rows) continue;
     const double middle = 0.5 * static_cast<double>(begin + end) * cells.cell_rows;
