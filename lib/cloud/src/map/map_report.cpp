@@ -54,6 +54,7 @@ report::ExtraSection coverage(const MapReport& facts) {
       "deviation of every node are in refined.provenance.crg and refined.stddev.crg; the "
       "differences to the base are the comparison \"against\". Grass beside the road is left out: "
       "blades do not show the ground."};
+  for (const std::string& remark : facts.remarks) section.sentences.push_back(remark);
   section.facts = {{"points read", fmt::format("{}", facts.points)},
                    {"points used", fmt::format("{}", facts.used)},
                    {"of those looked at, on grass beside the road",
@@ -106,7 +107,6 @@ report::ExtraSection registration(const MapReport& facts) {
   for (const std::string& direction : facts.unfixed)
     section.sentences.push_back("The data hardly fixes " + direction +
                                 ": the trajectory was left as it is there.");
-  for (const std::string& remark : facts.remarks) section.sentences.push_back(remark);
   return section;
 }
 
@@ -148,6 +148,13 @@ report::ExtraSection kerbs_before_after(const report::TrackReport& page, const c
   return section;
 }
 
+/// That the road differs from its base is what the points are for, and no remark.
+void forget_the_base(report::TrackReport& page) {
+  std::erase_if(page.findings,
+                [](const report::ReportFinding& finding) { return finding.kind == "deviation"; });
+  if (page.findings.empty() && page.verdict == "usable_with_remarks") page.verdict = "usable";
+}
+
 }  // namespace
 
 void write_map_report(const base::OutputSet& outputs, const crg::Crg& base, const crg::Crg& refined,
@@ -161,6 +168,7 @@ void write_map_report(const base::OutputSet& outputs, const crg::Crg& base, cons
   for (const road::InputFile& file : inputs)
     request.sources.push_back({file.role, file.path, file.sha256});
   report::TrackReport page = road::make_report(request);
+  forget_the_base(page);
   const std::size_t count = page.curves.empty() ? 0 : page.curves.front().values.size();
   const char* const keys[] = {"x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad"};
   const char* const names[] = {"x", "y", "z", "roll", "pitch", "yaw"};
@@ -192,6 +200,7 @@ void write_map_report(const base::OutputSet& outputs, const crg::Crg& base, cons
                      place.pass + 1, place.area_m2)});
   }
   page.findings.insert(page.findings.begin(), faults.begin(), faults.end());
+  if (page.verdict == "usable" && !faults.empty()) page.verdict = "usable_with_remarks";
   page.lead = lead_of(result, page.u_begin_m, result.grid.u_step_m);
   page.sheet.fields.insert(page.sheet.fields.begin(),
                            completeness_of(page.sheet, result.source, page.u_begin_m));
