@@ -1,8 +1,9 @@
 #include "column_words.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
+#include <initializer_list>
+#include <iterator>
 #include <map>
 #include <numbers>
 #include <string_view>
@@ -19,85 +20,119 @@ struct Unit {
   double scale;
   double zero = 0.0;
 };
-constexpr std::array<Unit, 62> kUnits{{{"time", "s", 1},
-                                       {"time", "unixtime", 1},
-                                       {"time", "ms", 1e-3},
-                                       {"time", "us", 1e-6},
-                                       {"time", "ns", 1e-9},
-                                       {"time", "min", 60},
-                                       {"time", "h", 3600},
-                                       {"length", "m", 1},
-                                       {"length", "mm", 1e-3},
-                                       {"length", "km", 1e3},
-                                       {"length", "ft", 0.3048},
-                                       {"angle", "rad", 1},
-                                       {"angle", "deg", kDegree},
-                                       {"angle", "°", kDegree},
-                                       {"rate", "°/s", kDegree},
-                                       {"speed", "kmh", 1 / 3.6},
-                                       {"acceleration", "m/s/s", 1},
-                                       {"pressure", "mbar", 100.0},
-                                       {"turn", "revs/min", std::numbers::pi / 30},
-                                       {"turn", "min-1", std::numbers::pi / 30},
-                                       {"turn", "r/min", std::numbers::pi / 30},
-                                       {"speed", "m/s", 1},
-                                       {"speed", "mps", 1},
-                                       {"speed", "km/h", 1 / 3.6},
-                                       {"speed", "kmph", 1 / 3.6},
-                                       {"speed", "kph", 1 / 3.6},
-                                       {"speed", "mm/s", 1e-3},
-                                       {"speed", "ft/s", 0.3048},
-                                       {"speed", "mph", 0.44704},
-                                       {"speed", "knots", 1852.0 / 3600},
-                                       {"speed", "kn", 1852.0 / 3600},
-                                       {"rate", "rad/s", 1},
-                                       {"rate", "dps", kDegree},
-                                       {"rate", "deg/sec", kDegree},
-                                       {"rate", "radps", 1},
-                                       {"rate", "deg/s", kDegree},
-                                       {"rate", "degps", kDegree},
-                                       {"acceleration", "m/s^2", 1},
-                                       {"acceleration", "m/s2", 1},
-                                       {"acceleration", "m/s²", 1},
-                                       {"acceleration", "mps2", 1},
-                                       {"acceleration", "g", 9.80665},
-                                       {"share", "%", 0.01},
-                                       {"share", "1", 1},
-                                       {"pressure", "pa", 1},
-                                       {"pressure", "kpa", 1e3},
-                                       {"pressure", "mpa", 1e6},
-                                       {"pressure", "bar", 1e5},
-                                       {"pressure", "psi", 6894.757},
-                                       {"turn", "rad/s", 1},
-                                       {"turn", "radps", 1},
-                                       {"turn", "rpm", std::numbers::pi / 30},
-                                       {"turn", "1/min", std::numbers::pi / 30},
-                                       {"temperature", "k", 1},
-                                       {"temperature", "kelvin", 1},
-                                       {"temperature", "c", 1, 273.15},
-                                       {"temperature", "degc", 1, 273.15},
-                                       {"temperature", "celsius", 1, 273.15},
-                                       {"temperature", "°c", 1, 273.15},
-                                       {"temperature", "f", 5.0 / 9, 273.15 - 32 * 5.0 / 9},
-                                       {"temperature", "degf", 5.0 / 9, 273.15 - 32 * 5.0 / 9},
-                                       {"temperature", "°f", 5.0 / 9, 273.15 - 32 * 5.0 / 9}}};
+constexpr Unit kUnits[] = {{"time", "s", 1},
+                           {"time", "unixtime", 1},
+                           {"time", "ms", 1e-3},
+                           {"time", "us", 1e-6},
+                           {"time", "ns", 1e-9},
+                           {"time", "min", 60},
+                           {"time", "h", 3600},
+                           {"length", "m", 1},
+                           {"length", "mm", 1e-3},
+                           {"length", "km", 1e3},
+                           {"length", "ft", 0.3048},
+                           {"angle", "rad", 1},
+                           {"angle", "deg", kDegree},
+                           {"angle", "°", kDegree},
+                           {"rate", "°/s", kDegree},
+                           {"speed", "kmh", 1 / 3.6},
+                           {"acceleration", "m/s/s", 1},
+                           {"pressure", "mbar", 100.0},
+                           {"turn", "revs/min", std::numbers::pi / 30},
+                           {"turn", "min-1", std::numbers::pi / 30},
+                           {"turn", "r/min", std::numbers::pi / 30},
+                           {"speed", "m/s", 1},
+                           {"speed", "mps", 1},
+                           {"speed", "km/h", 1 / 3.6},
+                           {"speed", "kmph", 1 / 3.6},
+                           {"speed", "kph", 1 / 3.6},
+                           {"speed", "mm/s", 1e-3},
+                           {"speed", "ft/s", 0.3048},
+                           {"speed", "mph", 0.44704},
+                           {"speed", "knots", 1852.0 / 3600},
+                           {"speed", "kn", 1852.0 / 3600},
+                           {"rate", "rad/s", 1},
+                           {"rate", "dps", kDegree},
+                           {"rate", "deg/sec", kDegree},
+                           {"rate", "radps", 1},
+                           {"rate", "deg/s", kDegree},
+                           {"rate", "degps", kDegree},
+                           {"acceleration", "m/s^2", 1},
+                           {"acceleration", "m/s2", 1},
+                           {"acceleration", "m/s²", 1},
+                           {"acceleration", "mps2", 1},
+                           {"acceleration", "g", 9.80665},
+                           {"share", "%", 0.01},
+                           {"share", "1", 1},
+                           {"pressure", "pa", 1},
+                           {"pressure", "kpa", 1e3},
+                           {"pressure", "mpa", 1e6},
+                           {"pressure", "bar", 1e5},
+                           {"pressure", "psi", 6894.757},
+                           {"turn", "rad/s", 1},
+                           {"turn", "radps", 1},
+                           {"turn", "rpm", std::numbers::pi / 30},
+                           {"turn", "1/min", std::numbers::pi / 30},
+                           {"temperature", "k", 1},
+                           {"temperature", "kelvin", 1},
+                           {"temperature", "c", 1, 273.15},
+                           {"temperature", "degc", 1, 273.15},
+                           {"temperature", "celsius", 1, 273.15},
+                           {"temperature", "°c", 1, 273.15},
+                           {"temperature", "f", 5.0 / 9, 273.15 - 32 * 5.0 / 9},
+                           {"temperature", "degf", 5.0 / 9, 273.15 - 32 * 5.0 / 9},
+                           {"temperature", "°f", 5.0 / 9, 273.15 - 32 * 5.0 / 9},
+                           {"time", "sec", 1},
+                           {"time", "second", 1},
+                           {"time", "seconds", 1},
+                           {"time", "msec", 1e-3},
+                           {"time", "milliseconds", 1e-3},
+                           {"time", "usec", 1e-6},
+                           {"time", "nsec", 1e-9},
+                           {"angle", "degree", kDegree},
+                           {"angle", "degrees", kDegree},
+                           {"angle", "radians", 1},
+                           {"speed", "meters/second", 1},
+                           {"speed", "metres/second", 1},
+                           {"speed", "m/sec", 1},
+                           {"speed", "km/hr", 1 / 3.6},
+                           {"speed", "miles/hour", 0.44704},
+                           {"speed", "knot", 1852.0 / 3600},
+                           {"speed", "kts", 1852.0 / 3600},
+                           {"rate", "rads^-1", 1},
+                           {"rate", "degrees/s", kDegree},
+                           {"rate", "degrees/sec", kDegree},
+                           {"rate", "degrees/second", kDegree},
+                           {"acceleration", "ms^-2", 1},
+                           {"share", "pct", 0.01},
+                           {"share", "percent", 0.01}};
 
 std::vector<Alias> aliases_of_places_and_speeds() {
   return {
-      {"time_s",
-       "time",
-       {"time",        "t",        "ts",    "timestamp", "times",   "logtime",   "sessiontime",
-        "elapsedtime", "zeit",     "temps", "tiempo",    "tempo",   "utc",       "timeutc",
-        "utctime",     "unixtime", "epoch", "gpstime",   "instime", "metatime",  "rosbagtimestamp",
-        "zeitstempel", "xtime",    "tow",   "gpstow",    "itow",    "devicetime"}},
-      {"x_m", "length", {"x", "posx", "xposition", "positionx", "east", "easting"}},
-      {"y_m", "length", {"y", "posy", "yposition", "positiony", "north", "northing"}},
-      {"latitude_rad", "angle", {"latitude", "lat", "gpslatitude", "vboxlatmin", "breitengrad"}},
+      {"time_s", "time", {"time",        "t",           "ts",
+                          "timestamp",   "times",       "logtime",
+                          "sessiontime", "elapsedtime", "zeit",
+                          "temps",       "tiempo",      "tempo",
+                          "utc",         "timeutc",     "utctime",
+                          "unixtime",    "epoch",       "gpstime",
+                          "instime",     "metatime",    "rosbagtimestamp",
+                          "zeitstempel", "xtime",       "tow",
+                          "gpstow",      "itow",        "devicetime",
+                          "timestamps",  "timestampms", "runtime",
+                          "seconds",     "cts",         "timems",
+                          "offset",      "interval",    "utctimeinms"}},
+      {"x_m", "length", {"x", "tx", "posx", "xposition", "positionx", "east", "easting"}},
+      {"y_m", "length", {"y", "ty", "posy", "yposition", "positiony", "north", "northing"}},
+      {"latitude_rad",
+       "angle",
+       {"latitude", "lat", "gpslatitude", "gpslat", "vboxlatmin", "breitengrad"}},
       {"longitude_rad",
        "angle",
        {"longitude", "long", "lon", "lng", "gpslongitude", "vboxlongminutes", "lngengrad",
-        "laengengrad"}},
-      {"z_m", "length", {"z", "posz", "positionz", "altitude", "height", "alt", "gpsaltitude"}},
+        "laengengrad", "longtitude", "gpslong", "gpslon", "gpslng"}},
+      {"z_m",
+       "length",
+       {"z", "tz", "posz", "positionz", "altitude", "height", "alt", "gpsaltitude"}},
       {"yaw_rad",
        "angle",
        {"yaw", "phi", "psi", "heading", "yawnorth", "gierwinkel", "orientationyaw"}},
@@ -122,14 +157,23 @@ std::vector<Alias> aliases_of_places_and_speeds() {
         "gspeed",
         "vfzg",
         "vss",
-        "vss1"}},
+        "vss1",
+        "kph",
+        "kmh",
+        "mph",
+        "gps2dspeed"}},
       {"vy_mps", "speed", {"vy", "vely", "lineary", "vlat", "velocityy"}},
       {"yaw_rate_radps",
        "rate",
        {"yawrate", "omega", "r", "gyroz", "omegaz", "wz", "angularz", "angularvelocityz",
-        "gyroyawvelocity", "yawvelocity", "gpsgyro", "gierrate", "giergeschwindigkeit"}},
-      {"roll_rate_radps", "rate", {"rollrate", "gyrox", "angularx", "angularvelocityx"}},
-      {"pitch_rate_radps", "rate", {"pitchrate", "gyroy", "angulary", "angularvelocityy"}},
+        "gyroyawvelocity", "yawvelocity", "gpsgyro", "gyroscopez", "gierrate",
+        "giergeschwindigkeit"}},
+      {"roll_rate_radps",
+       "rate",
+       {"rollrate", "gyrox", "gyroscopex", "angularx", "angularvelocityx"}},
+      {"pitch_rate_radps",
+       "rate",
+       {"pitchrate", "gyroy", "gyroscopey", "angulary", "angularvelocityy"}},
   };
 }
 
@@ -140,6 +184,7 @@ std::vector<Alias> aliases_of_accelerations_and_controls() {
        {"ax",
         "accx",
         "linearaccelerationx",
+        "accelerationx",
         "along",
         "accelx",
         "longacc",
@@ -152,6 +197,8 @@ std::vector<Alias> aliases_of_accelerations_and_controls() {
         "longitudinal",
         "inline",
         "linealg",
+        "longitudinalg",
+        "longg",
         "gforcex",
         "glong",
         "glon",
@@ -161,12 +208,13 @@ std::vector<Alias> aliases_of_accelerations_and_controls() {
         "laengsbeschleunigung"}},
       {"ay_mps2",
        "acceleration",
-       {"ay", "accy", "linearaccelerationy", "alat", "accely", "latacc", "gforcelat", "lateralacc",
-        "lateralacceleration", "lataccel", "gpslatacc", "querbeschleunigung", "lateral", "lateralg",
-        "gforcey", "glat", "aqfzg"}},
+       {"ay", "accy", "linearaccelerationy", "accelerationy", "alat", "accely", "latacc",
+        "gforcelat", "lateralacc", "lateralacceleration", "lataccel", "gpslatacc",
+        "querbeschleunigung", "lateral", "lateralg", "latg", "gforcey", "glat", "aqfzg"}},
       {"az_mps2",
        "acceleration",
-       {"az", "accz", "linearaccelerationz", "accelz", "vertaccel", "gforcevert", "verticalacc"}},
+       {"az", "accz", "linearaccelerationz", "accelerationz", "accelz", "vertaccel", "gforcevert",
+        "verticalacc"}},
       {"steer_rad",
        "angle",
        {"delta", "steer", "steering", "roadwheelangle", "steerangle", "steeredangle",
@@ -174,21 +222,24 @@ std::vector<Alias> aliases_of_accelerations_and_controls() {
       {"steer_command_rad", "angle", {"steercmd", "steercommand", "deltacmd"}},
       {"throttle",
        "share",
-       {"throttle", "throttlepos", "throttleposition", "tps", "aps", "pps", "drosselklappe"}},
+       {"throttle", "throttlepos", "throttleposition", "tps", "tps1", "aps", "pps", "drosselklappe",
+        "thrtl", "throttleopeningangle"}},
       {"throttle_command",
        "share",
        {"throttlecommand", "throttlecmd", "throttlepedcmd", "throttlepedalcmd", "pedal",
-        "accelerator", "throttlepedal", "acceleratorpos", "acceleratorposition", "gaspedal",
-        "fahrpedal"}},
+        "accelerator", "accelposition", "accelpedalposition", "throttlepedal", "acceleratorpos",
+        "acceleratorposition", "gaspedal", "fahrpedal"}},
       {"brake_pa", "pressure", {"brake", "brakepressure", "brakepress"}},
       {"brake_command_pa",
        "pressure",
        {"brakecommand", "brakecmd", "brakepedcmd", "brakepedalcmd"}},
-      {"gear", "none", {"gear", "currentgear", "gearposition", "gang", "marcia", "rapport"}},
+      {"gear",
+       "none",
+       {"gear", "ngear", "currentgear", "gearposition", "gang", "marcia", "rapport"}},
       {"engine_radps",
        "turn",
-       {"engine", "rpm", "enginespeed", "enginerpm", "nmot", "motordrehzahl", "drehzahl", "regime",
-        "giri"}},
+       {"engine", "rpm", "currentenginerpm", "enginespeed", "enginerpm", "nmot", "motordrehzahl",
+        "drehzahl", "regime", "giri"}},
       {"fuel_kg", "none", {"fuel", "fuelmass"}},
   };
 }
@@ -213,7 +264,7 @@ std::pair<std::string, std::string> split_ending(const std::string& column) {
       {"deg", "deg"},   {"kmh", "km/h"}, {"kph", "km/h"},    {"mph", "mph"},     {"g", "g"},
       {"rpm", "rpm"},   {"bar", "bar"},  {"kpa", "kpa"},     {"psi", "psi"},     {"m", "m"},
       {"mm", "mm"},     {"s", "s"},      {"sec", "s"},       {"seconds", "s"},   {"ms", "ms"},
-      {"us", "us"},     {"ns", "ns"},    {"pct", "%"}};
+      {"us", "us"},     {"ns", "ns"},    {"pct", "%"},       {"kmph", "km/h"}};
   const std::size_t at = column.rfind('_');
   if (at == std::string::npos || at == 0) return {column, ""};
   std::string ending = column.substr(at + 1);
@@ -226,7 +277,7 @@ std::pair<std::string, std::string> split_ending(const std::string& column) {
 /// Where a signal comes from or stands for, behind its name: "latacc-calc", "ax_cg", "speed_can".
 std::string without_origin(const std::string& stem) {
   for (const std::string ending :
-       {"calc", "can", "obd", "cg", "cog", "imu", "ins", "gyro", "meas", "measured"}) {
+       {"calc", "can", "obd", "gps", "cg", "cog", "imu", "ins", "gyro", "meas", "measured"}) {
     const std::size_t at = stem.size() - std::min(stem.size(), ending.size());
     if (at < 2 || (stem[at - 1] != '_' && stem[at - 1] != '-' && stem[at - 1] != ' ')) continue;
     std::string lower = stem.substr(at);
@@ -240,7 +291,7 @@ std::string without_origin(const std::string& stem) {
 
 std::pair<std::string, std::string> split_unit(const std::string& column) {
   const std::size_t first = column.find_first_of("([");
-  if (first == std::string::npos) return split_ending(column);
+  if (first == std::string::npos || first == 0) return split_ending(column);
   const std::string stem(base::trimmed(std::string_view(column).substr(0, first)));
   std::string unit;
   // "Speed (OBD)(km/h)": the last one that is a unit, else the first.
@@ -269,15 +320,40 @@ double unit_zero(const std::string& quantity, const std::string& unit) {
 }
 
 bool is_unit(const std::string& unit) {
-  return std::any_of(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return unit == u.name; });
+  return std::any_of(std::begin(kUnits), std::end(kUnits),
+                     [&](const Unit& u) { return unit == u.name; });
+}
+
+std::string unit_by_word(const std::string& word) {
+  const auto is_one_of = [&](std::initializer_list<const char*> names) {
+    return std::any_of(names.begin(), names.end(), [&](const char* name) { return word == name; });
+  };
+  if (word.starts_with("gforce") ||
+      is_one_of({"lateralg", "latg", "linealg", "longitudinalg", "longg", "glong", "glon", "glat"}))
+    return "g";
+  if (is_one_of({"rpm", "enginerpm", "currentenginerpm", "nmot", "motordrehzahl", "drehzahl"}))
+    return "rpm";
+  if (is_one_of({"kph", "kmh"})) return "km/h";
+  if (word == "mph") return "mph";
+  if (word.starts_with("linearacceleration")) return "m/s2";  // of ROS, as the next
+  if (word.starts_with("angularvelocity")) return "rad/s";
+  if (word == "seconds") return "s";
+  if (is_one_of({"timestampms", "timems", "cts"})) return "ms";
+  return "";
 }
 
 std::vector<std::string> words_of(const std::string& stem) {
+  // Fields of a topic: "/odom.pose.position.x", or as rostopic writes them "field.position.x".
+  const bool of_topic = stem.starts_with('/') || stem.starts_with("field.");
   const std::size_t last = stem.rfind('.');
-  if (!stem.starts_with('/') || last == std::string::npos) {
+  if (!of_topic || last == std::string::npos) {
     std::vector<std::string> out{base::letters_and_digits_of(stem)};
     if (const std::string shorter = without_origin(stem); shorter != stem)
       out.push_back(base::letters_and_digits_of(shorter));
+    // What an engine's controller has at its top: "engine/rpm", "sensors/gear".
+    for (const std::string_view group : {"engine/", "sensors/", "vehicle/", "gps/", "imu/"})
+      if (stem.starts_with(group))
+        out.push_back(base::letters_and_digits_of(stem.substr(group.size())));
     return out;
   }
   std::vector<std::string> out;

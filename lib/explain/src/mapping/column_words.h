@@ -24,9 +24,13 @@ const std::vector<Alias>& aliases();
 /// "vx (m/s)" or "vx[m/s]" into name and unit, the unit in lower case.
 std::pair<std::string, std::string> split_unit(const std::string& column);
 
-/// What a column may be known by: its name; for a channel of a topic ("/odom.twist.twist.linear.x")
-/// its last two parts, then the last one where that is more than a letter.
+/// What a column may be known by: its name; for a channel of a topic ("/odom.twist.twist.linear.x",
+/// "field.twist.twist.linear.x") its last two parts, then the last one where that is more than a
+/// letter.
 std::vector<std::string> words_of(const std::string& stem);
+
+/// The unit that such a word of words_of() says itself, as "rpm" and "gforcex" do; else nothing.
+std::string unit_by_word(const std::string& word);
 
 /// What one of the unit is in the quantity's own; none: no unit of it.
 std::optional<double> unit_scale(const std::string& quantity, const std::string& unit);

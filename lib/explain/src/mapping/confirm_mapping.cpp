@@ -9,58 +9,12 @@
 #include <numbers>
 
 #include "column_words.h"
+#include "path_fit.h"
 
 namespace explain {
 namespace {
 
 using recording::Table;
-
-/// Slope of y over x through zero, and the correlation.
-struct Fit {
-  double slope = 0.0, correlation = 0.0;
-};
-Fit through_zero(const std::vector<double>& x, const std::vector<double>& y) {
-  double xx = 0, xy = 0, yy = 0;
-  for (std::size_t i = 0; i < std::min(x.size(), y.size()); ++i)
-    if (std::isfinite(x[i]) && std::isfinite(y[i])) {
-      xx += x[i] * x[i];
-      xy += x[i] * y[i];
-      yy += y[i] * y[i];
-    }
-  if (xx <= 0 || yy <= 0) return {};
-  return {xy / xx, xy / std::sqrt(xx * yy)};
-}
-
-double wrap(double a) { return std::remainder(a, 2 * std::numbers::pi); }
-
-/// What the path says: course, its rate, speed. Central differences over `half` samples.
-struct Path {
-  std::vector<double> course, rate, speed, acceleration;
-};
-Path path_of(const std::vector<double>& t, const std::vector<double>& x,
-             const std::vector<double>& y) {
-  const std::size_t n = t.size();
-  std::size_t half = 1;
-  while (half * 2 < n / 4 && t[std::min(n - 1, half)] - t[0] < 0.2) ++half;
-  Path p;
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  p.course.assign(n, nan);
-  p.rate = p.speed = p.acceleration = p.course;
-  for (std::size_t i = half; i + half < n; ++i) {
-    const double dt = t[i + half] - t[i - half];
-    const double dx = x[i + half] - x[i - half], dy = y[i + half] - y[i - half];
-    if (!(dt > 0)) continue;
-    p.speed[i] = std::hypot(dx, dy) / dt;
-    if (p.speed[i] > 4.0) p.course[i] = std::atan2(dy, dx);
-  }
-  for (std::size_t i = half; i + half < n; ++i) {
-    const double dt = t[i + half] - t[i - half];
-    if (!(dt > 0)) continue;
-    p.rate[i] = wrap(p.course[i + half] - p.course[i - half]) / dt;
-    p.acceleration[i] = (p.speed[i + half] - p.speed[i - half]) / dt;
-  }
-  return p;
-}
 
 /// How many samples `late` lags behind `reference`, by the largest correlation; NaN if unclear.
 double lag_s(const std::vector<double>& t, const std::vector<double>& reference,
@@ -143,7 +97,7 @@ void confirm_yaw(const Table& table, const Path& path, bool by_satellites, Mappi
 
 /// A unit that was guessed becomes the one in which the channel is what the path says of it;
 /// `slope` is how many times that it was. Returns what remains.
-double settle_unit(double slope, ColumnMapping& m, Mapping& mapping) {
+double settle_unit(double slope, const char* what, ColumnMapping& m, Mapping& mapping) {
   if (!mapping.guessed.contains(m.channel) || std::abs(std::abs(slope) - 1.0) <= 0.3) return slope;
   std::vector<double> units{1.0};
   if (m.channel == "vx_mps") units = {1.0, 1 / 3.6, 0.44704, 1852.0 / 3600};
@@ -153,7 +107,7 @@ double settle_unit(double slope, ColumnMapping& m, Mapping& mapping) {
     const double scale = std::copysign(unit, m.scale), left = slope * scale / m.scale;
     if (std::abs(std::abs(left) - 1.0) > 0.08) continue;
     mapping.notes.push_back(
-        fmt::format("{} from '{}': factor {:g}, by the path", m.channel, m.column, unit));
+        fmt::format("{} from '{}': factor {:g}, by {}", m.channel, m.column, unit, what));
     m.scale = scale;
     return left;
   }
@@ -172,7 +126,7 @@ void confirm(const Table& table, const std::vector<double>& t, const char* chann
                     fit.correlation, what));
     return;
   }
-  fit.slope = settle_unit(fit.slope, *m, mapping);
+  fit.slope = settle_unit(fit.slope, "the path", *m, mapping);
   if (mapping.guessed.contains(channel) && std::abs(std::abs(fit.slope) - 1.0) > 0.3) {
     mapping.notes.push_back(
         fmt::format("column '{}' is not used: its unit is not known, and {:.3g} times {} is none "
@@ -274,20 +228,6 @@ Fit by_acceleration(const std::vector<double>& travel, const std::vector<double>
   return {xy / xx, xy / std::sqrt(xx * yy)};
 }
 
-/// The change of a speed over 0.3 s; NaN in gaps.
-std::vector<double> acceleration_of(const std::vector<double>& t,
-                                    const std::vector<double>& speed) {
-  std::vector<double> out(t.size(), std::numeric_limits<double>::quiet_NaN());
-  std::size_t from = 0, to = 0;
-  for (std::size_t i = 0; i < t.size(); ++i) {
-    while (t[from] < t[i] - 0.15) ++from;
-    while (to + 1 < t.size() && t[to] < t[i] + 0.15) ++to;
-    if (t[to] - t[from] > 0.1 && t[to] - t[from] < 1.0)
-      out[i] = (speed[to] - speed[from]) / (t[to] - t[from]);
-  }
-  return out;
-}
-
 }  // namespace
 
 ColumnMapping* find_channel(Mapping& mapping, const std::string& channel) {
@@ -350,8 +290,9 @@ void confirm_without_place(const Table& table, const std::vector<double>& t, Map
     const ColumnMapping* const ahead = find_channel(mapping, "ax_mps2");
     const bool known = ahead != nullptr && !mapping.guessed.contains("ax_mps2");
     const Fit fit = known ? through_zero(filled("ax_mps2"), acceleration_of(t, v)) : Fit{};
-    const double left =
-        std::abs(fit.correlation) > 0.8 ? std::abs(settle_unit(fit.slope, *speed, mapping)) : 0.0;
+    const double left = std::abs(fit.correlation) > 0.8
+                            ? std::abs(settle_unit(fit.slope, "ax_mps2", *speed, mapping))
+                            : 0.0;
     if (std::abs(left - 1.0) > 0.3) {
       mapping.missing.push_back(
           fmt::format("the unit of '{}' is not known: up to {:g}, it may be m/s, km/h or mph; map "
@@ -365,8 +306,16 @@ void confirm_without_place(const Table& table, const std::vector<double>& t, Map
   const std::vector<double> rate = mapped_values(mapping, table, "yaw_rate_radps"),
                             ay = mapped_values(mapping, table, "ay_mps2");
   if (rate.empty() || ay.empty()) return;
-  for (std::size_t i = 0; i < v.size(); ++i) v[i] *= rate[i];
-  if (const Fit fit = through_zero(v, ay); fit.correlation < -0.5)
+  std::vector<double> turning(v.size()), aside(v.size());
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    turning[i] = v[i] > 3.0 ? ay[i] / v[i] : std::numeric_limits<double>::quiet_NaN();
+    aside[i] = v[i] * rate[i];
+  }
+  ColumnMapping* const yaw_rate = find_channel(mapping, "yaw_rate_radps");
+  if (const Fit fit = through_zero(turning, rate);
+      std::abs(fit.correlation) > 0.8 && !mapping.guessed.contains("ay_mps2"))
+    settle_unit(fit.slope, "ay_mps2 over vx_mps", *yaw_rate, mapping);
+  if (const Fit fit = through_zero(aside, ay); fit.correlation < -0.5)
     mapping.notes.push_back(
         fmt::format("ay_mps2 and yaw_rate_radps contradict each other (correlation {:.2f} with "
                     "vx_mps times yaw rate): turn the scale of one, both are positive to the left",

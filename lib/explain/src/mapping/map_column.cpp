@@ -59,12 +59,23 @@ bool has_quantity(const Guess& guess) {
   return !guess.quantity.empty() && guess.quantity != "none";
 }
 
+/// Of "GPS (Lat.) [deg]" also "gpslat": what stands in brackets before the unit belongs to the
+/// name.
+std::vector<std::string> words_of_column(const std::string& column, const std::string& stem) {
+  std::vector<std::string> out = words_of(stem);
+  if (const std::size_t last = column.find_last_of("(["); last != std::string::npos && last > 0)
+    if (const std::string whole = base::letters_and_digits_of(column.substr(0, last));
+        std::find(out.begin(), out.end(), whole) == out.end())
+      out.push_back(whole);
+  return out;
+}
+
 Guess guess_channel(const std::string& column, const std::string& stem, const std::string& unit) {
   Guess guess;
   const auto& known = analysed_channels();
   const std::string field = stem.starts_with('/') ? stem.substr(stem.rfind('.') + 1) : column;
   if (std::find(known.begin(), known.end(), field) != known.end()) guess.channel = field;
-  for (const std::string& candidate : words_of(stem)) {
+  for (const std::string& candidate : words_of_column(column, stem)) {
     if (!guess.channel.empty()) break;
     guess.word = candidate;
     const std::string& word = guess.word;
@@ -74,6 +85,8 @@ Guess guess_channel(const std::string& column, const std::string& stem, const st
           guess.channel = alias.channel;
           guess.quantity = alias.quantity;
         }
+    if (guess.channel == "yaw_rad" && unit_scale("rate", unit))
+      guess.channel = "yaw_rate_radps", guess.quantity = "rate";
     for (const char* w : {"fl", "fr", "rl", "rr"})
       if (word == std::string("wheel") + w || word == std::string("wheelspeed") + w ||
           word == std::string("ws") + w || word == std::string("vel") + w ||
@@ -144,20 +157,30 @@ std::string doubt(const Table& table, std::size_t c, const Guess& guess, const s
   // A receiver's heading is its course, and the car's would have its slip angle in it.
   if (guess.word == "heading" && placed_by_satellites(table))
     return "the receiver's course, no heading of the car";
-  if (guess.word.size() == 1 && guess.word.find_first_of("xyz") == 0 && unit.empty() &&
-      on_earth(table))
-    return "one letter without a unit, which beside latitudes may be an acceleration";
+  if (guess.word.size() == 1 && guess.word.find_first_of("xyz") == 0 && unit.empty()) {
+    if (on_earth(table))
+      return "one letter without a unit, which beside latitudes may be an acceleration";
+    // Apps of telephones write a file for each sensor, whose name alone says which it was.
+    if (has_word(table, {"secondselapsed"}))
+      return "one letter without a unit, which beside seconds_elapsed may be any sensor's axis";
+  }
   const std::vector<double>& values = table.columns[c];
   const double most = largest(values);
-  if (guess.word == "brake" && !is_unit(unit) && (most <= 1.0 || most == 100.0))
+  if (guess.word == "brake" && !is_unit(unit) && (most <= 1.0 || most == 100.0 || most == 255.0))
     return "a pedal's share or a switch, no pressure";
   if (guess.quantity == "speed" && !is_unit(unit) && most * (1 / 3.6) > kFastest_mps)
     return fmt::format("up to {:g}, it is no car's speed in m/s, km/h or mph", most);
-  if (guess.quantity == "time" && !unit.empty() && !is_unit(unit))
+  if ((guess.word == "offset" || guess.word == "interval") && !unit_scale("time", unit))
+    return "its name says nothing known";
+  const bool says_epoch = unit.find("1970") != std::string::npos || unit == "utc" || unit == "unix";
+  if (guess.quantity == "time" && !unit.empty() && !is_unit(unit) && !says_epoch)
     return fmt::format("'{}' is no unit of time that is known", unit);
   if (has_quantity(guess) && is_unit(unit) && !unit_scale(guess.quantity, unit))
     return fmt::format("{} is no unit of {}", unit, guess.channel);
   if (guess.channel.empty()) return "its name says nothing known";
+  if (guess.channel != "time_s" &&
+      std::none_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); }))
+    return "it holds no number";
   const bool of_motion = guess.quantity == "acceleration" || guess.quantity == "rate";
   if (of_motion && recording::is_dead(values))
     return fmt::format("it holds {:g} in every row", most);
@@ -202,8 +225,10 @@ const std::vector<std::string>& analysed_channels() {
 
 void map_column(const Table& table, std::size_t c, std::set<std::string>& taken, Mapping& mapping) {
   const std::string& column = table.names[c];
-  const auto [stem, unit] = split_unit(column);
-  const Guess guess = guess_channel(column, stem, unit);
+  const auto [stem, written] = split_unit(column);
+  const Guess guess = guess_channel(column, stem, written);
+  const std::string of_word = is_unit(written) ? "" : unit_by_word(guess.word);
+  const std::string& unit = of_word.empty() ? written : of_word;
   ColumnMapping m{column, guess.channel};
   const std::string why = guess.word == "yaw" && north_yaw(table) ? "its name says nothing known"
                                                                   : doubt(table, c, guess, unit);

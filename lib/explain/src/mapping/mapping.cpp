@@ -9,6 +9,7 @@
 
 #include "column_words.h"
 #include "confirm_mapping.h"
+#include "level_axes.h"
 #include "map_column.h"
 #include "recording/look.h"
 #include "recording/place.h"
@@ -56,6 +57,25 @@ std::optional<Place> on_plane(const Table& table, const std::string& name, Mappi
                   "degrees; place_turn_rad, place_x_m and place_y_m bring them to a road's frame",
                   mapping.origin_latitude_deg, mapping.origin_longitude_deg));
   return place;
+}
+
+/// Rows with a place that is another than the one before.
+std::vector<std::size_t> fresh_rows(const Place& place) {
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < place.x_m.size(); ++i)
+    if (std::isfinite(place.x_m[i]) && std::isfinite(place.y_m[i]) &&
+        (out.empty() || place.x_m[i] != place.x_m[out.back()] ||
+         place.y_m[i] != place.y_m[out.back()]))
+      out.push_back(i);
+  return out;
+}
+
+std::vector<double> at_rows(const std::vector<double>& values,
+                            const std::vector<std::size_t>& rows) {
+  std::vector<double> out;
+  out.reserve(rows.size());
+  for (const std::size_t row : rows) out.push_back(values[row]);
+  return out;
 }
 
 /// What has a speed only can still be driven by; the tools that want a place say so.
@@ -113,6 +133,7 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
         fmt::format("{} rows: a log of at least {} is wanted", table.rows(), kFewestRows));
   if (!mapping.missing.empty()) return mapping;
   std::vector<double> t = mapped_values(mapping, table, "time_s");
+  settle_level_axes(table, t, mapping);
   confirm_travels(table, t, mapping);
   if (!by_satellites)
     std::erase_if(mapping.columns, [](const ColumnMapping& m) {
@@ -134,8 +155,18 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
     confirm_without_place(table, t, mapping);
     return mapping;
   }
-  confirm_mapping(table, t, recording::fill_gaps(t, place->x_m),
-                  recording::fill_gaps(t, place->y_m), by_satellites, mapping);
+  const std::vector<std::size_t> fixes = fresh_rows(*place);
+  if (fixes.size() < kFewestRows || fixes.size() > place->x_m.size() * 7 / 10) {
+    confirm_mapping(table, t, recording::fill_gaps(t, place->x_m),
+                    recording::fill_gaps(t, place->y_m), by_satellites, mapping);
+    return mapping;
+  }
+  // Between the fixes the path says nothing of turning.
+  Table at_fixes = table;
+  for (std::vector<double>& column : at_fixes.columns) column = at_rows(column, fixes);
+  t = at_rows(t, fixes);
+  confirm_mapping(at_fixes, t, at_rows(place->x_m, fixes), at_rows(place->y_m, fixes),
+                  by_satellites, mapping);
   return mapping;
 }
 

@@ -1,0 +1,105 @@
+#include "level_axes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "column_words.h"
+#include "confirm_mapping.h"
+#include "path_fit.h"
+
+namespace explain {
+namespace {
+
+using recording::Table;
+
+bool is_called_speed(const std::string& column) {
+  for (const std::string& word : words_of(split_unit(column).first))
+    for (const Alias& alias : aliases())
+      if (alias.channel == std::string("vx_mps") &&
+          std::any_of(alias.names.begin(), alias.names.end(),
+                      [&](const char* name) { return word == name; }))
+        return true;
+  return false;
+}
+
+/// What makes a column the speed along a path in m/s, and what makes the path's lengths metres.
+struct Scales {
+  double speed = 0.0, length = 1.0;
+};
+
+/// In m/s, km/h or mph along a path in m, dm, cm or mm; a speed of 0: in none of them. `path` is
+/// the speed by the path's own lengths.
+Scales scales_of(const std::vector<double>& path, const std::vector<double>& values) {
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (std::isfinite(values[i]) && path[i] > 4.0) ratios.push_back(values[i] / path[i]);
+  if (ratios.size() < 20) return {};
+  std::vector<double> sorted = ratios;
+  std::sort(sorted.begin(), sorted.end());
+  const double middle = sorted[sorted.size() / 2];
+  // Nine tenths of it within a fifth: not only right in the mean.
+  const auto beside = std::count_if(ratios.begin(), ratios.end(), [&](double ratio) {
+    return std::abs(ratio - middle) > 0.2 * std::abs(middle);
+  });
+  if (static_cast<double>(beside) > 0.1 * static_cast<double>(ratios.size())) return {};
+  for (const double length : {1.0, 0.1, 0.01, 0.001})
+    for (const double speed : {1.0, 1 / 3.6, 0.44704})
+      if (std::abs(middle * speed / length - 1.0) < 0.08) return {speed, length};
+  return {};
+}
+
+/// True where x_m and y_m are lengths of a path that `speed` goes along.
+bool settle_lengths(const Scales& scales, const std::string& speed, Mapping& mapping) {
+  if (scales.speed == 0.0) return false;
+  if (scales.length == 1.0) return true;
+  if (!mapping.guessed.contains("x_m") || !mapping.guessed.contains("y_m")) return false;
+  for (const char* const channel : {"x_m", "y_m", "z_m"})
+    if (ColumnMapping* const m = find_channel(mapping, channel);
+        m != nullptr && mapping.guessed.contains(channel)) {
+      m->scale *= scales.length;
+      mapping.notes.push_back(
+          fmt::format("{} from '{}': factor {:g}, by '{}'", channel, m->column, m->scale, speed));
+    }
+  return true;
+}
+
+}  // namespace
+
+void settle_level_axes(const Table& table, const std::vector<double>& t, Mapping& mapping) {
+  ColumnMapping* const y = find_channel(mapping, "y_m");
+  ColumnMapping* const z = find_channel(mapping, "z_m");
+  if (find_channel(mapping, "x_m") == nullptr || y == nullptr) return;
+  const std::vector<double> x_m = mapped_values(mapping, table, "x_m");
+  const Path beside = path_of(t, x_m, mapped_values(mapping, table, "y_m"));
+  const Path across = z == nullptr ? Path{} : path_of(t, x_m, mapped_values(mapping, table, "z_m"));
+  for (std::size_t c = 0; c < table.names.size(); ++c) {
+    if (!is_called_speed(table.names[c])) continue;
+    if (settle_lengths(scales_of(beside.speed, table.columns[c]), table.names[c], mapping)) return;
+    if (z == nullptr) continue;
+    const Scales scales = scales_of(across.speed, table.columns[c]);
+    if (scales.speed == 0.0 || scales.length != 1.0) continue;
+    mapping.notes.push_back(fmt::format(
+        "the path in '{}' and '{}' is as fast as '{}' says, with '{}' it is not: y is upwards",
+        find_channel(mapping, "x_m")->column, z->column, table.names[c], y->column));
+    std::swap(y->channel, z->channel);
+    std::erase_if(mapping.columns, [&](const ColumnMapping& m) {
+      const bool of_axes = m.channel.ends_with("_rate_radps") || m.channel.ends_with("_mps2") ||
+                           m.channel == "vy_mps" || m.channel == "vx_mps";
+      if (of_axes && m.column != table.names[c])
+        mapping.notes.push_back(fmt::format(
+            "column '{}' is not used: y is upwards in this log, and the order of the car's axes "
+            "is not known",
+            m.column));
+      return of_axes;
+    });
+    mapping.columns.push_back(
+        {.column = table.names[c], .channel = "vx_mps", .scale = scales.speed});
+    mapping.guessed.erase("vx_mps");
+    return;
+  }
+}
+
+}  // namespace explain

@@ -1,0 +1,219 @@
+// What drafts know of the names and the axes of other loggers.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "explain/mapping.h"
+
+namespace explain {
+namespace foreign_names_test {
+
+using testing::HasSubstr;
+
+/// A car on a road that winds, at a changing speed.
+struct Moment {
+  double t_s, x_m, y_m, v_mps, ax_mps2, ay_mps2, yaw_rate_radps;
+};
+std::vector<Moment> drive(double rate_hz, double duration_s) {
+  std::vector<Moment> out;
+  double x = 0, y = 0, yaw = 0.3;
+  constexpr int kFine = 20;
+  const double dt = 1.0 / rate_hz / kFine;
+  for (int i = 0; i < static_cast<int>(rate_hz * duration_s) * kFine; ++i) {
+    const double t = i * dt, v = 20 + 8 * std::sin(t / 4), rate = v * 0.02 * std::sin(t / 3);
+    if (i % kFine == 0) out.push_back({t, x, y, v, 2 * std::cos(t / 4), v * rate, rate});
+    x += v * std::cos(yaw) * dt;
+    y += v * std::sin(yaw) * dt;
+    yaw += rate * dt;
+  }
+  return out;
+}
+
+using Column = std::pair<std::string, std::function<double(const Moment&)>>;
+recording::Table table_of(const std::vector<Moment>& moments, const std::vector<Column>& columns) {
+  recording::Table out;
+  for (const auto& [name, value] : columns) {
+    std::vector<double> values;
+    for (const Moment& m : moments) values.push_back(value(m));
+    out.add(name, values);
+  }
+  return out;
+}
+
+const ColumnMapping* of(const Mapping& m, const std::string& channel) {
+  for (const ColumnMapping& c : m.columns)
+    if (c.channel == channel) return &c;
+  return nullptr;
+}
+std::string column_of(const Mapping& m, const std::string& channel) {
+  const ColumnMapping* const c = of(m, channel);
+  return c == nullptr ? "" : c->column;
+}
+double scale_of(const Mapping& m, const std::string& channel) {
+  const ColumnMapping* const c = of(m, channel);
+  return c == nullptr ? std::nan("") : c->scale;
+}
+double t(const Moment& m) { return m.t_s; }
+double v(const Moment& m) { return m.v_mps; }
+double one(const Moment&) { return 1.0; }
+
+constexpr double kDegrees = 180 / M_PI;
+
+TEST(ForeignNames, WordsThatAreUnitsSayThem) {
+  // As gently as in town: the size of the numbers would say rad/s and m/s2.
+  const Mapping m = propose_mapping(
+      table_of(drive(20, 30),
+               {{"Time", t},
+                {"Speed (m/s)", v},
+                {"RPM", [](const Moment& at) { return 800 + 40 * at.v_mps; }},
+                {"GForceX", [](const Moment& at) { return 0.05 * at.ax_mps2 / 9.80665; }},
+                {"GForceY", [](const Moment& at) { return 0.05 * at.ay_mps2 / 9.80665; }},
+                {"GyroZ", [](const Moment& at) { return 0.05 * at.yaw_rate_radps * kDegrees; }}}),
+      "log");
+  EXPECT_NEAR(scale_of(m, "engine_radps"), M_PI / 30, 1e-9);
+  EXPECT_NEAR(scale_of(m, "ax_mps2"), 9.80665, 1e-9);
+  EXPECT_NEAR(scale_of(m, "ay_mps2"), 9.80665, 1e-9);
+  EXPECT_NEAR(scale_of(m, "yaw_rate_radps"), M_PI / 180, 1e-9) << "by ay_mps2 over vx_mps";
+}
+
+TEST(ForeignNames, UnitsOfOtherLoggersAreKnown) {
+  const Mapping m = propose_mapping(table_of(drive(20, 10), {{"Time (msec)", t},
+                                                             {"GPS Speed (Meters/second)", v},
+                                                             {"Yaw [Deg/Sec]", v},
+                                                             {"Accel. Pedal Position (%)", v},
+                                                             {"Throttle Opening Angle (%)", v}}),
+                                    "log");
+  EXPECT_NEAR(scale_of(m, "time_s"), 1e-3, 1e-12);
+  EXPECT_NEAR(scale_of(m, "vx_mps"), 1.0, 1e-12);
+  EXPECT_TRUE(std::none_of(m.notes.begin(), m.notes.end(), [](const std::string& note) {
+    return note.find("vx_mps") != std::string::npos && note.find("guessed") != std::string::npos;
+  }));
+  EXPECT_EQ(column_of(m, "yaw_rate_radps"), "Yaw [Deg/Sec]");
+  EXPECT_EQ(column_of(m, "throttle_command"), "Accel. Pedal Position (%)");
+  EXPECT_EQ(column_of(m, "throttle"), "Throttle Opening Angle (%)");
+}
+
+TEST(ForeignNames, ClocksOfOtherLoggersAreKnown) {
+  for (const auto& [name, scale] :
+       std::vector<std::pair<std::string, double>>{{"timestamps", 1.0},
+                                                   {"SECONDS", 1.0},
+                                                   {"Offset [s]", 1.0},
+                                                   {"Interval [ms]", 1e-3},
+                                                   {"cts", 1e-3},
+                                                   {"TimestampMS", 1e-3},
+                                                   {"Timestamp (from 1970)", 1.0}})
+    EXPECT_NEAR(scale_of(propose_mapping(table_of(drive(20, 10), {{name, t}, {"KPH", v}}), "log"),
+                         "time_s"),
+                scale, 1e-12)
+        << name;
+  for (const char* name : {"Offset", "Interval", "Offset [V]"})
+    EXPECT_EQ(
+        of(propose_mapping(table_of(drive(20, 10), {{name, t}, {"KPH", v}}), "log"), "time_s"),
+        nullptr)
+        << name;
+}
+
+TEST(ForeignNames, NamesOfFieldsGroupsAndBrackets) {
+  const Mapping m = propose_mapping(table_of(drive(20, 10), {{"%time", t},
+                                                             {"field.twist.twist.linear.x", v},
+                                                             {"field.angular_velocity.z", v},
+                                                             {"field.linear_acceleration.x", one},
+                                                             {"engine/rpm", v},
+                                                             {"sensors/tps1", v},
+                                                             {"dbw/rpm", v}}),
+                                    "log");
+  EXPECT_EQ(column_of(m, "vx_mps"), "field.twist.twist.linear.x");
+  EXPECT_EQ(column_of(m, "yaw_rate_radps"), "field.angular_velocity.z");
+  EXPECT_NEAR(scale_of(m, "yaw_rate_radps"), 1.0, 1e-12) << "rad/s, though up to 28";
+  EXPECT_EQ(column_of(m, "engine_radps"), "engine/rpm");
+  EXPECT_EQ(column_of(m, "throttle"), "sensors/tps1");
+  const Mapping gps = propose_mapping(
+      table_of(drive(10, 20),
+               {{"cts", [](const Moment& at) { return 1e3 * at.t_s; }},
+                {"GPS (Lat.) [deg]", [](const Moment& at) { return 48 + at.y_m / 111195; }},
+                {"GPS (Long.) [deg]", [](const Moment& at) { return 10 + at.x_m / 74405; }},
+                {"GPS (2D speed) [m/s]", v}}),
+      "log");
+  EXPECT_TRUE(gps.missing.empty());
+  EXPECT_EQ(column_of(gps, "latitude_rad"), "GPS (Lat.) [deg]");
+  EXPECT_EQ(column_of(gps, "vx_mps"), "GPS (2D speed) [m/s]");
+}
+
+TEST(ForeignNames, AColumnWithoutANumberGivesNothing) {
+  const double none = std::nan("");
+  const Mapping m =
+      propose_mapping(table_of(drive(20, 10), {{"time", t},
+                                               {"Latitude", [&](const Moment&) { return none; }},
+                                               {"Longitude", [&](const Moment&) { return none; }},
+                                               {"Speed (km/h)", v}}),
+                      "log");
+  EXPECT_TRUE(m.missing.empty());
+  EXPECT_EQ(of(m, "latitude_rad"), nullptr);
+}
+
+TEST(ForeignNames, AxesOfATelephonesSensorsAreNoPlace) {
+  const Mapping m = propose_mapping(
+      table_of(drive(20, 10), {{"time", t}, {"seconds_elapsed", t}, {"z", v}, {"y", v}, {"x", v}}),
+      "log");
+  EXPECT_EQ(of(m, "x_m"), nullptr);
+  EXPECT_FALSE(m.missing.empty());
+}
+
+TEST(ForeignNames, WhereYIsUpwardsThePathSaysSo) {
+  const std::vector<Column> columns{
+      {"time", t},
+      {"VelocityX", [](const Moment&) { return 0.1; }},
+      {"AngularVelocityY", [](const Moment& at) { return -at.yaw_rate_radps; }},
+      {"PositionX", [](const Moment& at) { return at.x_m; }},
+      {"PositionY", [](const Moment& at) { return 100 + std::sin(at.t_s / 5); }},
+      {"PositionZ", [](const Moment& at) { return at.y_m; }},
+      {"Speed", v}};
+  const Mapping m = propose_mapping(table_of(drive(20, 60), columns), "log");
+  EXPECT_EQ(column_of(m, "y_m"), "PositionZ");
+  EXPECT_EQ(column_of(m, "z_m"), "PositionY");
+  EXPECT_EQ(column_of(m, "vx_mps"), "Speed");
+  EXPECT_EQ(of(m, "pitch_rate_radps"), nullptr) << "of axes that nothing tells apart";
+  std::vector<Column> level = columns;
+  std::swap(level[4].first, level[5].first);
+  EXPECT_EQ(column_of(propose_mapping(table_of(drive(20, 60), level), "log"), "y_m"), "PositionY");
+}
+
+TEST(ForeignNames, LengthsWithoutAUnitAreSettledBySpeed) {
+  const auto columns = [](const char* x, const char* y) {
+    return std::vector<Column>{{"time", t},
+                               {x, [](const Moment& at) { return 10 * at.x_m; }},
+                               {y, [](const Moment& at) { return 10 * at.y_m; }},
+                               {"Speed", [](const Moment& at) { return 3.6 * at.v_mps; }}};
+  };
+  const Mapping m = propose_mapping(table_of(drive(20, 60), columns("X", "Y")), "log");
+  EXPECT_NEAR(scale_of(m, "x_m"), 0.1, 1e-12);
+  EXPECT_NEAR(scale_of(m, "y_m"), 0.1, 1e-12);
+  EXPECT_NEAR(scale_of(m, "vx_mps"), 1 / 3.6, 1e-9);
+  const Mapping named = propose_mapping(table_of(drive(20, 60), columns("X (m)", "Y (m)")), "log");
+  EXPECT_NEAR(scale_of(named, "x_m"), 1.0, 1e-12) << "the log says metres";
+}
+
+TEST(ForeignNames, APlaceThatHoldsIsComparedWhereItIsNew) {
+  std::vector<Moment> held = drive(20, 90);
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    held[i].x_m = held[i - i % 20].x_m;
+    held[i].y_m = held[i - i % 20].y_m;
+  }
+  const Mapping m = propose_mapping(
+      table_of(held, {{"Time", t},
+                      {"Latitude", [](const Moment& at) { return 48 + at.y_m / 111195; }},
+                      {"Longitude", [](const Moment& at) { return 10 + at.x_m / 74405; }},
+                      {"Speed (km/h)", [](const Moment& at) { return 3.6 * at.v_mps; }},
+                      {"Accel X", [](const Moment& at) { return -at.ay_mps2 / 9.80665; }},
+                      {"Accel Y", [](const Moment& at) { return at.ax_mps2 / 9.80665; }}}),
+      "log");
+  EXPECT_EQ(column_of(m, "ax_mps2"), "Accel Y");
+  EXPECT_NEAR(scale_of(m, "ay_mps2"), -9.80665, 1e-9);
+}
+
+}  // namespace foreign_names_test
+}  // namespace explain
