@@ -309,8 +309,19 @@ TEST(Log, FormatsThatAreNotReadAreNamedWithTheWayOut) {
               testing::HasSubstr("x: JSON, which is not read"));
   EXPECT_THAT(text_refusal("[\n  {\n    \"t\": 0\n  }\n]\n"), testing::HasSubstr("JSON"));
   EXPECT_THAT(text_refusal("{\r\n \"t\": [0, 1]\r\n}\r\n"), testing::HasSubstr("JSON"));
-  EXPECT_THAT(text_refusal("time speed accel\n0.00 20.0 0.1\n0.10 20.0 0.1\n"),
-              testing::HasSubstr("columns between spaces?"));
+  EXPECT_THAT(text_refusal("$PVENDOR,1\r\n$GNVTG,84.4,T,,M,38.9,N,72.0,K,A*00\r\n"),
+              testing::HasSubstr("NMEA 0183"));
+  EXPECT_THAT(text_refusal("(1700000000.250000) can1 123#00FF\n(1700000000.260000) can1 124#0\n"),
+              testing::HasSubstr("frames of a CAN bus"));
+  EXPECT_THAT(text_refusal("FMT, 128, 89, FMT, B, Type\nGPS, 1, 2\n"),
+              testing::HasSubstr("ArduPilot .log"));
+  EXPECT_THAT(text_refusal("# notes\n# Raw,ElapsedRealtimeMillis,A\nRaw,0,0\nFix,0,1\n"),
+              testing::HasSubstr("rows of fixes"));
+  EXPECT_THAT(text_refusal("Monday,VCDS Version: 1\n,TIME,A\nMarker,STAMP,rpm\n,0,1\n"),
+              testing::HasSubstr("groups have a clock each"));
+  EXPECT_THAT(text_refusal("Type,Local Number,Message,Field 1\nData,0,record,speed\n"),
+              testing::HasSubstr("gpsbabel"));
+  EXPECT_THAT(text_refusal("one two\nthree four five\n"), testing::HasSubstr("no log"));
   // Tables may begin like that.
   EXPECT_EQ(parse_log("LOGGED,PAR2\n1,2\n", "x").channels.front().name, "LOGGED");
   EXPECT_EQ(parse_log("PAR1,PAR2\n1,2\n", "x").channels.front().name, "PAR1");

@@ -61,8 +61,9 @@ class Decimals {
     if (mark_ != cell[at])
       throw base::Error(fmt::format(
           "{}: column '{:.40}' holds '{:.40}', but other decimals of this table have '{}'; write "
-          "all alike",
-          place(), column, cell, mark_));
+          "all alike{}",
+          place(), column, cell, mark_,
+          cell[at] == ',' && cell.size() == at + 4 ? ", and without separators of thousands" : ""));
     return value;
   }
 
@@ -108,6 +109,7 @@ class ColumnReader {
   std::optional<IsoTime> moment(std::string_view cell, const std::string& name, std::size_t line) {
     std::optional<IsoTime> time = iso_time(cell);
     if (time || !is_clock_) return time;
+    if (const std::optional<IsoTime> duration = days_and_time(cell)) return duration;
     const std::string_view date = date_before_time(cell);
     time = time_of_day(cell.substr(date.empty() ? 0 : date.size() + 1));
     if (!time) return minutes_and_seconds(cell);
@@ -136,6 +138,24 @@ class ColumnReader {
   std::string_view date_;  ///< of the row before, in whatever order
 };
 
+/// RaceCapture writes "AccelX"|"G"|-3.0|3.0|25: name, unit, least, greatest, samples a second.
+void take_metadata(Channel& channel) {
+  std::string_view rest = channel.name;
+  const auto quoted = [&]() -> std::optional<std::string> {
+    if (!rest.starts_with('"')) return std::nullopt;
+    const std::size_t close = rest.find("\"|", 1);
+    if (close == std::string_view::npos) return std::nullopt;
+    std::string out(rest.substr(1, close - 1));
+    rest.remove_prefix(close + 2);
+    return out;
+  };
+  const std::optional<std::string> name = quoted();
+  const std::optional<std::string> unit = name ? quoted() : std::nullopt;
+  if (!unit || name->empty()) return;
+  channel.unit = *unit;
+  channel.name = *name;
+}
+
 Words read_rows(std::string_view text, const Shape& shape, const std::string& name, Log& log) {
   base::Lines lines(text);
   std::string_view line;
@@ -147,7 +167,7 @@ Words read_rows(std::string_view text, const Shape& shape, const std::string& na
   Decimals decimals(shape.separator);
   const std::vector<bool> with_words = columns_with_words(log);
   Words words(columns);
-  std::size_t marks = 0;
+  std::size_t marks = 0, heads = 0;
   while (lines.next(line)) {
     const bool cut_off = lines.rest().empty() && text.find_last_of("\r\n") + 1 != text.size();
     if (lines.number() < shape.data_line) continue;
@@ -155,6 +175,10 @@ Words read_rows(std::string_view text, const Shape& shape, const std::string& na
     if (inside.empty() || inside.front() == '#') continue;
     base::split_cells(shape.separator == '\t' ? line : inside, shape.separator, cells);
     while (cells.size() > columns && cells.back().empty()) cells.pop_back();
+    if (std::equal(cells.begin(), cells.end(), shape.names.begin(), shape.names.end())) {
+      ++heads;  // a logger that was started again
+      continue;
+    }
     if (cells.size() != columns) {
       if (cut_off && cells.size() < columns) break;              // the logger lost power
       if (cells.size() == 1 && cells[0].starts_with("MARK ")) {  // MegaSquirt, between the rows
@@ -170,6 +194,8 @@ Words read_rows(std::string_view text, const Shape& shape, const std::string& na
       if (with_words[c]) words[c].push_back(cells[c]);
     }
   }
+  if (heads > 0)
+    log.notes.push_back(fmt::format("{} lines that repeat the header are left out", heads));
   if (marks > 0) log.notes.push_back(fmt::format("{} lines of marks are left out", marks));
   return words;
 }
@@ -187,6 +213,7 @@ Log parse_csv(std::string_view text, const std::string& name) {
     if (c < shape.sources.size() && !shape.sources[c].empty() &&
         std::count(shape.names.begin(), shape.names.end(), shape.names[c]) > 1)
       channel.name = shape.sources[c] + " " + shape.names[c];
+    take_metadata(channel);
     log.channels.push_back(std::move(channel));
   }
   if (text.size() / 2 > kMostCells * 2)
@@ -197,7 +224,7 @@ Log parse_csv(std::string_view text, const std::string& name) {
                       log.notes);
   if (is_long_form(log)) return signals_of_long_form(std::move(log), words, name);
   give_signs_of_hemispheres(log, words);
-  if (shape.exported) number_names(log.channels);
+  number_names(log.channels);
   if (const std::vector<double> time_s = clock_of_rows(log); !time_s.empty()) {
     set_rates(log, time_s);
     const double seen_s = std::max(0.0, time_s.back() - time_s.front());

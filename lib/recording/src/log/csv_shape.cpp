@@ -13,6 +13,7 @@
 #include "base/text_lines.h"
 #include "base/utf8.h"
 #include "readers.h"
+#include "recording/channels.h"
 
 namespace recording {
 namespace {
@@ -33,14 +34,21 @@ bool says_something(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || static_cast<unsigned char>(c) > 127;
 }
 
-/// What stands at the beginning: enough to see where the numbers begin.
+/// "[Channel Data]": a title between the parts of a file, no part of a table.
+bool is_title(std::string_view line) {
+  line = base::trimmed(line);
+  return line.starts_with('[') && line.ends_with(']') &&
+         line.find_first_of(",;\t]") == line.size() - 1;
+}
+
+/// What stands at the beginning, without titles: enough to see where the numbers begin.
 std::vector<NumberedLine> head_of(std::string_view text) {
   constexpr std::size_t kMostLines = 300;
   std::vector<NumberedLine> out;
   base::Lines lines(text);
   std::string_view line;
   while (out.size() < kMostLines && lines.next(line))
-    if (std::any_of(line.begin(), line.end(), says_something))
+    if (std::any_of(line.begin(), line.end(), says_something) && !is_title(line))
       out.push_back({line, lines.number()});
   return out;
 }
@@ -154,6 +162,18 @@ void take_preamble(const std::vector<NumberedLine>& head, std::size_t end, Shape
   }
 }
 
+/// Whether a line numbers the channels: whole numbers in all cells but the clock's, which is empty,
+/// as it is in no row below.
+bool numbers_channels(std::string_view line, std::string_view below, char separator) {
+  std::vector<std::string_view> cells, under;
+  base::split_cells(line, separator, cells);
+  base::split_cells(below, separator, under);
+  return cells.size() > 2 && under.size() == cells.size() && cells.front().empty() &&
+         !under.front().empty() && std::all_of(cells.begin() + 1, cells.end(), [](auto cell) {
+           return !cell.empty() && cell.find_first_not_of("0123456789") == std::string_view::npos;
+         });
+}
+
 /// A logger's export: the first line of numbers that goes on as such, and what stands before it.
 bool exported_shape(const std::vector<NumberedLine>& head, Shape& shape) {
   for (std::size_t d = 1; d < head.size(); ++d) {
@@ -176,7 +196,9 @@ bool exported_shape(const std::vector<NumberedLine>& head, Shape& shape) {
       shape.separator = candidate;
       shape.exported = true;
       shape.header_line = head[h].number;
-      shape.data_line = head[d].number;
+      const bool numbered =
+          d + 1 < head.size() && numbers_channels(head[d].text, head[d + 1].text, candidate);
+      shape.data_line = head[numbered ? d + 1 : d].number;
       take_names(head[h].text, shape);
       take_preamble(head, h, shape);
       for (std::size_t k = h + 1; k < d; ++k) take_below_names(head[k].text, shape);
@@ -186,14 +208,23 @@ bool exported_shape(const std::vector<NumberedLine>& head, Shape& shape) {
   return false;
 }
 
+/// The names of a plain header: each column has one, but for a first one that counts the rows, and
+/// none is a number. A channel of our own stands there once.
 void check_names(const Shape& shape, const std::string& name) {
   std::set<std::string_view> seen;
+  const std::vector<std::string>& own = canonical_channels();
   for (const std::string& column : shape.names) {
-    if (column.empty())
+    if (column.empty() && &column != &shape.names.front())
       throw base::Error(fmt::format("{}:{}: a column without a name", name, shape.header_line));
-    if (!seen.insert(column).second)
+    if (seen.insert(column).second) continue;
+    if (std::isfinite(number(column, true)))
+      throw base::Error(fmt::format(
+          "{}:{}: '{:.40}' twice in the first line, where names of columns are wanted: rows of "
+          "several kinds, or no header? Write one table with a line of names",
+          name, shape.header_line, column));
+    if (std::find(own.begin(), own.end(), column) != own.end())
       throw base::Error(
-          fmt::format("{}:{}: column '{}' twice", name, shape.header_line, column.substr(0, 40)));
+          fmt::format("{}:{}: column '{}' twice; take one away", name, shape.header_line, column));
   }
 }
 
@@ -201,11 +232,11 @@ void check_names(const Shape& shape, const std::string& name) {
 
 bool is_unit(std::string_view cell) {
   static const std::set<std::string, std::less<>> known{
-      "s",     "ms",    "us",   "ns",   "min",       "m",     "km",  "mm",    "ft",  "mi",
-      "deg",   "rad",   "m/s",  "km/h", "kmh",       "kph",   "mph", "knots", "g",   "%",
-      "deg/s", "rad/s", "m/s2", "m/s²", "m/s^2",     "m/s/s", "rpm", "1/min", "bar", "kpa",
-      "mbar",  "mpa",   "psi",  "c",    "degc",      "degf",  "k",   "v",     "nm",  "n",
-      "°",     "°/s",   "°c",   "°f",   "unix time", "kn"};
+      "s",     "ms",    "us",   "ns",   "min",   "m",     "km",        "mm",    "ft",  "mi",
+      "deg",   "rad",   "m/s",  "km/h", "kmh",   "kph",   "mph",       "knots", "g",   "%",
+      "deg/s", "rad/s", "m/s2", "m/s²", "m/s^2", "m/s/s", "rpm",       "1/min", "bar", "kpa",
+      "sec",   "msec",  "mbar", "mpa",  "psi",   "c",     "degc",      "degf",  "k",   "v",
+      "nm",    "n",     "°",    "°/s",  "°c",    "°f",    "unix time", "kn"};
   std::string lower;
   for (const char c : base::in_utf8(cell))
     if (c != '[' && c != ']' && c != '(' && c != ')')

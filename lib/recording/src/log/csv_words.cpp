@@ -26,7 +26,7 @@ std::size_t column_called(const Log& log, std::initializer_list<const char*> nam
 
 std::size_t names_of_signals(const Log& log) {
   return column_called(log, {"signal", "signalname", "telemetryname", "channelname", "parameter",
-                             "parametername", "name", "channel"});
+                             "parametername", "name", "channel", "pid"});
 }
 std::size_t values_of_signals(const Log& log) {
   return column_called(log,
@@ -42,7 +42,7 @@ bool says_car(const Channel& channel) {
 
 bool is_on_earth(const Channel& channel) {
   const std::string letters = base::letters_of(channel.name);
-  for (const char* word : {"lat", "latitude", "lon", "long", "lng", "longitude"})
+  for (const char* word : {"lat", "latitude", "lon", "long", "lng", "longitude", "longtitude"})
     if (letters == word || letters == std::string("gps") + word ||
         letters == std::string(word) + "deg")
       return true;
@@ -89,6 +89,33 @@ void give_signs_of_hemispheres(Log& log, const Words& words) {
   }
 }
 
+namespace {
+
+/// Latitudes and longitudes that stand beside the samples of every signal: channels of their own,
+/// where the next moment has another place.
+void add_places_of_rows(const Log& log, const std::vector<double>& time_s, double first_s,
+                        Log& out) {
+  for (const Channel& place : log.channels) {
+    if (!is_on_earth(place)) continue;
+    Channel channel;
+    channel.name = place.name;
+    channel.unit = place.unit;
+    channel.clock = out.clocks.size();
+    std::vector<double>& clock = out.clocks.emplace_back();
+    for (std::size_t i = 0; i < place.values.size(); ++i) {
+      const double t = time_s[i] - first_s;
+      if (std::isnan(t) || std::isnan(place.values[i])) continue;
+      if (!clock.empty() && (t <= clock.back() || place.values[i] == channel.values.back()))
+        continue;
+      clock.push_back(t);
+      channel.values.push_back(place.values[i]);
+    }
+    out.channels.push_back(std::move(channel));
+  }
+}
+
+}  // namespace
+
 Log signals_of_long_form(Log log, const Words& words, const std::string& name) {
   for (std::size_t c = 0; c < words.size(); ++c) {
     if (words[c].empty() || !says_car(log.channels[c])) continue;
@@ -126,6 +153,7 @@ Log signals_of_long_form(Log log, const Words& words, const std::string& name) {
     clock.push_back(t);
     out.channels[found->second].values.push_back(values[i]);
   }
+  add_places_of_rows(log, time_s, first_s, out);
   if (left_out > 0)
     out.notes.push_back(
         fmt::format("{} of {} rows are left out: no number, no moment, or not later than the "

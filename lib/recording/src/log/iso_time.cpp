@@ -110,6 +110,21 @@ std::optional<IsoTime> minutes_and_seconds(std::string_view cell) {
   return time;
 }
 
+std::optional<IsoTime> days_and_time(std::string_view cell) {
+  const std::size_t digits = cell.find_first_not_of("0123456789");
+  int days = 0;
+  if (digits == std::string_view::npos || digits < 1 || digits > 5 ||
+      !take_digits(cell, digits, 99999, days))
+    return std::nullopt;
+  for (const std::string_view word : {" days ", " day "}) {
+    if (!cell.starts_with(word)) continue;
+    std::optional<IsoTime> time = time_of_day(cell.substr(word.size()));
+    if (time) time->whole_s += std::int64_t{86400} * days;
+    return time;
+  }
+  return std::nullopt;
+}
+
 std::string_view date_before_time(std::string_view cell) {
   const std::size_t blank = cell.find(' ');
   if (blank < 6 || blank > 11) return {};

@@ -25,6 +25,9 @@ std::optional<IsoTime> time_of_day(std::string_view cell);
 /// Minutes, seconds and their decimals, such as 1:02.345.
 std::optional<IsoTime> minutes_and_seconds(std::string_view cell);
 
+/// "0 days 01:05:00.123", as a duration is written by pandas; nothing where it is none.
+std::optional<IsoTime> days_and_time(std::string_view cell);
+
 /// The date, in whatever order, of a cell such as "5/1/2024 12:00:00 PM", whose rest is a time of
 /// day; empty: it is no such cell.
 std::string_view date_before_time(std::string_view cell);

@@ -42,70 +42,6 @@ std::vector<double> spread(const Channel& channel, std::size_t rows, double step
   return out;
 }
 
-/// Formats that are known by their first bytes and not read, with the way out.
-struct NotRead {
-  std::string_view begin, format, way_out;
-};
-constexpr std::string_view kOfNmea =
-    "write it as CSV (gpsbabel -t -i nmea -f LOG -o unicsv -F LOG.csv)";
-constexpr std::string_view kOfXml =
-    "write it as CSV (gpsbabel -t -i gpx -f LOG -o unicsv -F LOG.csv; KML: -i kml, TCX: -i "
-    "gtrnctr)";
-constexpr NotRead kNotRead[] = {
-    {"MDF     ", "ASAM MDF", "export it as CSV, for instance by asammdf"},
-    {"UnFinMF ", "ASAM MDF that was not finished", "finish and export it as CSV, by asammdf"},
-    {"<hCNF", "AiM .xrk or .xrz", "export it as CSV in Race Studio"},
-    {"LOGG", "Vector .blf", "export its signals as CSV with their database"},
-    {"MATLAB ", "MATLAB .mat", "write the signals as CSV (writetable)"},
-    {"\x89HDF\r\n", "HDF5 or MATLAB .mat", "write the signals as CSV"},
-    {"PAR1", "Parquet", "write it as CSV"},
-    {"ARROW1", "Arrow or Feather", "write it as CSV"},
-    {"\x93NUMPY", "NumPy .npy", "write it as CSV (numpy.savetxt)"},
-    {"ULog\x01\x12", "PX4 .ulg", "write it as CSV, for instance by pyulog"},
-    {"\xa3\x95\x80", "ArduPilot .bin", "write it as CSV, for instance by pymavlink"},
-    {"<?xml", "XML, as GPX, KML and TCX", kOfXml},
-    {"<gpx", "GPX", kOfXml},
-    {"<kml", "KML", kOfXml},
-    {"$GPGGA,", "NMEA 0183", kOfNmea},
-    {"$GPRMC,", "NMEA 0183", kOfNmea},
-    {"$GNGGA,", "NMEA 0183", kOfNmea},
-    {"$GNRMC,", "NMEA 0183", kOfNmea},
-    {"PK\x03\x04", "a zip archive or a spreadsheet", "unpack it, or save the sheet as CSV"},
-    {"\x1f\x8b", "gzip", "unpack it (gunzip)"},
-    {"\xfd"
-     "7zXZ",
-     "xz", "unpack it (xz --decompress)"},
-    {"BZh", "bzip2", "unpack it (bunzip2)"},
-    {"#ROSBAG V", "a bag of ROS 1", "convert it to MCAP (mcap convert)"}};
-
-bool is_json(std::string_view text) {
-  if (!text.starts_with('{') && !text.starts_with('[')) return false;
-  const std::size_t inside = text.find_first_not_of(" \t\r\n", 1);
-  return inside != std::string_view::npos &&
-         std::string_view("\"{[").find(text[inside]) != std::string_view::npos;
-}
-
-void refuse_what_is_not_read(std::string_view bytes, const std::string& name) {
-  // A table may begin with such letters; none has zeros.
-  std::string_view head = bytes.substr(0, 4096);
-  const bool binary = head.find('\0') != std::string_view::npos;
-  if (binary && head.size() > 12 && head.substr(8, 4) == ".FIT")
-    throw base::Error(
-        fmt::format("{}: Garmin .fit, which is not read; write it as CSV (gpsbabel -t -i "
-                    "garmin_fit -f LOG -o unicsv -F LOG.csv)",
-                    name));
-  if (!binary) head = base::trimmed(head.substr(head.starts_with("\xEF\xBB\xBF") ? 3 : 0));
-  if (!binary && is_json(head))
-    throw base::Error(
-        fmt::format("{}: JSON, which is not read; write it as CSV, a column for each name", name));
-  for (const NotRead& known : kNotRead)
-    if (head.starts_with(known.begin) &&
-        (binary || !std::isalnum(static_cast<unsigned char>(known.begin[0])) ||
-         known.begin.starts_with("PK")))
-      throw base::Error(
-          fmt::format("{}: {}, which is not read; {}", name, known.format, known.way_out));
-}
-
 Log parse_plain(std::string_view bytes, const std::string& name) {
   if (is_motec_ld(bytes)) return parse_motec_ld(bytes, name);
   if (is_iracing_ibt(bytes)) return parse_iracing_ibt(bytes, name);
@@ -118,13 +54,15 @@ Log parse_plain(std::string_view bytes, const std::string& name) {
   if (bytes.substr(0, 4096).find('\0') != std::string_view::npos)
     throw base::Error(fmt::format(
         "{}: binary, and none of MoTeC .ld, iRacing .ibt, MCAP, rosbag2; export it as CSV", name));
-  Log log = parse_csv(bytes, name);
+  if (is_haltech_csv(bytes)) return parse_haltech_csv(bytes, name);
+  const std::string by_commas = blanks_to_commas(bytes);
+  Log log = parse_csv(by_commas.empty() ? bytes : by_commas, name);
   if (std::all_of(log.channels.begin(), log.channels.end(), [](const Channel& channel) {
         return channel.words > 0 && channel.words == channel.values.size();
       }))
     throw base::Error(
-        fmt::format("{}: words and no number in any column, so it is no log; columns between "
-                    "spaces? Commas, semicolons or tabs are wanted (tr -s ' ' ',' < LOG)",
+        fmt::format("{}: words and no number in any column, so it is no log; a line of names and "
+                    "rows of numbers are wanted, between commas, semicolons, tabs or blanks",
                     name));
   return log;
 }

@@ -16,20 +16,23 @@ namespace {
 
 /// The name in lower case without punctuation and without a unit in brackets.
 std::string clock_word(const std::string& name) {
-  return base::letters_and_digits_of(name.substr(0, name.find_first_of("[(")));
+  return base::letters_and_digits_of(name.substr(0, name.find_first_of("[(", 1)));
 }
 
 bool is_clock(const std::string& word) {
   for (const char* name :
-       {"time",        "times",   "timems",      "t",       "ts",          "timestamp",  "zeit",
-        "zeitstempel", "xtime",   "sessiontime", "logtime", "elapsedtime", "devicetime", "unixtime",
-        "utctime",     "timeutc", "tow",         "tows",    "gpstow",      "gpstows",    "itow"})
+       {"time",       "times",       "timems",  "t",           "ts",      "timestamp",
+        "zeit",       "zeitstempel", "xtime",   "sessiontime", "logtime", "elapsedtime",
+        "devicetime", "unixtime",    "utctime", "timeutc",     "tow",     "tows",
+        "gpstow",     "gpstows",     "itow",    "timestamps",  "runtime"})
     if (word == name) return true;
   return false;
 }
 
-/// "time_of_day", "utc (ms)", "INS_time_sec"; a date alone is none.
+/// "time_of_day", "utc (ms)", "INS_time_sec"; a date alone is none. The last are of single loggers.
 bool may_be_clock(const std::string& word) {
+  for (const char* name : {"seconds", "secondselapsed", "interval", "offset", "cts"})
+    if (word == name) return true;
   return word.find("date") == std::string::npos &&
          (word.starts_with("time") || word.starts_with("zeit") || word.starts_with("utc") ||
           word.ends_with("timesec") || word.ends_with("timestamp"));
@@ -82,12 +85,18 @@ std::optional<double> stated_scale(const Channel& clock) {
                                                              {"ms", 1e-3},
                                                              {"us", 1e-6},
                                                              {"ns", 1e-9},
+                                                             {"msec", 1e-3},
+                                                             {"usec", 1e-6},
+                                                             {"nsec", 1e-9},
                                                              {"min", 60.0},
                                                              {"h", 3600.0}})
     if (clock.unit == unit || clock.name.ends_with("_" + unit) ||
         clock.name.find("(" + unit + ")") != std::string::npos ||
         clock.name.find("[" + unit + "]") != std::string::npos)
       return scale;
+  const std::string word = clock_word(clock.name);
+  if (word == "timestampms" || word == "cts") return 1e-3;
+  if (word == "seconds" || word == "secondselapsed") return 1.0;
   return std::nullopt;
 }
 

@@ -29,6 +29,19 @@ Log parse_iracing_ibt(std::string_view bytes, const std::string& name);
 Log parse_mcap(std::string_view bytes, const std::string& name);
 Log parse_rosbag2(std::string_view bytes, const std::string& name);
 
+/// What the data logging of Haltech exports as CSV: whole numbers, whose scale the type of each
+/// channel says. Values in rpm, km/h, %, kPa, g, degrees and what else `unit` names; of a type that
+/// is not known as they stand, without a unit, and a note says so.
+Log parse_haltech_csv(std::string_view text, const std::string& name);
+
+/// A table whose cells stand between blanks, as one between commas with as many lines; empty where
+/// it is none.
+std::string blanks_to_commas(std::string_view text);
+
+/// Throws base::Error, with the way out, where the bytes are a format that is known and not read.
+void refuse_what_is_not_read(std::string_view bytes, const std::string& name);
+
+bool is_haltech_csv(std::string_view text);
 bool is_motec_ld(std::string_view bytes);
 bool is_racelogic_vbo(std::string_view bytes);
 bool is_iracing_ibt(std::string_view bytes);

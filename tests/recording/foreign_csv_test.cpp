@@ -1,0 +1,149 @@
+// What the tables of other loggers have that plain ones have not.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "recording/log.h"
+#include "recording/look.h"
+
+namespace recording {
+namespace foreign_csv_test {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+Log read(const std::string& text) { return parse_log(text, "x.csv"); }
+
+const Channel& of(const Log& log, const std::string& name) {
+  for (const Channel& channel : log.channels)
+    if (channel.name == name) return channel;
+  throw std::runtime_error("no " + name);
+}
+
+std::string refusal(const std::string& text) {
+  try {
+    (void)read(text);
+  } catch (const base::Error& error) {
+    return error.what();
+  }
+  return "read";
+}
+
+TEST(ForeignCsv, TitlesBetweenThePartsAreNoRows) {
+  const Log log = read(
+      "A log\n\n[Channels]\n0,7,9\nOffset,Engine RPM (SAE),Vehicle Speed (SAE)\ns,rpm,mph\n\n"
+      "[Rows]\n0.0,900,10\n0.1,950,11\n0.2,990,12\n");
+  EXPECT_EQ(of(log, "Vehicle Speed (SAE)").unit, "mph");
+  EXPECT_THAT(of(log, "Vehicle Speed (SAE)").values, ElementsAre(10, 11, 12));
+  EXPECT_NEAR(of(log, "Offset").rate_hz, 10.0, 1e-9);
+}
+
+TEST(ForeignCsv, NumbersOfChannelsBelowTheUnitsAreNoSamples) {
+  const Log log = read(
+      "\"Format\",\"MoTeC CSV File\"\n\n\"Time\",\"Ground Speed\",\"Throttle Pos\"\n"
+      "\"s\",\"km/h\",\"%\"\n\"\",\"1\",\"2\"\n0.0,50,10\n0.1,51,11\n0.2,52,12\n");
+  EXPECT_THAT(of(log, "Ground Speed").values, ElementsAre(50, 51, 52));
+  EXPECT_EQ(of(log, "Throttle Pos").unit, "%");
+  // A row whose clock is silent stays, where others do too.
+  EXPECT_EQ(read("t,a,b\n,1,2\n,3,4\n").channels[1].values.size(), 2u);
+}
+
+TEST(ForeignCsv, AHeaderThatComesAgainIsNoRow) {
+  const Log log =
+      read("Device Time,v(km/h),Altitude\n0,1,2\n1,2,2\nDevice Time,v(km/h),Altitude\n2,3,2\n");
+  EXPECT_THAT(of(log, "v(km/h)").values, ElementsAre(1, 2, 3));
+  EXPECT_EQ(of(log, "v(km/h)").words, 0u);
+  EXPECT_THAT(log.notes, testing::Contains(HasSubstr("1 lines that repeat the header")));
+}
+
+TEST(ForeignCsv, NamesThatComeAgainAreNumbered) {
+  const Log log = read("Time,Cl,RPM,Cl,\n0,1,900,4,\n1,2,910,5,\n");
+  EXPECT_THAT(of(log, "Cl").values, ElementsAre(1, 2));
+  EXPECT_THAT(of(log, "Cl #2").values, ElementsAre(4, 5));
+  EXPECT_EQ(read(",Time,v\n0,0.0,5\n1,0.1,6\n").channels[0].name, "unnamed #1")
+      << "a first column that counts the rows";
+  EXPECT_THAT(refusal("time_s,vx_mps,vx_mps\n0,1,2\n"),
+              HasSubstr("x.csv:1: column 'vx_mps' twice"));
+  EXPECT_THAT(refusal("Raw,0,0,18\nFix,1,2,3\nRaw,1,1,18\n"), HasSubstr("'0' twice"));
+}
+
+TEST(ForeignCsv, CellsBetweenBlanksAreATable) {
+  const Log log =
+      read("# a remark\n# timestamp tx ty\n100.5 1.0  -2.0\n100.6 1.5 -2.5\n100.7 2 -3\n");
+  EXPECT_THAT(of(log, "ty").values, ElementsAre(-2.0, -2.5, -3.0));
+  EXPECT_NEAR(of(log, "timestamp").rate_hz, 10.0, 1e-6);
+  EXPECT_EQ(of(read("t v\n0 1\n1 2\n"), "v").values.size(), 2u);
+  std::string torn = "t v w\n";
+  for (int i = 0; i < 9; ++i) torn += std::to_string(i) + " 1 2\n";
+  EXPECT_THAT(refusal(torn + "9 1\n10 1 2\n"), HasSubstr("x.csv:11: "));
+}
+
+TEST(ForeignCsv, MetadataInTheHeaderAreNameAndUnit) {
+  const Log log = read(
+      "\"Interval\"|\"ms\"|0|0|1,\"AccelX\"|\"G\"|-3.0|3.0|25,\"Battery\"|\"Volts\"|0.0|20.0|1\n"
+      "400,0.1,12.1\n440,0.2,\n480,0.3,\n");
+  EXPECT_EQ(of(log, "AccelX").unit, "G");
+  EXPECT_NEAR(of(log, "AccelX").rate_hz, 25.0, 1e-9) << "the clock is in ms";
+  EXPECT_EQ(of(log, "Battery").unit, "Volts");
+}
+
+TEST(ForeignCsv, WholeNumbersOfHaltechAreScaledByTheirTypes) {
+  const Log log = read(
+      "%DataLog%\r\nDataLogVersion : 1.1\r\n\r\nChannel : RPM\r\nID : 1\r\nType : EngineSpeed\r\n"
+      "DisplayMaxMin : 9,0\r\n\r\nChannel : Vehicle Speed\r\nType : Speed\r\nChannel : Air\r\n"
+      "Type : Temperature\r\nChannel : Other\r\nType : New\r\nLog : 20250101 10:00:00\r\n"
+      "23:59:59.950,900,500,2931,7\r\n00:00:00.000,910,510,,8\r\n00:00:00.050,920,520,2951,9\r\n");
+  EXPECT_EQ(log.format, "CSV of Haltech");
+  EXPECT_THAT(of(log, "RPM").values, ElementsAre(900, 910, 920));
+  EXPECT_EQ(of(log, "Vehicle Speed").unit, "km/h");
+  EXPECT_NEAR(of(log, "Vehicle Speed").values[1], 51.0, 1e-12);
+  EXPECT_NEAR(of(log, "Air").values[2], 21.95, 1e-9);
+  EXPECT_TRUE(std::isnan(of(log, "Air").values[1]));
+  EXPECT_EQ(of(log, "Other").unit, "");
+  EXPECT_THAT(log.notes, testing::Contains(HasSubstr("'Other': its type 'New'")));
+  EXPECT_NEAR(of(log, "RPM").rate_hz, 20.0, 1e-6) << "over midnight";
+  EXPECT_THAT(refusal("%DataLog%\nChannel : A\nType : Raw\n10:00:00.000,1\n10:00:00.1,1,2\n"),
+              HasSubstr("x.csv:5: 3 cells"));
+  EXPECT_THAT(refusal("%DataLog%\nChannel : A\nType : Raw\n"), HasSubstr("1 channels and no row"));
+}
+
+TEST(ForeignCsv, SignalsInRowsBringTheirPlaces) {
+  const Log log = read(
+      "\"SECONDS\";\"PID\";\"VALUE\";\"UNITS\";\"LATITUDE\";\"LONGTITUDE\";\n"
+      "\"10.0\";\"Speed\";\"36\";\"km/h\";\"45.1\";\"15.1\";\n"
+      "\"10.1\";\"RPM\";\"900\";\"rpm\";\"45.1\";\"15.2\";\n"
+      "\"11.0\";\"Speed\";\"37\";\"km/h\";\"45.2\";\"15.2\";\n"
+      "\"11.1\";\"RPM\";\"\";\"rpm\";\"45.2\";\"15.2\";\n");
+  EXPECT_EQ(of(log, "Speed").unit, "km/h");
+  EXPECT_THAT(of(log, "Speed").values, ElementsAre(36, 37));
+  EXPECT_THAT(of(log, "RPM").values, ElementsAre(900));
+  EXPECT_THAT(of(log, "LATITUDE").values, ElementsAre(45.1, 45.2));
+  EXPECT_THAT(moments_of(log, of(log, "LONGTITUDE")),
+              ElementsAre(0.0, testing::DoubleNear(0.1, 1e-9)));
+}
+
+TEST(ForeignCsv, ClocksAreDurationsAndHaveManyUnits) {
+  EXPECT_THAT(of(read(",SessionTime,v\n0,0 days 01:00:00.250000,1\n1,0 days 01:00:00.500000,2\n"
+                      "2,1 day 01:00:00,3\n"),
+                 "SessionTime")
+                  .values,
+              ElementsAre(0.0, 0.25, 86399.75));
+  for (const char* header : {"Time (msec),v", "TimestampMS,v", "cts,v", "time [ms],v"})
+    EXPECT_NEAR(of(read(std::string(header) + "\n0,1\n4,2\n8,3\n"), "v").rate_hz, 250.0, 1e-6)
+        << header;
+  EXPECT_NEAR(of(read("SECONDS,v\n0,1\n4,2\n8,3\n"), "v").rate_hz, 0.25, 1e-9);
+  EXPECT_NEAR(of(read("v,(UTC)TimeInMs\n1,1700000000000\n2,1700000000500\n"), "v").rate_hz, 2.0,
+              1e-9);
+}
+
+TEST(ForeignCsv, ThousandsBesideDecimalsAreRefusedAsSuch) {
+  EXPECT_THAT(refusal("t;RPM\n0.5;4,120\n"), HasSubstr("without separators of thousands"));
+  EXPECT_THAT(refusal("t;v\n0.5;4,1\n"), testing::Not(HasSubstr("thousands")));
+}
+
+}  // namespace foreign_csv_test
+}  // namespace recording
