@@ -143,6 +143,34 @@ TEST(ForeignNames, NamesOfFieldsGroupsAndBrackets) {
   EXPECT_EQ(column_of(gps, "vx_mps"), "GPS (2D speed) [m/s]");
 }
 
+TEST(ForeignNames, MessagesVariablesAndElements) {
+  const Mapping m = propose_mapping(table_of(drive(20, 10), {{"m_sessionTime", t},
+                                                             {"velocity[0]", one},
+                                                             {"Brakes::CarSpeed[km/h]", v},
+                                                             {"m_engineRPM", v},
+                                                             {"fuel", v}}),
+                                    "log");
+  EXPECT_EQ(column_of(m, "time_s"), "m_sessionTime");
+  EXPECT_EQ(column_of(m, "vx_mps"), "Brakes::CarSpeed[km/h]") << "not the first of three axes";
+  EXPECT_EQ(column_of(m, "engine_radps"), "m_engineRPM");
+  EXPECT_EQ(of(m, "fuel_kg"), nullptr) << "litres, kg or a share";
+}
+
+TEST(ForeignNames, WholeNumbersOfReceiversAreDegreesAndMetres) {
+  const Mapping m = propose_mapping(
+      table_of(drive(10, 20),
+               {{"timestamp", t},
+                {"lat", [](const Moment& at) { return std::floor(1e7 * (48 + at.y_m / 111195)); }},
+                {"lon", [](const Moment& at) { return std::floor(1e7 * (10 + at.x_m / 74405)); }},
+                {"alt", [](const Moment&) { return 488000.0; }},
+                {"vel_m_s", v}}),
+      "log");
+  EXPECT_TRUE(m.missing.empty());
+  EXPECT_NEAR(scale_of(m, "latitude_rad"), 1e-7 * M_PI / 180, 1e-20);
+  EXPECT_NEAR(scale_of(m, "z_m"), 1e-3, 1e-12);
+  EXPECT_EQ(column_of(m, "vx_mps"), "vel_m_s");
+}
+
 TEST(ForeignNames, AColumnWithoutANumberGivesNothing) {
   const double none = std::nan("");
   const Mapping m =

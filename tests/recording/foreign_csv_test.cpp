@@ -140,6 +140,37 @@ TEST(ForeignCsv, ClocksAreDurationsAndHaveManyUnits) {
               1e-9);
 }
 
+TEST(ForeignCsv, CellsMayHoldUnitsAndHemispheres) {
+  const Log log = read(
+      "t,HEIGHT,SPEED,LATITUDE N/S,NOTE\n0,3.5 M,36.0 km/h,48.125000S,2 laps\n"
+      "1,4.5 M,37.5 km/h,48.250000S,4 km/h\n2,5.5 M,38 mph,0.500000N,\n");
+  EXPECT_EQ(of(log, "HEIGHT").unit, "M");
+  EXPECT_THAT(of(log, "HEIGHT").values, ElementsAre(3.5, 4.5, 5.5));
+  EXPECT_EQ(of(log, "SPEED").unit, "km/h");
+  EXPECT_TRUE(std::isnan(of(log, "SPEED").values[2])) << "another unit is no number of the column";
+  EXPECT_EQ(of(log, "SPEED").words, 1u);
+  EXPECT_THAT(of(log, "LATITUDE N/S").values, ElementsAre(-48.125, -48.25, 0.5));
+  EXPECT_EQ(of(log, "NOTE").words, 1u);
+}
+
+TEST(ForeignCsv, MillisecondsOfAnotherColumnBelongToTheClock) {
+  const Log log =
+      read("UTC TIME,MS,v\n10:00:00,0,1\n10:00:00,500,2\n10:00:01,0,3\n10:00:01,500,4\n");
+  EXPECT_THAT(of(log, "UTC TIME").values, ElementsAre(0.0, 0.5, 1.0, 1.5));
+  EXPECT_NEAR(of(log, "v").rate_hz, 2.0, 1e-9);
+  EXPECT_THAT(of(read("UTC TIME,MS,v\n10:00:00,0,1\n10:00:01,5000,2\n"), "UTC TIME").values,
+              ElementsAre(0.0, 1.0));
+}
+
+TEST(ForeignCsv, AClockOfLapsGoesOn) {
+  const Log log = read("Lap,Time,v\n1,0.0,1\n1,0.1,1\n1,0.2,1\n2,0.05,1\n2,0.15,1\n");
+  EXPECT_THAT(of(log, "Time").values,
+              testing::Pointwise(testing::DoubleNear(1e-12), {0.0, 0.1, 0.2, 0.3, 0.4}));
+  EXPECT_THAT(log.notes, testing::Contains(HasSubstr("with each lap of 'Lap', 1 times")));
+  // Another reason than a lap.
+  EXPECT_EQ(of(read("Lap,Time,v\n1,0.0,1\n1,0.1,1\n1,0.0,1\n2,0.1,1\n"), "Time").values[2], 0.0);
+}
+
 TEST(ForeignCsv, ThousandsBesideDecimalsAreRefusedAsSuch) {
   EXPECT_THAT(refusal("t;RPM\n0.5;4,120\n"), HasSubstr("without separators of thousands"));
   EXPECT_THAT(refusal("t;v\n0.5;4,1\n"), testing::Not(HasSubstr("thousands")));

@@ -121,18 +121,23 @@ std::vector<Alias> aliases_of_places_and_speeds() {
                           "timestamps",  "timestampms", "runtime",
                           "seconds",     "cts",         "timems",
                           "offset",      "interval",    "utctimeinms"}},
-      {"x_m", "length", {"x", "tx", "posx", "xposition", "positionx", "east", "easting"}},
-      {"y_m", "length", {"y", "ty", "posy", "yposition", "positiony", "north", "northing"}},
+      {"x_m",
+       "length",
+       {"x", "tx", "posx", "xposition", "positionx", "worldpositionx", "east", "easting"}},
+      {"y_m",
+       "length",
+       {"y", "ty", "posy", "yposition", "positiony", "worldpositiony", "north", "northing"}},
       {"latitude_rad",
        "angle",
-       {"latitude", "lat", "gpslatitude", "gpslat", "vboxlatmin", "breitengrad"}},
+       {"latitude", "lat", "latitudens", "gpslatitude", "gpslat", "vboxlatmin", "breitengrad"}},
       {"longitude_rad",
        "angle",
-       {"longitude", "long", "lon", "lng", "gpslongitude", "vboxlongminutes", "lngengrad",
-        "laengengrad", "longtitude", "gpslong", "gpslon", "gpslng"}},
+       {"longitude", "long", "lon", "longitudeew", "lng", "gpslongitude", "vboxlongminutes",
+        "lngengrad", "laengengrad", "longtitude", "gpslong", "gpslon", "gpslng"}},
       {"z_m",
        "length",
-       {"z", "tz", "posz", "positionz", "altitude", "height", "alt", "gpsaltitude"}},
+       {"z", "tz", "posz", "positionz", "worldpositionz", "altitude", "height", "alt",
+        "gpsaltitude"}},
       {"yaw_rad",
        "angle",
        {"yaw", "phi", "psi", "heading", "yawnorth", "gierwinkel", "orientationyaw"}},
@@ -161,6 +166,10 @@ std::vector<Alias> aliases_of_places_and_speeds() {
         "kph",
         "kmh",
         "mph",
+        "speedkmh",
+        "carspeed",
+        "spd",
+        "vel",
         "gps2dspeed"}},
       {"vy_mps", "speed", {"vy", "vely", "lineary", "vlat", "velocityy"}},
       {"yaw_rate_radps",
@@ -200,6 +209,7 @@ std::vector<Alias> aliases_of_accelerations_and_controls() {
         "longitudinalg",
         "longg",
         "gforcex",
+        "gforcelongitudinal",
         "glong",
         "glon",
         "gpslonacc",
@@ -208,9 +218,10 @@ std::vector<Alias> aliases_of_accelerations_and_controls() {
         "laengsbeschleunigung"}},
       {"ay_mps2",
        "acceleration",
-       {"ay", "accy", "linearaccelerationy", "accelerationy", "alat", "accely", "latacc",
-        "gforcelat", "lateralacc", "lateralacceleration", "lataccel", "gpslatacc",
-        "querbeschleunigung", "lateral", "lateralg", "latg", "gforcey", "glat", "aqfzg"}},
+       {"ay",       "accy",      "linearaccelerationy", "accelerationy", "alat",
+        "accely",   "latacc",    "gforcelat",           "lateralacc",    "lateralacceleration",
+        "lataccel", "gpslatacc", "querbeschleunigung",  "lateral",       "lateralg",
+        "latg",     "gforcey",   "gforcelateral",       "glat",          "aqfzg"}},
       {"az_mps2",
        "acceleration",
        {"az", "accz", "linearaccelerationz", "accelerationz", "accelz", "vertaccel", "gforcevert",
@@ -223,10 +234,10 @@ std::vector<Alias> aliases_of_accelerations_and_controls() {
       {"throttle",
        "share",
        {"throttle", "throttlepos", "throttleposition", "tps", "tps1", "aps", "pps", "drosselklappe",
-        "thrtl", "throttleopeningangle"}},
+        "thrtl", "throttleopeningangle", "absolutethrottleposition"}},
       {"throttle_command",
        "share",
-       {"throttlecommand", "throttlecmd", "throttlepedcmd", "throttlepedalcmd", "pedal",
+       {"throttlecommand", "gas", "throttlecmd", "throttlepedcmd", "throttlepedalcmd", "pedal",
         "accelerator", "accelposition", "accelpedalposition", "throttlepedal", "acceleratorpos",
         "acceleratorposition", "gaspedal", "fahrpedal"}},
       {"brake_pa", "pressure", {"brake", "brakepressure", "brakepress"}},
@@ -238,8 +249,8 @@ std::vector<Alias> aliases_of_accelerations_and_controls() {
        {"gear", "ngear", "currentgear", "gearposition", "gang", "marcia", "rapport"}},
       {"engine_radps",
        "turn",
-       {"engine", "rpm", "currentenginerpm", "enginespeed", "enginerpm", "nmot", "motordrehzahl",
-        "drehzahl", "regime", "giri"}},
+       {"engine", "rpm", "rpms", "engspeed", "currentenginerpm", "enginespeed", "enginerpm", "nmot",
+        "motordrehzahl", "drehzahl", "regime", "giri"}},
       {"fuel_kg", "none", {"fuel", "fuelmass"}},
   };
 }
@@ -265,6 +276,14 @@ std::pair<std::string, std::string> split_ending(const std::string& column) {
       {"rpm", "rpm"},   {"bar", "bar"},  {"kpa", "kpa"},     {"psi", "psi"},     {"m", "m"},
       {"mm", "mm"},     {"s", "s"},      {"sec", "s"},       {"seconds", "s"},   {"ms", "ms"},
       {"us", "us"},     {"ns", "ns"},    {"pct", "%"},       {"kmph", "km/h"}};
+  for (const auto& [ending, unit] :
+       std::initializer_list<std::pair<std::string, const char*>>{{"_m_s", "m/s"},
+                                                                  {"_km_h", "km/h"},
+                                                                  {"_rad_s", "rad/s"},
+                                                                  {"_deg_s", "deg/s"},
+                                                                  {"_m_s2", "m/s2"}})
+    if (column.size() > ending.size() && column.ends_with(ending))
+      return {column.substr(0, column.size() - ending.size()), unit};
   const std::size_t at = column.rfind('_');
   if (at == std::string::npos || at == 0) return {column, ""};
   std::string ending = column.substr(at + 1);
@@ -292,6 +311,10 @@ std::string without_origin(const std::string& stem) {
 std::pair<std::string, std::string> split_unit(const std::string& column) {
   const std::size_t first = column.find_first_of("([");
   if (first == std::string::npos || first == 0) return split_ending(column);
+  // "velocity[0]" is an element, and its own name.
+  if (column.size() > first + 2 && column.back() == ']' &&
+      column.find_first_not_of("0123456789", first + 1) == column.size() - 1)
+    return {column, ""};
   const std::string stem(base::trimmed(std::string_view(column).substr(0, first)));
   std::string unit;
   // "Speed (OBD)(km/h)": the last one that is a unit, else the first.
@@ -331,9 +354,10 @@ std::string unit_by_word(const std::string& word) {
   if (word.starts_with("gforce") ||
       is_one_of({"lateralg", "latg", "linealg", "longitudinalg", "longg", "glong", "glon", "glat"}))
     return "g";
-  if (is_one_of({"rpm", "enginerpm", "currentenginerpm", "nmot", "motordrehzahl", "drehzahl"}))
+  if (is_one_of(
+          {"rpm", "rpms", "enginerpm", "currentenginerpm", "nmot", "motordrehzahl", "drehzahl"}))
     return "rpm";
-  if (is_one_of({"kph", "kmh"})) return "km/h";
+  if (is_one_of({"kph", "kmh", "speedkmh"})) return "km/h";
   if (word == "mph") return "mph";
   if (word.starts_with("linearacceleration")) return "m/s2";  // of ROS, as the next
   if (word.starts_with("angularvelocity")) return "rad/s";
@@ -350,6 +374,10 @@ std::vector<std::string> words_of(const std::string& stem) {
     std::vector<std::string> out{base::letters_and_digits_of(stem)};
     if (const std::string shorter = without_origin(stem); shorter != stem)
       out.push_back(base::letters_and_digits_of(shorter));
+    // Of a bus with its message, of a program's variables: "ABS::CarSpeed", "m_speed".
+    if (const std::size_t colons = stem.rfind("::"); colons != std::string::npos)
+      out.push_back(base::letters_and_digits_of(stem.substr(colons)));
+    if (stem.starts_with("m_")) out.push_back(base::letters_and_digits_of(stem.substr(2)));
     // What an engine's controller has at its top: "engine/rpm", "sensors/gear".
     for (const std::string_view group : {"engine/", "sensors/", "vehicle/", "gps/", "imu/"})
       if (stem.starts_with(group))

@@ -63,7 +63,8 @@ bool has_quantity(const Guess& guess) {
 /// name.
 std::vector<std::string> words_of_column(const std::string& column, const std::string& stem) {
   std::vector<std::string> out = words_of(stem);
-  if (const std::size_t last = column.find_last_of("(["); last != std::string::npos && last > 0)
+  if (const std::size_t last = column.find_last_of("([");
+      last != std::string::npos && last > 0 && stem != column)
     if (const std::string whole = base::letters_and_digits_of(column.substr(0, last));
         std::find(out.begin(), out.end(), whole) == out.end())
       out.push_back(whole);
@@ -125,6 +126,10 @@ void put_scale(const std::vector<double>& values, const std::string& quantity,
     if (quantity == "share" && most > 1.5) m.scale = 0.01;
     if (quantity == "acceleration" && most < 4.0 && most > 0.2) m.scale = 9.80665;
     if ((quantity == "angle" || quantity == "rate") && most > 7.0) m.scale = kDegree;
+    const bool on_globe = m.channel == "latitude_rad" || m.channel == "longitude_rad";
+    if (on_globe && most > 1e4 && most <= 1.8e9) m.scale = 1e-7 * kDegree;  // as receivers write
+    constexpr double kHighestRoad_m = 9000.0;
+    if (m.channel == "z_m" && most > kHighestRoad_m) m.scale = 1e-3;
     if (quantity == "pressure" && most < 500.0) m.scale = 1e5;
     if (quantity == "turn" && most > 2500.0) m.scale = std::numbers::pi / 30;
     if (m.channel.starts_with("suspension_") && most > 1.0) m.scale = 1e-3;
@@ -168,6 +173,8 @@ std::string doubt(const Table& table, std::size_t c, const Guess& guess, const s
   const double most = largest(values);
   if (guess.word == "brake" && !is_unit(unit) && (most <= 1.0 || most == 100.0 || most == 255.0))
     return "a pedal's share or a switch, no pressure";
+  if (guess.word == "fuel" && unit != "kg")
+    return "its unit is not known: kg, litres or a share of the tank";
   if (guess.quantity == "speed" && !is_unit(unit) && most * (1 / 3.6) > kFastest_mps)
     return fmt::format("up to {:g}, it is no car's speed in m/s, km/h or mph", most);
   if ((guess.word == "offset" || guess.word == "interval") && !unit_scale("time", unit))

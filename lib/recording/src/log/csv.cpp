@@ -99,13 +99,27 @@ class ColumnReader {
           static_cast<double>(time->whole_s - first_->whole_s) + (time->part_s - first_->part_s);
       if (channel_->name != "time_s") channel_->unit = "s";
     } else if (unlike || (!counts && !cell.empty())) {
-      ++channel_->words;
       value = std::numeric_limits<double>::quiet_NaN();
+      if (unlike || !take_amount(cell, value)) ++channel_->words;
     }
     channel_->values.push_back(value);
   }
 
  private:
+  /// "52.1 km/h" and "48.1234N"; the unit is the column's, in all rows.
+  bool take_amount(std::string_view cell, double& value) {
+    if (const std::optional<double> degrees = degrees_of(cell)) {
+      value = *degrees;
+      if (channel_->unit.empty()) channel_->unit = "deg";
+      return channel_->unit == "deg";
+    }
+    const std::optional<Amount> amount = amount_of(cell);
+    if (!amount || counted_) return false;
+    if (channel_->unit.empty()) channel_->unit = std::string(amount->unit);
+    if (channel_->unit == amount->unit) value = amount->value;
+    return channel_->unit == amount->unit;
+  }
+
   std::optional<IsoTime> moment(std::string_view cell, const std::string& name, std::size_t line) {
     std::optional<IsoTime> time = iso_time(cell);
     if (time || !is_clock_) return time;
@@ -222,6 +236,7 @@ Log parse_csv(std::string_view text, const std::string& name) {
   if (const Channel* const clock = clock_of(log); clock != nullptr)
     mend_clock_digits(log.channels[static_cast<std::size_t>(clock - log.channels.data())],
                       log.notes);
+  mend_clock_by_columns(log);
   if (is_long_form(log)) return signals_of_long_form(std::move(log), words, name);
   give_signs_of_hemispheres(log, words);
   number_names(log.channels);

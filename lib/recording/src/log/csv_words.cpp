@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/letters.h"
+#include "base/text_lines.h"
 #include "readers.h"
 #include "recording/look.h"
 
@@ -56,6 +57,77 @@ double sign_of(std::string_view cell) {
 }
 
 }  // namespace
+
+std::optional<Amount> amount_of(std::string_view cell) {
+  const std::size_t blank = cell.find(' ');
+  if (blank == std::string_view::npos || blank == 0) return std::nullopt;
+  const std::string_view unit = base::trimmed(cell.substr(blank));
+  const auto value = base::to_number<double>(cell.substr(0, blank));
+  if (!value || !std::isfinite(*value) || !is_unit(unit)) return std::nullopt;
+  return Amount{*value, unit};
+}
+
+std::optional<double> degrees_of(std::string_view cell) {
+  if (cell.size() < 6 || cell.find('.') == std::string_view::npos) return std::nullopt;
+  const double sign = sign_of(cell.substr(cell.size() - 1));
+  const auto value = base::to_number<double>(cell.substr(0, cell.size() - 1));
+  if (sign == 0.0 || !value || !(*value >= 0.0) || *value > 360.0) return std::nullopt;
+  return sign * *value;
+}
+
+namespace {
+
+bool are_whole(const std::vector<double>& values) {
+  return std::all_of(values.begin(), values.end(), [](double v) { return v == std::floor(v); });
+}
+
+void add_milliseconds(Log& log, Channel& clock) {
+  const std::size_t at = column_called(log, {"ms", "millis", "millisecond", "milliseconds"});
+  if (at == log.channels.size() || clock.unit != "s" || !are_whole(clock.values)) return;
+  const std::vector<double>& ms = log.channels[at].values;
+  if (&log.channels[at] == &clock || !are_whole(ms) ||
+      std::any_of(ms.begin(), ms.end(), [](double v) { return v < 0.0 || v > 999.0; }))
+    return;
+  for (std::size_t i = 0; i < ms.size(); ++i) clock.values[i] += 1e-3 * ms[i];
+  log.notes.push_back(
+      fmt::format("'{}': with the milliseconds of '{}'", clock.name, log.channels[at].name));
+}
+
+void go_on_over_laps(Log& log, Channel& clock) {
+  const std::size_t at = column_called(log, {"lap", "laps", "lapnumber", "lapindex", "currentlap"});
+  if (at == log.channels.size()) return;
+  const std::vector<double>& laps = log.channels[at].values;
+  std::vector<double>& t = clock.values;
+  std::vector<double> shifts(t.size(), 0.0);
+  double shift = 0.0;
+  std::size_t times = 0;
+  for (std::size_t i = 1; i < t.size(); ++i) {
+    if (t[i] < t[i - 1]) {
+      // Back to the lap's first moments, where the lap is another one, and at no other row.
+      const double step = i > 1 ? t[i - 1] - t[i - 2] : 0.0;
+      if (!(laps[i] == laps[i - 1] + 1.0) || !(step > 0.0) || !(std::abs(t[i]) < 3.0 * step))
+        return;
+      shift += t[i - 1] - t[i] + step;
+      ++times;
+    }
+    shifts[i] = shift;
+  }
+  if (times == 0) return;
+  for (std::size_t i = 0; i < t.size(); ++i) t[i] += shifts[i];
+  log.notes.push_back(
+      fmt::format("'{}': it begins again with each lap of '{}', {} times, and is read as going on",
+                  clock.name, log.channels[at].name, times));
+}
+
+}  // namespace
+
+void mend_clock_by_columns(Log& log) {
+  const Channel* const found = clock_of(log);
+  if (found == nullptr) return;
+  Channel& clock = log.channels[static_cast<std::size_t>(found - log.channels.data())];
+  add_milliseconds(log, clock);
+  go_on_over_laps(log, clock);
+}
 
 bool is_long_form(const Log& log) {
   return names_of_signals(log) < log.channels.size() &&

@@ -1,6 +1,7 @@
 // What the words of a table say of its numbers: which half of the Earth, which signal of a bus.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,6 +19,20 @@ std::vector<bool> columns_with_words(const Log& log);
 
 /// South and west are negative, where a column of N and S, or E and W, follows the numbers.
 void give_signs_of_hemispheres(Log& log, const Words& words);
+
+/// "52.1 km/h": a number and its unit; nothing where the cell is none, or has a comma.
+struct Amount {
+  double value;
+  std::string_view unit;
+};
+std::optional<Amount> amount_of(std::string_view cell);
+
+/// "48.1234N": degrees with their hemisphere, south and west negative.
+std::optional<double> degrees_of(std::string_view cell);
+
+/// Adds a column of milliseconds ("MS") to a clock of whole seconds, and lets a clock that begins
+/// again with each number of a lap go on. Notes say what was done.
+void mend_clock_by_columns(Log& log);
 
 /// Whether there are a clock, a column of names of signals and one of their values.
 bool is_long_form(const Log& log);

@@ -15,7 +15,8 @@ namespace recording {
 namespace {
 
 /// The name in lower case without punctuation and without a unit in brackets.
-std::string clock_word(const std::string& name) {
+std::string clock_word(std::string name) {
+  if (name.starts_with("m_")) name.erase(0, 2);  // a variable of a program
   return base::letters_and_digits_of(name.substr(0, name.find_first_of("[(", 1)));
 }
 
