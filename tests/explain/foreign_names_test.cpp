@@ -183,6 +183,20 @@ TEST(ForeignNames, AColumnWithoutANumberGivesNothing) {
   EXPECT_EQ(of(m, "latitude_rad"), nullptr);
 }
 
+TEST(ForeignNames, SharesAreOfOneOfAHundredOrOfABytesLargest) {
+  for (const auto& [most, scale] :
+       std::vector<std::pair<double, double>>{{1.0, 1.0}, {100.0, 0.01}, {255.0, 1.0 / 255}}) {
+    const double full = most;
+    const Mapping m = propose_mapping(
+        table_of(drive(20, 10),
+                 {{"time", t},
+                  {"Speed (km/h)", v},
+                  {"Throttle", [full](const Moment& at) { return at.t_s < 5 ? full : 0.0; }}}),
+        "log");
+    EXPECT_NEAR(scale_of(m, "throttle"), scale, 1e-12) << most;
+  }
+}
+
 TEST(ForeignNames, AxesOfATelephonesSensorsAreNoPlace) {
   const Mapping m = propose_mapping(
       table_of(drive(20, 10), {{"time", t}, {"seconds_elapsed", t}, {"z", v}, {"y", v}, {"x", v}}),

@@ -68,6 +68,7 @@ TEST(ForeignCsv, NamesThatComeAgainAreNumbered) {
       << "a first column that counts the rows";
   EXPECT_THAT(refusal("time_s,vx_mps,vx_mps\n0,1,2\n"),
               HasSubstr("x.csv:1: column 'vx_mps' twice"));
+  EXPECT_EQ(of(read("t,gear,gear\n0,1,2\n"), "gear #2").values[0], 2.0) << "no table of ours";
   EXPECT_THAT(refusal("Raw,0,0,18\nFix,1,2,3\nRaw,1,1,18\n"), HasSubstr("'0' twice"));
 }
 
@@ -160,6 +161,26 @@ TEST(ForeignCsv, MillisecondsOfAnotherColumnBelongToTheClock) {
   EXPECT_NEAR(of(log, "v").rate_hz, 2.0, 1e-9);
   EXPECT_THAT(of(read("UTC TIME,MS,v\n10:00:00,0,1\n10:00:01,5000,2\n"), "UTC TIME").values,
               ElementsAre(0.0, 1.0));
+}
+
+TEST(ForeignCsv, RowsOfOneSecondAreSpreadOverIt) {
+  std::string text = "timestamp,v\n";
+  std::vector<double> wanted;
+  const int rows[] = {2, 4, 5, 4, 3};
+  for (int s = 0; s < 5; ++s)
+    for (int k = 0; k < rows[s]; ++k) {
+      text += "2025-01-01T10:00:0" + std::to_string(s) + ".000,1\n";
+      wanted.push_back(s == 0 ? 0.5 + 0.25 * k : s + k / (s == 2 ? 5.0 : 4.0));
+    }
+  const Log log = read(text);
+  EXPECT_THAT(of(log, "timestamp").values, testing::Pointwise(testing::DoubleNear(1e-12), wanted));
+  EXPECT_THAT(log.notes, testing::Contains(HasSubstr("about 4 rows each")));
+  EXPECT_NEAR(of(log, "v").rate_hz, 4.0, 1e-9);
+  // Numbers that nothing calls seconds, and a second that some rows have and most have not.
+  EXPECT_EQ(
+      of(read("time,v\n0,1\n0,1\n0,1\n1,1\n1,1\n1,1\n2,1\n2,1\n2,1\n3,1\n"), "time").values[1],
+      0.0);
+  EXPECT_EQ(of(read("time (s),v\n0,1\n1,1\n1,1\n2,1\n3,1\n4,1\n"), "time (s)").values[2], 1.0);
 }
 
 TEST(ForeignCsv, AClockOfLapsGoesOn) {

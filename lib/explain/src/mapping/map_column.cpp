@@ -123,7 +123,7 @@ void put_scale(const std::vector<double>& values, const std::string& quantity,
     const double most = largest(values);
     if (quantity == "time") m.scale = recording::scale_of_moments(values);
     if (quantity == "speed" && most > kFastest_mps) m.scale = 1.0 / 3.6;
-    if (quantity == "share" && most > 1.5) m.scale = 0.01;
+    if (quantity == "share" && most > 1.5) m.scale = most > 110.0 ? 1.0 / 255 : 0.01;
     if (quantity == "acceleration" && most < 4.0 && most > 0.2) m.scale = 9.80665;
     if ((quantity == "angle" || quantity == "rate") && most > 7.0) m.scale = kDegree;
     const bool on_globe = m.channel == "latitude_rad" || m.channel == "longitude_rad";

@@ -209,10 +209,12 @@ bool exported_shape(const std::vector<NumberedLine>& head, Shape& shape) {
 }
 
 /// The names of a plain header: each column has one, but for a first one that counts the rows, and
-/// none is a number. A channel of our own stands there once.
+/// none is a number. A channel of our own tables stands there once.
 void check_names(const Shape& shape, const std::string& name) {
   std::set<std::string_view> seen;
   const std::vector<std::string>& own = canonical_channels();
+  const bool is_own =
+      std::find(shape.names.begin(), shape.names.end(), "time_s") != shape.names.end();
   for (const std::string& column : shape.names) {
     if (column.empty() && &column != &shape.names.front())
       throw base::Error(fmt::format("{}:{}: a column without a name", name, shape.header_line));
@@ -222,7 +224,7 @@ void check_names(const Shape& shape, const std::string& name) {
           "{}:{}: '{:.40}' twice in the first line, where names of columns are wanted: rows of "
           "several kinds, or no header? Write one table with a line of names",
           name, shape.header_line, column));
-    if (std::find(own.begin(), own.end(), column) != own.end())
+    if (is_own && std::find(own.begin(), own.end(), column) != own.end())
       throw base::Error(
           fmt::format("{}:{}: column '{}' twice; take one away", name, shape.header_line, column));
   }

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/letters.h"
+#include "base/statistics.h"
 #include "base/text_lines.h"
 #include "readers.h"
 #include "recording/look.h"
@@ -93,6 +94,39 @@ void add_milliseconds(Log& log, Channel& clock) {
       fmt::format("'{}': with the milliseconds of '{}'", clock.name, log.channels[at].name));
 }
 
+/// Rows by the second in which they were written: a second has about as many as the others.
+void spread_over_seconds(Log& log, Channel& clock) {
+  std::vector<double>& t = clock.values;
+  if (!are_whole(t)) return;
+  std::vector<std::size_t> begins;  // of the rows of one second
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    if (i > 0 && t[i] != t[i - 1] && t[i] != t[i - 1] + 1.0) return;
+    if (i == 0 || t[i] != t[i - 1]) begins.push_back(i);
+  }
+  constexpr std::size_t kFewestSeconds = 4, kFewestRows = 3;
+  if (begins.size() < kFewestSeconds) return;
+  std::vector<double> counts;  // of whole seconds, not of the first and the last one
+  for (std::size_t k = 1; k + 1 < begins.size(); ++k)
+    counts.push_back(static_cast<double>(begins[k + 1] - begins[k]));
+  const double usual = base::median(counts);
+  if (usual < static_cast<double>(kFewestRows)) return;
+  for (const double count : counts)
+    if (count < 0.5 * usual || count > 2.0 * usual) return;
+  begins.push_back(t.size());
+  for (std::size_t k = 0; k + 1 < begins.size(); ++k) {
+    const double count = static_cast<double>(begins[k + 1] - begins[k]);
+    const bool whole = k > 0 && k + 2 < begins.size();
+    const double step = 1.0 / (whole ? count : std::max(count, usual));
+    const double before = k == 0 ? 1.0 - count * step : 0.0;  // the first second ends with its rows
+    for (std::size_t i = begins[k]; i < begins[k + 1]; ++i)
+      t[i] += before + static_cast<double>(i - begins[k]) * step;
+  }
+  log.notes.push_back(
+      fmt::format("'{}': whole seconds with about {:.0f} rows each, which are spread evenly: right "
+                  "within a second",
+                  clock.name, usual));
+}
+
 void go_on_over_laps(Log& log, Channel& clock) {
   const std::size_t at = column_called(log, {"lap", "laps", "lapnumber", "lapindex", "currentlap"});
   if (at == log.channels.size()) return;
@@ -123,9 +157,10 @@ void go_on_over_laps(Log& log, Channel& clock) {
 
 void mend_clock_by_columns(Log& log) {
   const Channel* const found = clock_of(log);
-  if (found == nullptr) return;
+  if (found == nullptr || is_long_form(log)) return;
   Channel& clock = log.channels[static_cast<std::size_t>(found - log.channels.data())];
   add_milliseconds(log, clock);
+  if (clock.unit == "s") spread_over_seconds(log, clock);
   go_on_over_laps(log, clock);
 }
 

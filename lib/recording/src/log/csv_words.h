@@ -30,8 +30,9 @@ std::optional<Amount> amount_of(std::string_view cell);
 /// "48.1234N": degrees with their hemisphere, south and west negative.
 std::optional<double> degrees_of(std::string_view cell);
 
-/// Adds a column of milliseconds ("MS") to a clock of whole seconds, and lets a clock that begins
-/// again with each number of a lap go on. Notes say what was done.
+/// Adds a column of milliseconds ("MS") to a clock of whole seconds, or spreads the rows that have
+/// one second evenly over it; and lets a clock that begins again with each number of a lap go on.
+/// Notes say what was done. Does nothing to rows of one signal each.
 void mend_clock_by_columns(Log& log);
 
 /// Whether there are a clock, a column of names of signals and one of their values.
