@@ -197,6 +197,22 @@ TEST(ForeignNames, SharesAreOfOneOfAHundredOrOfABytesLargest) {
   }
 }
 
+TEST(ForeignNames, WheelsWithoutAUnitGoAsFastAsTheCar) {
+  const auto mapped = [](double factor) {
+    return propose_mapping(
+        table_of(drive(20, 10),
+                 {{"time", t},
+                  {"Speed (km/h)", [](const Moment& at) { return 3.6 * at.v_mps; }},
+                  {"WheelSpeedFL", [factor](const Moment& at) { return factor * at.v_mps; }}}),
+        "log");
+  };
+  EXPECT_NEAR(scale_of(mapped(0.95), "wheel_fl_mps"), 1.0, 1e-12);
+  EXPECT_NEAR(scale_of(mapped(3.6), "wheel_fl_mps"), 1 / 3.6, 1e-12);
+  EXPECT_NEAR(scale_of(mapped(1 / 0.33), "wheel_fl_radps"), 1.0, 1e-12);
+  EXPECT_EQ(of(mapped(1 / 0.33), "wheel_fl_mps"), nullptr);
+  EXPECT_EQ(of(mapped(1.5), "wheel_fl_mps"), nullptr);
+}
+
 TEST(ForeignNames, AxesOfATelephonesSensorsAreNoPlace) {
   const Mapping m = propose_mapping(
       table_of(drive(20, 10), {{"time", t}, {"seconds_elapsed", t}, {"z", v}, {"y", v}, {"x", v}}),

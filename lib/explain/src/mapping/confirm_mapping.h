@@ -33,4 +33,8 @@ void confirm_without_place(const recording::Table& table, const std::vector<doub
 void confirm_travels(const recording::Table& table, const std::vector<double>& t_s,
                      Mapping& mapping);
 
+/// Speeds of wheels whose unit is not known, against the confirmed vx_mps: km/h, mph, rad/s where
+/// they turn as wheels of 0.12 to 0.42 m do; what is none of these is left out.
+void confirm_wheels(const recording::Table& table, Mapping& mapping);
+
 }  // namespace explain

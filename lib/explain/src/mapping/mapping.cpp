@@ -153,12 +153,14 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
     std::erase_if(mapping.columns,
                   [](const ColumnMapping& m) { return m.channel.starts_with("steer"); });
     confirm_without_place(table, t, mapping);
+    confirm_wheels(table, mapping);
     return mapping;
   }
   const std::vector<std::size_t> fixes = fresh_rows(*place);
   if (fixes.size() < kFewestRows || fixes.size() > place->x_m.size() * 7 / 10) {
     confirm_mapping(table, t, recording::fill_gaps(t, place->x_m),
                     recording::fill_gaps(t, place->y_m), by_satellites, mapping);
+    confirm_wheels(table, mapping);
     return mapping;
   }
   // Between the fixes the path says nothing of turning.
@@ -167,6 +169,7 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
   t = at_rows(t, fixes);
   confirm_mapping(at_fixes, t, at_rows(place->x_m, fixes), at_rows(place->y_m, fixes),
                   by_satellites, mapping);
+  confirm_wheels(table, mapping);
   return mapping;
 }
 
