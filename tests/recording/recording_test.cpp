@@ -160,7 +160,8 @@ TEST(Recording, FillsGapsAlongStraightLines) {
 TEST_F(RecordingFile, RefusesWithPlaceAndReason) {
   const std::string log = write("l.csv", "t,v\n1,2\n");
   EXPECT_THAT(error_of([&] { read_recording(log); }), HasSubstr("no channel time_s"));
-  EXPECT_THAT(error_of([&] { read_recording(write("d.csv", "time_s,time_s\n1,2\n")); }), HasSubstr(":1"));
+  EXPECT_THAT(error_of([&] { read_recording(write("d.csv", "time_s,time_s\n1,2\n")); }),
+              HasSubstr(":1"));
   EXPECT_THAT(error_of([&] { read_recording(write("c.csv", "t,v\n1,2\n3\n4,5\n")); }),
               HasSubstr(":3: 1 cells"));
   const auto refusal = [&](const std::string& yaml) {
