@@ -486,14 +486,21 @@ TEST(SlowProofs, AKilledRunGoesOnAndGivesTheSameBytes) {
       fmt::format("{} run --nulls 200 --road {} --car {} --log {} -o {}/", places::crgexplain(),
                   proof.path("track.crg"), proof.path("vehicle.yaml"), proof.path("run.csv"),
                   proof.folder.path("."));
-  // Killed as soon as the first stage is on disk under its final name, which ends in 16 digits.
-  EXPECT_EQ(std::system(fmt::format("{}killed > {} 2>&1 & pid=$!; while kill -0 $pid 2> /dev/null "
-                                    "&& ! ls {}/killed/.unfinished/relations-???????????????? > "
-                                    "/dev/null 2>&1; do sleep 0.02; done; kill -9 $pid",
-                                    run, proof.folder.path("log"), proof.folder.path("."))
-                            .c_str()),
-            0);
-  EXPECT_EQ(proof.folder.read("killed/findings.json"), "");
+  // Killed as soon as a part of the first stage, then as soon as all of it is on disk under its
+  // final name, which ends in 16 digits.
+  for (const char* kept : {"part*", "relations"}) {
+    EXPECT_EQ(
+        std::system(fmt::format("{}killed > {} 2>&1 & pid=$!; while kill -0 $pid 2> /dev/null "
+                                "&& ! ls {}/killed/.unfinished/{}-???????????????? > "
+                                "/dev/null 2>&1; do sleep 0.02; done; kill -9 $pid",
+                                run, proof.folder.path("log"), proof.folder.path("."), kept)
+                        .c_str()),
+        0);
+    EXPECT_EQ(proof.folder.read("killed/findings.json"), "");
+  }
+  EXPECT_THAT(
+      proof.folder.read("log"),
+      HasSubstr("goes on where a run was stopped; finished: a part of the relations"));
   EXPECT_EQ(std::system(fmt::format("{}killed > {} 2>&1", run, proof.folder.path("log")).c_str()),
             0);
   EXPECT_THAT(proof.folder.read("log"),

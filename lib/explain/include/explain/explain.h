@@ -1,6 +1,7 @@
 // Locate, name, size and prove a mismatch between recordings and a simulation.
 #pragma once
 
+#include <functional>
 #include <set>
 #include <string>
 #include <vector>
@@ -11,6 +12,13 @@
 
 namespace explain {
 
+/// Where a run keeps what took long, for one over the same inputs that goes on where it was stopped.
+/// Both empty: nowhere.
+struct KeptParts {
+  std::function<bool(const std::string& name, std::string& bytes)> load;  ///< false: not there
+  std::function<void(const std::string& name, const std::string& bytes)> keep;
+};
+
 struct ExplainOptions {
   std::set<int>
       hold_out;  ///< laps (counted from 0 over all recordings) only used for proof; empty: rotation
@@ -18,6 +26,7 @@ struct ExplainOptions {
   bool mechanisms = true;    ///< false: only the refit of the parameters, and its proof
   std::size_t nulls = 1000;  ///< null replicates
   base::Progress progress;
+  KeptParts kept{};
 };
 
 /// What is compared.

@@ -10,9 +10,11 @@ namespace explain {
 
 std::string to_bytes(const Findings& findings);
 std::string to_bytes(const RefittedCar& car);
+std::string to_bytes(const SimulationCheck& check);
 
 /// The way back. Throws vehicle::Error on bytes that are none of these.
 Findings findings_from_bytes(const std::string& bytes);
 RefittedCar car_from_bytes(const std::string& bytes);
+SimulationCheck check_from_bytes(const std::string& bytes);
 
 }  // namespace explain

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -122,6 +123,7 @@ struct Drives {
   /// No car is led: only the relations that need no forces, and the force along the car that
   /// `known` has. Of `known` they take how the body leans.
   bool none = false;
+  std::function<void()> tick = {};  ///< called from time to time on the way
 };
 Residuals residuals(const Signals& signals, const vehicle::Vehicle& car, const Setting& s,
                     const Drives& drives = {});

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -31,6 +32,8 @@ struct RefittedCar {
   vehicle::Map2 engine_torque_nm;
   std::vector<vehicle::Parameter>
       changed;  ///< what was free, beside the map; empty: too few windows
+  /// Of every error over everything that was free, at the stated car: column after column.
+  std::vector<double> slopes;
 };
 
 struct SimulationCheck {
@@ -51,12 +54,20 @@ struct SimulationCheck {
 /// drives it. Without a logged fuel mass none is added. Trivial: nothing changes within the window.
 /// The same inputs give the same result.
 ///
-/// `refit`, if given, is called for each side with what makes its refit, from two threads: it may
-/// give one that was kept.
+/// The slopes of the refit are those of the stated inputs on both sides, where both have as many
+/// windows. `refit`, if given, is called for each side with what makes its refit: it may give one
+/// that was kept. `before_side` is that of the same stated inputs; null: it is driven and given.
 using Refit = std::function<RefittedCar(bool after, const std::function<RefittedCar()>& make)>;
+struct DrivenSide;
+using KnownSide = std::shared_ptr<const DrivenSide>;
+struct CheckOptions {
+  std::set<int> hold_out;
+  Refit refit;
+  std::function<void()> tick;  ///< called from time to time, from two threads
+};
 SimulationCheck check_simulation(const std::vector<RecordedLog>& logs,
                                  const SimulationInputs& before, const SimulationInputs& after,
-                                 const std::set<int>& hold_out, const Refit& refit = {});
+                                 const CheckOptions& options, KnownSide& before_side);
 
 /// Why corrected inputs that were driven so are not to be handed out, in words with figures: an
 /// error is worse for sure by more than 2 %, or the driver no longer finishes a lap, or, with

@@ -340,9 +340,13 @@ class Convoy {
 }  // namespace
 
 std::vector<Led> lead(const Signals& s, const vehicle::Vehicle& stated,
-                      std::span<const Guided> cars) {
+                      std::span<const Guided> cars, const std::function<void()>& tick) {
+  constexpr std::size_t kRowsPerTick = 200;
   Convoy convoy(s, stated, cars);
-  for (std::size_t i = 0; i + 1 < s.n; ++i) convoy.go_on(i);
+  for (std::size_t i = 0; i + 1 < s.n; ++i) {
+    convoy.go_on(i);
+    if (tick && i % kRowsPerTick == 0) tick();
+  }
   return std::move(convoy).led();
 }
 

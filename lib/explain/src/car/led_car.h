@@ -1,6 +1,7 @@
 // The car of lib/vehicle, led along a recording: which forces it has where it moves as recorded.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -59,16 +60,18 @@ std::vector<std::vector<std::size_t>> convoys(const Signals& signals, const vehi
 /// refuses the car.
 Led lead(const Signals& signals, const vehicle::Vehicle& car, const Setting& setting,
          const Lead& by);
-/// The same of a convoy, each bit for bit as alone.
+/// The same of a convoy, each bit for bit as alone. `tick`, if given, is called from time to time.
 std::vector<Led> lead(const Signals& signals, const vehicle::Vehicle& car,
-                      std::span<const Guided> convoy);
+                      std::span<const Guided> convoy, const std::function<void()>& tick = {});
 
 /// Whether residuals at this setting take a drive that is not known.
 bool needs_drive(const Signals& signals, const vehicle::Vehicle& car, const Setting& setting,
                  const KnownDrive& known);
 
-/// residuals() at each of these settings, with cars led together where they can be.
+/// residuals() at each of these settings, with cars led together where they can be. `tick` as in
+/// lead().
 std::vector<Residuals> residuals(const Signals& signals, const vehicle::Vehicle& car,
-                                 std::span<const Setting* const> settings, const KnownDrive& known);
+                                 std::span<const Setting* const> settings, const KnownDrive& known,
+                                 const std::function<void()>& tick = {});
 
 }  // namespace explain

@@ -15,7 +15,9 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
   }
   // What lib/vehicle's car would do there.
   const bool known = drives.known != nullptr && same_drive(*drives.known, set, c.by());
-  const Led led = known ? drives.known->led : lead(s, car, set, c.by());
+  const Guided one{&set, &c.by()};
+  const Led led = known ? drives.known->led
+                        : std::move(lead(s, car, std::span(&one, 1), drives.tick).front());
   if (drives.keep != nullptr) *drives.keep = {set, c.by(), led};
   c.compare_accelerometer(led);
   c.compare_forces(led);
@@ -31,7 +33,7 @@ bool needs_drive(const Signals& s, const vehicle::Vehicle& car, const Setting& s
 
 std::vector<Residuals> residuals(const Signals& s, const vehicle::Vehicle& car,
                                  std::span<const Setting* const> settings,
-                                 const KnownDrive& known) {
+                                 const KnownDrive& known, const std::function<void()>& tick) {
   std::vector<Residuals> out(settings.size());
   std::vector<Relations> on_the_way;
   on_the_way.reserve(settings.size());
@@ -55,7 +57,7 @@ std::vector<Residuals> residuals(const Signals& s, const vehicle::Vehicle& car,
     std::vector<Guided> cars;
     cars.reserve(convoy.size());
     for (const std::size_t k : convoy) cars.push_back({driven[k], &on_the_way[k].by()});
-    const std::vector<Led> led = lead(s, car, cars);
+    const std::vector<Led> led = lead(s, car, cars, tick);
     for (std::size_t n = 0; n < convoy.size(); ++n) {
       Relations& c = on_the_way[convoy[n]];
       c.compare_accelerometer(led[n]);

@@ -87,7 +87,11 @@ ExplainedFiles explain_files(const ExplainRequest& request, const base::Progress
                    {.hold_out = {request.hold_out.begin(), request.hold_out.end()},
                     .threads = request.threads,
                     .nulls = request.nulls,
-                    .progress = progress});
+                    .progress = progress,
+                    .kept = {[&](const auto& name, auto& bytes) { return stages.load_part(name, bytes); },
+                             [&](const auto& name, const auto& bytes) {
+                               stages.keep_part(name, bytes);
+                             }}});
   };
   ExplainedFiles out;
   Findings& findings = out.findings;

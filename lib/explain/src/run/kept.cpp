@@ -42,6 +42,27 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Findings, verdict, mismatches, parameters, fi
                                    null_false_alarm, null_replicates, threshold, laps, rounds,
                                    doubtful_car, broken_columns, recorded_lap_s,
                                    simulated_lap_before_s, simulated_lap_after_s)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SimulationCheck, held_out, driven, lap_before_s, lap_after_s,
+                                   recorded_lap_s, remarks)  // cars: below
+
+static void to_json(nlohmann::json& json, const RefittedCar& car) {
+  std::vector<std::size_t> changed;
+  for (const vehicle::Parameter p : car.changed) changed.push_back(static_cast<std::size_t>(p));
+  json = {{"parameters", car.parameters.value},
+          {"engine", car.engine_torque_nm},
+          {"changed", changed},
+          {"slopes", car.slopes}};
+}
+
+static void from_json(const nlohmann::json& json, RefittedCar& out) {
+  json.at("parameters").get_to(out.parameters.value);
+  json.at("engine").get_to(out.engine_torque_nm);
+  json.at("slopes").get_to(out.slopes);
+  for (const std::size_t p : json.at("changed").get<std::vector<std::size_t>>()) {
+    if (p >= vehicle::kParameterCount) throw vehicle::Error("not a car that was kept");
+    out.changed.push_back(static_cast<vehicle::Parameter>(p));
+  }
+}
 
 namespace {
 
@@ -65,28 +86,22 @@ T read(const std::string& bytes) {
 std::string to_bytes(const Findings& findings) { return bytes_of(findings); }
 Findings findings_from_bytes(const std::string& bytes) { return read<Findings>(bytes); }
 
-std::string to_bytes(const RefittedCar& car) {
-  std::vector<std::size_t> changed;
-  for (const vehicle::Parameter p : car.changed) changed.push_back(static_cast<std::size_t>(p));
-  return bytes_of({{"parameters", car.parameters.value},
-                   {"engine", car.engine_torque_nm},
-                   {"changed", changed}});
+std::string to_bytes(const RefittedCar& car) { return bytes_of(car); }
+RefittedCar car_from_bytes(const std::string& bytes) { return read<RefittedCar>(bytes); }
+
+std::string to_bytes(const SimulationCheck& check) {
+  nlohmann::json json = check;
+  if (check.before) json["before"] = *check.before;
+  if (check.after) json["after"] = *check.after;
+  return bytes_of(json);
 }
 
-RefittedCar car_from_bytes(const std::string& bytes) {
-  try {
-    const auto json = nlohmann::json::from_cbor(bytes);
-    RefittedCar out;
-    json.at("parameters").get_to(out.parameters.value);
-    json.at("engine").get_to(out.engine_torque_nm);
-    for (const std::size_t p : json.at("changed").get<std::vector<std::size_t>>()) {
-      if (p >= vehicle::kParameterCount) throw vehicle::Error("not a car that was kept");
-      out.changed.push_back(static_cast<vehicle::Parameter>(p));
-    }
-    return out;
-  } catch (const nlohmann::json::exception& error) {
-    throw vehicle::Error(std::string("not a car that was kept: ") + error.what());
-  }
+SimulationCheck check_from_bytes(const std::string& bytes) {
+  const auto json = read<nlohmann::json>(bytes);
+  auto out = read<SimulationCheck>(bytes);
+  if (json.contains("before")) out.before = json["before"].get<RefittedCar>();
+  if (json.contains("after")) out.after = json["after"].get<RefittedCar>();
+  return out;
 }
 
 }  // namespace explain

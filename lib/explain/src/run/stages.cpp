@@ -10,6 +10,12 @@ namespace explain {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+constexpr const char* kPart = "part ";  ///< of the relations, which are not finished
+
+}  // namespace
+
 Stages::Stages(std::string folder, std::string inputs)
     : folder_(std::move(folder) + "/.unfinished"), inputs_(inputs.substr(0, 16)) {
   fs::create_directories(folder_);
@@ -19,13 +25,27 @@ Stages::Stages(std::string folder, std::string inputs)
 
 std::vector<std::string> Stages::taken_up() const {
   std::vector<std::string> out;
+  bool parts = false;
   for (const auto& entry : fs::directory_iterator(folder_)) {
     if (entry.is_directory()) continue;  // scratch()
-    const std::string name = entry.path().filename().string();
-    out.push_back(name.substr(0, name.rfind('-')));
+    const std::string file = entry.path().filename().string(),
+                      name = file.substr(0, file.rfind('-'));
+    if (name.starts_with(kPart))
+      parts = true;
+    else
+      out.push_back(name);
   }
   std::sort(out.begin(), out.end());
+  if (out.empty() && parts) out.emplace_back("a part of the relations");
   return out;
+}
+
+bool Stages::load_part(const std::string& part, std::string& bytes) const {
+  return load(kPart + part, bytes);
+}
+
+void Stages::keep_part(const std::string& part, const std::string& bytes) const {
+  keep(kPart + part, bytes);
 }
 
 std::string Stages::scratch() const {

@@ -28,6 +28,9 @@ class Stages {
     return made;
   }
   std::vector<std::string> taken_up() const;  ///< stages that an earlier run left
+  /// Parts of the first stage.
+  bool load_part(const std::string& part, std::string& bytes) const;
+  void keep_part(const std::string& part, const std::string& bytes) const;
   std::string scratch() const;                ///< an empty folder that goes with the stages
   void done() const;                          ///< removes them all
 

@@ -33,6 +33,8 @@ struct Trial {
   const Recordings& recordings;
   const Stages& stages;
   const Findings& findings;
+  KnownSide& before_side;  ///< as stated: the same in all
+  const base::Progress& progress;
 };
 
 /// The columns that the corrected car is driven with: fuel that was given stays, fuel that was
@@ -51,6 +53,8 @@ Mapping driven_columns(const Trial& trial, const vehicle::Vehicle& improved,
   return out;
 }
 
+constexpr const char* kDriving = "the whole simulated car, before and after";
+
 struct Outcome {
   SimulationCheck check;
   std::string why_not;  ///< empty: use them
@@ -62,32 +66,45 @@ Outcome drive(const Trial& trial, const Chosen& chosen) {
   const CorrectedFiles corrected =
       write_corrected(request, trial.stages.scratch(), trial.road, trial.car, trial.recordings,
                       only(trial.findings, chosen));
-  const vehicle::Vehicle improved = vehicle::read_vehicle(corrected.vehicle_path);
-  const StatedRoad changed = read_road(corrected.track_path, corrected.friction_path);
-  std::vector<recording::Table> tables = trial.recordings.tables;
-  const Mapping columns = driven_columns(trial, improved, corrected, tables);
-  std::vector<RecordedLog> logs;
-  for (std::size_t k = 0; k < tables.size(); ++k)
-    logs.push_back({&tables[k], &trial.recordings.logs[k]});
-  std::string after_name = "refit after";
+  std::string of;
   if (chosen.size() < trial.findings.findings.size())
-    for (const std::size_t k : chosen) after_name += fmt::format(" {}", k + 1);
+    for (const std::size_t k : chosen) of += fmt::format(" {}", k + 1);
   const auto refit = [&](bool after, const std::function<RefittedCar()>& make) {
-    return trial.stages.get<RefittedCar>(after ? after_name : "refit before", make, car_from_bytes,
-                                         [](const auto& c) { return to_bytes(c); });
+    return trial.stages.get<RefittedCar>(after ? "refit after" + of : "refit before", make,
+                                         car_from_bytes, [](const auto& c) { return to_bytes(c); });
+  };
+  const auto check = [&] {
+    const vehicle::Vehicle improved = vehicle::read_vehicle(corrected.vehicle_path);
+    const StatedRoad changed = read_road(corrected.track_path, corrected.friction_path);
+    std::vector<recording::Table> tables = trial.recordings.tables;
+    const Mapping columns = driven_columns(trial, improved, corrected, tables);
+    std::vector<RecordedLog> logs;
+    for (std::size_t k = 0; k < tables.size(); ++k)
+      logs.push_back({&tables[k], &trial.recordings.logs[k]});
+    const bool same_car = corrected.vehicle_path == request.vehicle_path,
+               same_road = corrected.track_path == request.track_path &&
+                           corrected.friction_path == request.friction_path;
+    return check_simulation(
+        logs, {&trial.car, &trial.road.surface, trial.recordings.read},
+        {same_car ? &trial.car : &improved, same_road ? &trial.road.surface : &changed.surface,
+         columns},
+        {{request.hold_out.begin(), request.hold_out.end()},
+         refit,
+         [&] {
+           if (trial.progress) trial.progress(kDriving, 0.0);
+         }},
+        trial.before_side);
   };
   Outcome out;
-  out.check = check_simulation(logs, {&trial.car, &trial.road.surface, trial.recordings.read},
-                               {&improved, &changed.surface, columns},
-                               {request.hold_out.begin(), request.hold_out.end()}, refit);
+  out.check = trial.stages.get<SimulationCheck>("whole car" + of, check, check_from_bytes,
+                                                [](const auto& c) { return to_bytes(c); });
   out.why_not = why_not_used(out.check, moves_the_car(request, corrected));
   return out;
 }
 
 /// All together if the whole car is the better for it; else those with which it is one by one, less
 /// the last as long as together they are not. The others are told why not.
-Chosen what_helps(const Trial& trial, Findings& findings, const base::Progress& progress,
-                  Outcome& outcome) {
+Chosen what_helps(const Trial& trial, Findings& findings, Outcome& outcome) {
   Chosen chosen;
   for (std::size_t k = 0; k < findings.findings.size(); ++k)
     if (findings.findings[k].not_used.empty()) chosen.push_back(k);
@@ -100,8 +117,9 @@ Chosen what_helps(const Trial& trial, Findings& findings, const base::Progress& 
   const Outcome together = outcome;
   Chosen helping;
   for (const std::size_t k : chosen) {
-    progress("the whole simulated car, finding by finding",
-             static_cast<double>(k) / static_cast<double>(chosen.size()));
+    if (trial.progress)
+      trial.progress("the whole simulated car, finding by finding",
+                     static_cast<double>(k) / static_cast<double>(chosen.size()));
     const Outcome alone = drive(trial, {k});
     if (alone.why_not.empty())
       helping.push_back(k);
@@ -123,11 +141,13 @@ CorrectedFiles use_what_helps(const ExplainRequest& request, const StatedRoad& r
                               const vehicle::Vehicle& car, const Recordings& recordings,
                               const Stages& stages, const base::Progress& progress,
                               Findings& findings) {
-  progress("the whole simulated car, before and after", 0.0);
+  if (progress) progress(kDriving, 0.0);
   Outcome outcome;
   const Findings all = findings;
+  KnownSide before_side;
   const Chosen used =
-      what_helps({request, road, car, recordings, stages, all}, findings, progress, outcome);
+      what_helps({request, road, car, recordings, stages, all, before_side, progress}, findings,
+                 outcome);
   const SimulationCheck& check = outcome.check;
   for (Finding& f : findings.findings)
     f.held_out.insert(f.held_out.end(), check.held_out.begin(), check.held_out.end());

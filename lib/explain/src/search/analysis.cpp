@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstring>
 #include <tuple>
 
 #include "base/parallel.h"
@@ -19,7 +21,8 @@ using Eigen::VectorXd;
 namespace {
 
 /// Mean square of the difference over that which is let pass: what a good logger's mean over 0.3 s
-/// just tells (0.03 m/s2, rad/s2, N per kg), or 3 % of the quantity itself.
+/// just tells (0.03 m/s2, rad/s2, N per kg), or 3 % of the quantity itself. Infinite where the
+/// coarse drive is lost.
 double apart(const std::vector<double>& coarse, const std::vector<double>& fine, double unit) {
   double sum = 0, square = 0, count = 0;
   for (std::size_t i = 0; i < fine.size(); ++i) {
@@ -32,12 +35,21 @@ double apart(const std::vector<double>& coarse, const std::vector<double>& fine,
   return count > 0 ? sum / std::max(0.03 * 0.03 * count * unit * unit, 0.03 * 0.03 * square) : 0.0;
 }
 
-bool alike(const Led& coarse, const Led& fine, double mass_kg) {
+double apart(const Led& coarse, const Led& fine, double mass_kg) {
   return std::max({apart(coarse.force_x_mps2, fine.force_x_mps2, 1.0),
                    apart(coarse.force_y_mps2, fine.force_y_mps2, 1.0),
                    apart(coarse.yaw_radps2, fine.yaw_radps2, 1.0),
                    apart(coarse.load_front_n, fine.load_front_n, mass_kg),
-                   apart(coarse.load_rear_n, fine.load_rear_n, mass_kg)}) < 1.0;
+                   apart(coarse.load_rear_n, fine.load_rear_n, mass_kg)});
+}
+
+/// The largest apart() of all recordings.
+double most_apart(const std::vector<KnownDrive>& coarse, const std::vector<KnownDrive>& fine,
+                  double mass_kg) {
+  double most = 0.0;
+  for (std::size_t k = 0; k < coarse.size(); ++k)
+    most = std::max(most, apart(coarse[k].led, fine[k].led, mass_kg));
+  return most;
 }
 
 double seconds(const std::vector<double>& x) {
@@ -56,10 +68,10 @@ Analysis::Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car
     (inventory_.unknowns[k].role == Role::kCandidate ? candidate_ : refit_).push_back(k);
   cells_ = static_cast<int>(logs.front().length_m / kCell_m) + 1;
   stated_.p = car.parameters;
-  choose_substeps();
+  const std::vector<KnownDrive> fine = choose_substeps();
   std::vector<Residuals> base;
   for (std::size_t k = 0; k < logs.size(); ++k)
-    base.push_back(residuals(logs[k], car, stated_, {.known = &drives_[k]}));
+    base.push_back(residuals(logs[k], car, fine[k].setting, {.known = &fine[k]}));
   rows_ = make_rows(logs, base);
   if (rows_.row.size() < selection::kLeastRows)
     throw vehicle::Error(
@@ -72,6 +84,7 @@ Analysis::Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car
     throw vehicle::Error("the held-out laps leave less than 30 s for the analysis");
   amounts_ = VectorXd::Zero(static_cast<Index>(refit_.size()));
   stated_rows_ = gather(rows_, base);
+  find_what_fine_steps_add();
 }
 
 Findings Analysis::begin() const {
@@ -99,26 +112,24 @@ Setting Analysis::setting_with(const VectorXd& amounts) const {
   return s;
 }
 
-void Analysis::choose_substeps() {
+std::vector<KnownDrive> Analysis::choose_substeps() {
   const double mass = car_.parameters[vehicle::Parameter::chassis_mass_kg];
-  std::vector<KnownDrive> coarse;
+  std::vector<std::vector<KnownDrive>> driven;  // each in steps half as long as the one before
+  bool enough = false;
   for (const int substeps : {10, 20, 40, 80}) {
     stated_.substeps = substeps;
-    drives_.assign(logs_.size(), {});
+    std::vector<KnownDrive>& now = driven.emplace_back(logs_.size());
     base::parallel_for(logs_.size(), 1, options_.threads, [&](std::size_t k, std::size_t) {
-      residuals(logs_[k], car_, stated_, {.keep = &drives_[k]});
+      residuals(logs_[k], car_, stated_,
+                {.keep = &now[k], .tick = [&] { progress("length of the steps", 0.0); }});
     });
-    bool enough = !coarse.empty();
-    for (std::size_t k = 0; k < coarse.size(); ++k)
-      enough = enough && alike(coarse[k].led, drives_[k].led, mass);
-    if (enough) {
-      stated_.substeps = coarse.front().setting.substeps;
-      drives_ = std::move(coarse);
-      return;
-    }
-    coarse = drives_;
+    const std::size_t last = driven.size() - 1;
+    enough = last > 0 && most_apart(driven[last - 1], now, mass) < 1.0;
+    if (enough) break;
   }
-  for (const KnownDrive& drive : drives_) {
+  if (enough) driven.pop_back();
+  for (std::size_t k = 0; k < logs_.size() && !enough; ++k) {
+    const KnownDrive& drive = driven.back()[k];
     const double led = seconds(drive.led.force_x_mps2), wanted = seconds(drive.by.vx_mps);
     if (led < 0.9 * wanted)
       remarks_.push_back(fmt::format(
@@ -127,6 +138,29 @@ void Analysis::choose_substeps() {
           "hold; crgdrive replay shows where",
           wanted - led, wanted, 1e3 * Signals::kStep_s / stated_.substeps));
   }
+  fine_substeps_ = driven.back().front().setting.substeps;
+  // Differences between two drives need less: three times as much is let pass. With five times as
+  // much the search went another way on a real oval.
+  constexpr double kRoughly = 3.0 * 3.0;
+  std::size_t rough = 0;
+  while (rough + 1 < driven.size() && !(most_apart(driven[rough], driven.back(), mass) < kRoughly))
+    ++rough;
+  stated_.substeps = driven[rough].front().setting.substeps;
+  drives_ = driven[rough];
+  return std::move(driven.back());
+}
+
+void Analysis::find_what_fine_steps_add() {
+  Setting setting = setting_with(amounts_);
+  if (setting.substeps == fine_substeps_) return;
+  const auto driven = [&] {
+    return std::move(
+        explain::rows_at(logs_, car_, {setting}, drives_, rows_, options_.threads).front());
+  };
+  const VectorXd rough = driven();
+  setting.substeps = fine_substeps_;
+  const VectorXd added = driven() - rough;
+  fine_adds_ = added.array().isFinite().select(added, 0.0);
 }
 
 VectorXd Analysis::rows_at(const Setting& setting) const {
@@ -135,18 +169,67 @@ VectorXd Analysis::rows_at(const Setting& setting) const {
 
 std::vector<VectorXd> Analysis::rows_at(const std::vector<Setting>& settings,
                                         const std::function<void(double)>& progress) const {
-  std::vector<VectorXd> out =
-      explain::rows_at(logs_, car_, settings, drives_, rows_, options_.threads, progress);
-  for (VectorXd& rows : out)
+  const MatrixXd driven = kept([&] {
+    const std::vector<VectorXd> rows =
+        explain::rows_at(logs_, car_, settings, drives_, rows_, options_.threads, progress);
+    MatrixXd together(static_cast<Index>(rows_.row.size()), static_cast<Index>(rows.size()));
+    for (std::size_t k = 0; k < rows.size(); ++k) together.col(static_cast<Index>(k)) = rows[k];
+    return together;
+  });
+  std::vector<VectorXd> out;
+  for (Index k = 0; k < driven.cols(); ++k) {
+    VectorXd& rows = out.emplace_back(driven.col(k));
+    if (fine_adds_.size() > 0) rows += fine_adds_;
     for (Index i = 0; i < rows.size(); ++i)
       if (!std::isfinite(rows[i])) rows[i] = stated_rows_[i];
+  }
   return out;
+}
+
+MatrixXd Analysis::kept(const std::function<MatrixXd()>& make) const {
+  // The n-th of a run is the n-th of every run over the same inputs.
+  const std::string name = fmt::format("drives {}", ++asked_);
+  const auto rows = static_cast<Index>(rows_.row.size());
+  std::string bytes;
+  if (options_.kept.load && options_.kept.load(name, bytes) && rows > 0 &&
+      bytes.size() % (static_cast<std::size_t>(rows) * sizeof(double)) == 0) {
+    MatrixXd out(rows, static_cast<Index>(bytes.size() / sizeof(double)) / rows);
+    std::memcpy(out.data(), bytes.data(), bytes.size());
+    return out;
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  MatrixXd out = make();
+  constexpr std::chrono::milliseconds kWorthIt{250};
+  if (options_.kept.keep && std::chrono::steady_clock::now() - begin > kWorthIt)
+    options_.kept.keep(name, std::string(reinterpret_cast<const char*>(out.data()),
+                                         static_cast<std::size_t>(out.size()) * sizeof(double)));
+  return out;
+}
+
+MatrixXd Analysis::columns_of(const std::vector<const Unknown*>& unknowns,
+                              const char* stage) const {
+  return kept([&] {
+    return derivatives(logs_, car_, setting_with(amounts_), unknowns, drives_, rows_,
+                       options_.threads, [&](double share) { progress(stage, share); });
+  });
+}
+
+VectorXd Analysis::rows_without_drive(const Setting& setting) const {
+  std::vector<Residuals> out;
+  for (std::size_t k = 0; k < logs_.size(); ++k)
+    out.push_back(residuals(logs_[k], car_, setting, {.known = &drives_[k], .none = true}));
+  VectorXd rows = gather(rows_, out);
+  if (fine_adds_.size() > 0) rows += fine_adds_;
+  return rows.array().isFinite().select(rows, r_);
 }
 
 void Analysis::look() {
   const Setting setting = setting_with(amounts_);
   base::parallel_for(logs_.size(), 1, options_.threads, [&](std::size_t k, std::size_t) {
-    residuals(logs_[k], car_, setting, {.known = &drives_[k], .keep = &drives_[k]});
+    residuals(logs_[k], car_, setting,
+              {.known = &drives_[k], .keep = &drives_[k], .tick = [&] {
+                 progress("refit of the parameters", 0.0);
+               }});
   });
   r_ = rows_at(setting);
 }
@@ -228,9 +311,7 @@ void Analysis::update_moves(std::size_t from) {
   const std::vector<const Unknown*> free = free_unknowns();
   const std::vector<const Unknown*> wanted(free.begin() + static_cast<std::ptrdiff_t>(from),
                                            free.end());
-  const MatrixXd columns =
-      derivatives(logs_, car_, setting_with(amounts_), wanted, drives_, rows_, options_.threads,
-                  [&](double share) { progress("refit of the parameters", share); });
+  const MatrixXd columns = columns_of(wanted, "refit of the parameters");
   moves_.conservativeResize(columns.rows(), static_cast<Index>(free.size()));
   moves_.rightCols(columns.cols()) = columns;
 }
@@ -269,7 +350,11 @@ void Analysis::refit(int rounds) {
     look();
     weigh();
   }
-  if (fresh) update_moves(0);
+  if (fresh) {
+    find_what_fine_steps_add();
+    look();
+    update_moves(0);
+  }
   // The amounts of accepted unknowns are where they are wanted.
   auto at = static_cast<Index>(refit_.size());
   for (Accepted& a : accepted_)
@@ -278,6 +363,7 @@ void Analysis::refit(int rounds) {
 
 void Analysis::move_columns() {
   if (freed_.empty() && accepted_.empty()) return;
+  find_what_fine_steps_add();
   update_moves(0);
   refit(2);
 }
@@ -285,9 +371,7 @@ void Analysis::move_columns() {
 void Analysis::differentiate_candidates() {
   std::vector<const Unknown*> wanted;
   for (const std::size_t k : candidate_) wanted.push_back(&inventory_.unknowns[k]);
-  candidate_moves_ =
-      derivatives(logs_, car_, setting_with(amounts_), wanted, drives_, rows_, options_.threads,
-                  [&](double share) { progress("one derivative per mechanism", share); });
+  candidate_moves_ = columns_of(wanted, "one derivative per mechanism");
   careful_ = careful_weights();
 }
 

@@ -156,11 +156,19 @@ class Analysis {
   };
 
   // The model (analysis.cpp).
-  void choose_substeps();
+  /// Drives as stated in steps that are short enough; stated_ and drives_ get longer ones that are
+  /// roughly enough.
+  std::vector<KnownDrive> choose_substeps();
+  void find_what_fine_steps_add();
   Setting setting_with(const Eigen::VectorXd& amounts) const;
   Eigen::VectorXd rows_at(const Setting& setting) const;
   std::vector<Eigen::VectorXd> rows_at(const std::vector<Setting>& settings,
                                        const std::function<void(double)>& progress = {}) const;
+  /// Of relations that need no forces; the others as they are.
+  Eigen::VectorXd rows_without_drive(const Setting& setting) const;
+  /// What an earlier run kept at this place, or what `make` gives now, kept if it took long.
+  Eigen::MatrixXd kept(const std::function<Eigen::MatrixXd()>& make) const;
+  Eigen::MatrixXd columns_of(const std::vector<const Unknown*>& unknowns, const char* stage) const;
   void look();                                        ///< rows and drives at the amounts
   void weigh();                                       ///< by what the model leaves now
   void update_moves(std::size_t from);                ///< columns of what is free, from this one on
@@ -197,8 +205,9 @@ class Analysis {
   // By cost (by_cost.cpp).
   static Saved saved_by(const Model& m, Eigen::VectorXd column);
   /// The columns as secants to the best amounts from these, in these weights; gain 0: none.
+  /// Where `stage` has no forces no car is driven.
   std::vector<Saved> exact(const std::vector<Start>& from, const Model& m,
-                           const Eigen::VectorXd& weights) const;
+                           const Eigen::VectorXd& weights, Stage stage) const;
   /// Whether a stretch of road is more than what the stated curves get wrong elsewhere, and saves
   /// enough where forces count as few.
   bool stands_out(const Trial& trial, const Tried& stretch) const;
@@ -250,11 +259,14 @@ class Analysis {
   const std::vector<Signals>& logs_;
   const vehicle::Vehicle& car_;
   const ExplainOptions& options_;
+  mutable std::size_t asked_ = 0;  ///< of kept()
   Inventory inventory_;
   Rows rows_;
   std::vector<bool> training_;
   std::vector<std::string> remarks_;
-  Setting stated_;                      ///< the car as stated, in steps that are short enough
+  Setting stated_;  ///< the car as stated, in steps that are roughly short enough
+  int fine_substeps_ = 0;               ///< that are short enough
+  Eigen::VectorXd fine_adds_;           ///< to the rows; held while the amounts move
   std::vector<std::size_t> refit_;      ///< places of parameters and curves
   std::vector<std::size_t> candidate_;  ///< of the others
   std::set<std::size_t> undetermined_;  ///< places that ran to their limit when let go

@@ -77,7 +77,7 @@ Saved Analysis::saved_by(const Model& m, VectorXd column) {
 }
 
 std::vector<Saved> Analysis::exact(const std::vector<Start>& from, const Model& m,
-                                   const VectorXd& weights) const {
+                                   const VectorXd& weights, Stage stage) const {
   const Setting base = setting_with(amounts_);
   std::vector<Saved> best(from.size());
   std::vector<double> amount(from.size());
@@ -94,8 +94,14 @@ std::vector<Saved> Analysis::exact(const std::vector<Start>& from, const Model& 
       u.set(moved.emplace_back(base), amount[k]);
       return false;
     });
-    const std::vector<VectorXd> rows = rows_at(
-        moved, [&](double share) { progress("tests of mechanisms", (round + share) / kRounds); });
+    const auto tell = [&](double share) {
+      progress("tests of mechanisms", (round + share) / kRounds);
+    };
+    std::vector<VectorXd> rows;
+    if (stage == Stage::kForces)
+      rows = rows_at(moved, tell);
+    else
+      for (const Setting& setting : moved) rows.push_back(rows_without_drive(setting)), tell(0.0);
     std::vector<std::size_t> on;
     for (std::size_t n = 0; n < left.size(); ++n) {
       const std::size_t k = left[n];
@@ -106,6 +112,10 @@ std::vector<Saved> Analysis::exact(const std::vector<Start>& from, const Model& 
                    gain = s.gain * (1 - (1 - 1 / scale) * (1 - 1 / scale));
       if (gain > best[k].gain) best[k] = {amount[k], gain, std::move(s.column)};
       if (std::abs(scale - 1.0) < 0.02) continue;
+      // Who asks takes none that is too small or too large.
+      const Unknown& u = inventory_.unknowns[from[k].unknown];
+      const double size = std::abs(amount[k]);
+      if ((scale > 1.0 && size > u.most) || (scale < 1.0 && size < u.least)) continue;
       amount[k] *= std::clamp(scale, 0.4, 2.5);
       on.push_back(k);
     }
@@ -202,7 +212,7 @@ std::vector<Analysis::Weighed> Analysis::mechanisms_by_cost(const Model& m) cons
   std::vector<Start> from;
   from.reserve(best.size());
   for (const Test& t : best) from.push_back({families[t.family].id, t.amount});
-  std::vector<Saved> saved = exact(from, m, w);
+  std::vector<Saved> saved = exact(from, m, w, Stage::kForces);
   std::vector<Weighed> out;
   for (std::size_t k = 0; k < from.size(); ++k)
     out.push_back({from[k].unknown, std::move(saved[k])});
@@ -234,8 +244,7 @@ void Analysis::let_go(const Freed& f) {
   refit(2);
   // Far from what is stated its derivative may be another: a pedal past its end opens no further.
   moves_.col(static_cast<Index>(f.place)) =
-      derivatives(logs_, car_, setting_with(amounts_), {&inventory_.unknowns[refit_[f.place]]},
-                  drives_, rows_, options_.threads, {});
+      columns_of({&inventory_.unknowns[refit_[f.place]]}, "refit of the parameters");
   refit(2);
   // What was held for want of evidence and runs to its limit takes the blame for something else.
   const Unknown& u = inventory_.unknowns[refit_[f.place]];

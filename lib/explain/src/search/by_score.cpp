@@ -133,7 +133,7 @@ Analysis::Trial Analysis::trial(Stage stage) const {
     exactly.push_back(k);
     from.push_back({t.unknown, t.amount});
   }
-  std::vector<Saved> saved = exact(from, out.model, weights(stage));
+  std::vector<Saved> saved = exact(from, out.model, weights(stage), stage);
   base::parallel_for(exactly.size(), 1, options_.threads, [&](std::size_t n, std::size_t) {
     Tried& t = tried[exactly[n]];
     Saved& x = saved[n];

@@ -113,8 +113,7 @@ void Analysis::find_road_profiles(Findings& out) {
     amounts_[amounts_.size() - 1] = late->amount;
   }
   // With forces, which lean on the road as well.
-  const MatrixXd per_unit =
-      derivatives(logs_, car_, setting_with(amounts_), found, drives_, rows_, options_.threads, {});
+  const MatrixXd per_unit = columns_of(found, "the road along the lap");
   for (std::size_t k = 0; k < found.size(); ++k) {
     Accepted& a = accepted_[k];
     a.columns = along_the_lap(rows_, per_unit.col(static_cast<Index>(k)), a.shapes,

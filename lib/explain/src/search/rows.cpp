@@ -146,6 +146,9 @@ std::vector<Eigen::VectorXd> rows_at(const std::vector<Signals>& logs, const veh
                    [](const auto& a, const auto& b) { return a.size() > b.size(); });
   std::vector<Eigen::VectorXd> out(settings.size());
   std::atomic<std::size_t> done{0};
+  const auto tell = [&] {
+    if (progress) progress(static_cast<double>(done) / static_cast<double>(settings.size()));
+  };
   base::parallel_for(parts.size(), 1, threads, [&](std::size_t n, std::size_t) {
     const std::vector<std::size_t>& part = parts[n];
     std::vector<const Setting*> of;
@@ -153,12 +156,12 @@ std::vector<Eigen::VectorXd> rows_at(const std::vector<Signals>& logs, const veh
     for (const std::size_t j : part) of.push_back(&settings[j]);
     std::vector<std::vector<Residuals>> r(part.size());
     for (std::size_t k = 0; k < logs.size(); ++k) {
-      std::vector<Residuals> led = residuals(logs[k], car, of, known[k]);
+      std::vector<Residuals> led = residuals(logs[k], car, of, known[k], tell);
       for (std::size_t i = 0; i < part.size(); ++i) r[i].push_back(std::move(led[i]));
     }
     for (std::size_t i = 0; i < part.size(); ++i) out[part[i]] = gather(rows, r[i]);
     done += part.size();
-    if (progress) progress(static_cast<double>(done) / static_cast<double>(settings.size()));
+    tell();
   });
   return out;
 }
@@ -170,7 +173,11 @@ Eigen::MatrixXd derivatives(const std::vector<Signals>& logs, const vehicle::Veh
   std::vector<Residuals> base;
   std::vector<KnownDrive> drives(logs.size());
   for (std::size_t k = 0; k < logs.size(); ++k)
-    base.push_back(residuals(logs[k], car, at, {.known = &known[k], .keep = &drives[k]}));
+    base.push_back(residuals(logs[k], car, at, {.known = &known[k],
+                                                .keep = &drives[k],
+                                                .tick = [&] {
+                                                  if (progress) progress(0.0);
+                                                }}));
   const Eigen::VectorXd r0 = gather(rows, base);
   std::vector<Setting> moved(unknowns.size(), at);
   for (std::size_t j = 0; j < unknowns.size(); ++j) unknowns[j]->set(moved[j], unknowns[j]->step);

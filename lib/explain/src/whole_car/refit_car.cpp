@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/parallel.h"
 #include "engine_and_brakes.h"
 
 namespace explain {
@@ -44,7 +45,7 @@ std::vector<Free> free_amounts(const vehicle::Vehicle& car) {
 
 RefittedCar with(const vehicle::Vehicle& car, const std::vector<Free>& free,
                  const Eigen::VectorXd& amount) {
-  RefittedCar out{car.parameters, car.files.engine_torque_nm, {}};
+  RefittedCar out{car.parameters, car.files.engine_torque_nm, {}, {}};
   std::array<double, 4> shape{};
   for (std::size_t j = 0; j < free.size(); ++j) {
     const double x = amount[static_cast<Index>(j)];
@@ -82,10 +83,32 @@ Eigen::VectorXd weights(const Eigen::VectorXd& r, const std::vector<double>& wor
   return out;
 }
 
+/// Column after column; 0 where an error is none. Empty: another number of windows was driven.
+std::vector<double> slopes_of(
+    const std::vector<Free>& free,
+    const std::function<std::vector<double>(const Eigen::VectorXd&)>& errors,
+    const std::vector<double>& base) {
+  std::vector<std::vector<double>> there(free.size());
+  base::parallel_for(free.size(), 1, 2, [&](std::size_t j, std::size_t) {
+    Eigen::VectorXd moved = Eigen::VectorXd::Zero(static_cast<Index>(free.size()));
+    moved[static_cast<Index>(j)] = free[j].move;
+    there[j] = errors(moved);
+  });
+  std::vector<double> out;
+  for (std::size_t j = 0; j < free.size(); ++j) {
+    if (there[j].size() != base.size()) return {};
+    for (std::size_t i = 0; i < base.size(); ++i) {
+      const double slope = (there[j][i] - base[i]) / free[j].move;
+      out.push_back(std::isfinite(slope) ? slope : 0.0);
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 RefittedCar refitted(const vehicle::Vehicle& car, const TrainingErrors& errors,
-                     const std::vector<double>& worth) {
+                     const std::vector<double>& worth, const RefittedCar* alike) {
   const std::vector<Free> free = free_amounts(car);
   const auto columns = static_cast<Index>(free.size());
   const auto raw = [&](const Eigen::VectorXd& amount) {
@@ -100,17 +123,14 @@ RefittedCar refitted(const vehicle::Vehicle& car, const TrainingErrors& errors,
   if (n < 30) return with(car, free, nothing);
   Eigen::VectorXd r = Eigen::Map<const Eigen::VectorXd>(base.data(), n), precision(columns),
                   amount = nothing;
-  Eigen::MatrixXd jacobian(n, columns);
   for (Index j = 0; j < columns; ++j) {
-    const Free& f = free[static_cast<std::size_t>(j)];
-    Eigen::VectorXd moved = nothing;
-    moved[j] = f.move;
-    const std::vector<double> there = raw(moved);
-    if (there.size() != base.size()) return with(car, free, nothing);
-    jacobian.col(j) = (Eigen::Map<const Eigen::VectorXd>(there.data(), n) - r) / f.move;
-    precision[j] = 1 / (f.width * f.width);
+    const double width = free[static_cast<std::size_t>(j)].width;
+    precision[j] = 1 / (width * width);
   }
-  jacobian = jacobian.array().isFinite().select(jacobian, 0.0);
+  const bool known = alike != nullptr && alike->slopes.size() == base.size() * free.size();
+  const std::vector<double> slopes = known ? alike->slopes : slopes_of(free, raw, base);
+  if (slopes.empty()) return with(car, free, nothing);
+  const Eigen::Map<const Eigen::MatrixXd> jacobian(slopes.data(), n, columns);
   // The derivatives of the first step serve the others as well; the weights are those of what is
   // left.
   constexpr int kRounds = 4;
@@ -138,6 +158,7 @@ RefittedCar refitted(const vehicle::Vehicle& car, const TrainingErrors& errors,
     r = Eigen::Map<const Eigen::VectorXd>(now.data(), n);
   }
   RefittedCar out = with(car, free, amount);
+  out.slopes = slopes;
   for (std::size_t j = 0; j < free.size(); ++j) {
     for (const P p : free[j].factor) out.changed.push_back(p);
     if (free[j].plus != P::kCount) out.changed.push_back(free[j].plus);

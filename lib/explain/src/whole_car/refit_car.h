@@ -15,8 +15,10 @@ using TrainingErrors = std::function<std::vector<double>(const vehicle::CarFiles
 
 /// Gauss and Newton from the stated car: torque and shape of the engine map, drag, brakes,
 /// cornering stiffness and grip of both axles with their prior widths, duration and engine control
-/// of a shift. `worth`: one standard deviation of an error of each channel at least.
+/// of a shift. `worth`: one standard deviation of an error of each channel at least. `errors` is
+/// asked from two threads. `alike`: a car whose slopes are taken where they are of as many errors;
+/// or null.
 RefittedCar refitted(const vehicle::Vehicle& car, const TrainingErrors& errors,
-                     const std::vector<double>& worth);
+                     const std::vector<double>& worth, const RefittedCar* alike);
 
 }  // namespace explain
