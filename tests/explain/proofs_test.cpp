@@ -498,9 +498,8 @@ TEST(SlowProofs, AKilledRunGoesOnAndGivesTheSameBytes) {
         0);
     EXPECT_EQ(proof.folder.read("killed/findings.json"), "");
   }
-  EXPECT_THAT(
-      proof.folder.read("log"),
-      HasSubstr("goes on where a run was stopped; finished: a part of the relations"));
+  EXPECT_THAT(proof.folder.read("log"),
+              HasSubstr("goes on where a run was stopped; finished: a part of the relations"));
   EXPECT_EQ(std::system(fmt::format("{}killed > {} 2>&1", run, proof.folder.path("log")).c_str()),
             0);
   EXPECT_THAT(proof.folder.read("log"),

@@ -12,8 +12,8 @@
 
 namespace explain {
 
-/// Where a run keeps what took long, for one over the same inputs that goes on where it was stopped.
-/// Both empty: nowhere.
+/// Where a run keeps what took long, for one over the same inputs that goes on where it was
+/// stopped. Both empty: nowhere.
 struct KeptParts {
   std::function<bool(const std::string& name, std::string& bytes)> load;  ///< false: not there
   std::function<void(const std::string& name, const std::string& bytes)> keep;

@@ -83,15 +83,14 @@ ExplainedFiles explain_files(const ExplainRequest& request, const base::Progress
   if (const auto taken = stages.taken_up(); !taken.empty() && remark)
     remark(fmt::format("goes on where a run was stopped; finished: {}", fmt::join(taken, ", ")));
   const auto find = [&] {
-    return explain({recordings.logs, recordings.all(), recordings.read, road.surface, car},
-                   {.hold_out = {request.hold_out.begin(), request.hold_out.end()},
-                    .threads = request.threads,
-                    .nulls = request.nulls,
-                    .progress = progress,
-                    .kept = {[&](const auto& name, auto& bytes) { return stages.load_part(name, bytes); },
-                             [&](const auto& name, const auto& bytes) {
-                               stages.keep_part(name, bytes);
-                             }}});
+    return explain(
+        {recordings.logs, recordings.all(), recordings.read, road.surface, car},
+        {.hold_out = {request.hold_out.begin(), request.hold_out.end()},
+         .threads = request.threads,
+         .nulls = request.nulls,
+         .progress = progress,
+         .kept = {[&](const auto& name, auto& bytes) { return stages.load_part(name, bytes); },
+                  [&](const auto& name, const auto& bytes) { stages.keep_part(name, bytes); }}});
   };
   ExplainedFiles out;
   Findings& findings = out.findings;

@@ -31,8 +31,8 @@ class Stages {
   /// Parts of the first stage.
   bool load_part(const std::string& part, std::string& bytes) const;
   void keep_part(const std::string& part, const std::string& bytes) const;
-  std::string scratch() const;                ///< an empty folder that goes with the stages
-  void done() const;                          ///< removes them all
+  std::string scratch() const;  ///< an empty folder that goes with the stages
+  void done() const;            ///< removes them all
 
  private:
   std::string path(const std::string& stage) const { return folder_ + "/" + stage + "-" + inputs_; }

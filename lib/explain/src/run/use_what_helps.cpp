@@ -84,16 +84,15 @@ Outcome drive(const Trial& trial, const Chosen& chosen) {
     const bool same_car = corrected.vehicle_path == request.vehicle_path,
                same_road = corrected.track_path == request.track_path &&
                            corrected.friction_path == request.friction_path;
-    return check_simulation(
-        logs, {&trial.car, &trial.road.surface, trial.recordings.read},
-        {same_car ? &trial.car : &improved, same_road ? &trial.road.surface : &changed.surface,
-         columns},
-        {{request.hold_out.begin(), request.hold_out.end()},
-         refit,
-         [&] {
-           if (trial.progress) trial.progress(kDriving, 0.0);
-         }},
-        trial.before_side);
+    return check_simulation(logs, {&trial.car, &trial.road.surface, trial.recordings.read},
+                            {same_car ? &trial.car : &improved,
+                             same_road ? &trial.road.surface : &changed.surface, columns},
+                            {{request.hold_out.begin(), request.hold_out.end()},
+                             refit,
+                             [&] {
+                               if (trial.progress) trial.progress(kDriving, 0.0);
+                             }},
+                            trial.before_side);
   };
   Outcome out;
   out.check = trial.stages.get<SimulationCheck>("whole car" + of, check, check_from_bytes,
@@ -145,9 +144,8 @@ CorrectedFiles use_what_helps(const ExplainRequest& request, const StatedRoad& r
   Outcome outcome;
   const Findings all = findings;
   KnownSide before_side;
-  const Chosen used =
-      what_helps({request, road, car, recordings, stages, all, before_side, progress}, findings,
-                 outcome);
+  const Chosen used = what_helps(
+      {request, road, car, recordings, stages, all, before_side, progress}, findings, outcome);
   const SimulationCheck& check = outcome.check;
   for (Finding& f : findings.findings)
     f.held_out.insert(f.held_out.end(), check.held_out.begin(), check.held_out.end());

@@ -1,5 +1,5 @@
 // The steps of explain_relations() and what they hand on. Where each stands: the model and its
-// refit in analysis.cpp; road_profiles.cpp; by_score.cpp; by_cost.cpp; drop_faded.cpp;
+// refit in analysis.cpp; look.cpp; road_profiles.cpp; by_score.cpp; by_cost.cpp; drop_faded.cpp;
 // describe.cpp; leftovers.cpp; prove.cpp.
 #pragma once
 
@@ -264,10 +264,10 @@ class Analysis {
   Rows rows_;
   std::vector<bool> training_;
   std::vector<std::string> remarks_;
-  Setting stated_;  ///< the car as stated, in steps that are roughly short enough
-  int fine_substeps_ = 0;               ///< that are short enough
-  Eigen::VectorXd fine_adds_;           ///< to the rows; held while the amounts move
-  std::vector<std::size_t> refit_;      ///< places of parameters and curves
+  Setting stated_;                  ///< the car as stated, in steps that are roughly short enough
+  int fine_substeps_ = 0;           ///< that are short enough
+  Eigen::VectorXd fine_adds_;       ///< to the rows; held while the amounts move
+  std::vector<std::size_t> refit_;  ///< places of parameters and curves
   std::vector<std::size_t> candidate_;  ///< of the others
   std::set<std::size_t> undetermined_;  ///< places that ran to their limit when let go
   std::vector<Freed> freed_;

@@ -173,11 +173,10 @@ Eigen::MatrixXd derivatives(const std::vector<Signals>& logs, const vehicle::Veh
   std::vector<Residuals> base;
   std::vector<KnownDrive> drives(logs.size());
   for (std::size_t k = 0; k < logs.size(); ++k)
-    base.push_back(residuals(logs[k], car, at, {.known = &known[k],
-                                                .keep = &drives[k],
-                                                .tick = [&] {
-                                                  if (progress) progress(0.0);
-                                                }}));
+    base.push_back(
+        residuals(logs[k], car, at, {.known = &known[k], .keep = &drives[k], .tick = [&] {
+                                       if (progress) progress(0.0);
+                                     }}));
   const Eigen::VectorXd r0 = gather(rows, base);
   std::vector<Setting> moved(unknowns.size(), at);
   for (std::size_t j = 0; j < unknowns.size(); ++j) unknowns[j]->set(moved[j], unknowns[j]->step);

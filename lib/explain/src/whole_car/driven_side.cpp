@@ -141,8 +141,7 @@ void drive_tests(const SimulationInputs& in, const vehicle::CarFiles& files,
     const std::size_t k = n / 2;
     if (test[k].stretches.empty()) return;
     const bool longest = n % 2 == 0;
-    const recording::Table sim =
-        driven_table(*in.car, files, p, *in.surface, test[k],
+    const recording::Table sim = driven_table(*in.car, files, p, *in.surface, test[k],
                                               longest ? kHorizons[last] : 2.0, tick);
     if (longest)
       out.ends[last][k] = ends_of(sim, test[k], kHorizons[last], &out.driven[k]);
@@ -153,11 +152,10 @@ void drive_tests(const SimulationInputs& in, const vehicle::CarFiles& files,
 
 }  // namespace
 
-DrivenSide drive_side(
-    const SimulationInputs& in, const std::vector<RecordedLog>& logs, const Judge& judge,
-    bool in_parts, const RefittedCar* alike,
-    const std::function<RefittedCar(const std::function<RefittedCar()>&)>& refit,
-    const std::function<void()>& tick) {
+DrivenSide drive_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs,
+                      const Judge& judge, bool in_parts, const RefittedCar* alike,
+                      const std::function<RefittedCar(const std::function<RefittedCar()>&)>& refit,
+                      const std::function<void()>& tick) {
   DrivenSide out;
   out.in_parts = in_parts;
   try {
@@ -177,9 +175,8 @@ DrivenSide drive_side(
       std::vector<double> r;
       for (std::size_t k = 0; k < train.size(); ++k) {
         if (train[k].stretches.empty()) continue;
-        for (const WindowEnd& w :
-             ends_of(driven_table(*in.car, files, p, *in.surface, train[k], 2.0, tick),
-                     train[k], 2.0))
+        for (const WindowEnd& w : ends_of(
+                 driven_table(*in.car, files, p, *in.surface, train[k], 2.0, tick), train[k], 2.0))
           if (!judge.is_judged(k, w.t_s))
             r.insert(r.end(), w.error.begin(), w.error.begin() + kCompared.size());
       }

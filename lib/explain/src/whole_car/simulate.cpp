@@ -152,12 +152,12 @@ SimulationCheck check_simulation(const std::vector<RecordedLog>& logs,
   out.recorded_lap_s = whole_laps_s(logs);
   const bool in_parts = !remembers_heat(*before.car) && !remembers_heat(*after.car);
   const auto side = [&](bool is_after, const RefittedCar* alike) {
-    return std::make_shared<const DrivenSide>(
-        drive_side(is_after ? after : before, logs, judge, in_parts, alike,
-                   [&](const std::function<RefittedCar()>& make) {
-                     return options.refit ? options.refit(is_after, make) : make();
-                   },
-                   options.tick));
+    return std::make_shared<const DrivenSide>(drive_side(
+        is_after ? after : before, logs, judge, in_parts, alike,
+        [&](const std::function<RefittedCar()>& make) {
+          return options.refit ? options.refit(is_after, make) : make();
+        },
+        options.tick));
   };
   if (before_side == nullptr || before_side->in_parts != in_parts)
     before_side = side(false, nullptr);
