@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/parallel.h"
 #include "mechanism.h"
@@ -129,6 +130,35 @@ recording::Recording part(const recording::Recording& whole, const Judge& judge,
   return out;
 }
 
+double seconds_of(const std::vector<recording::Recording>& recordings) {
+  double out = 0.0;
+  for (const recording::Recording& r : recordings) {
+    const std::vector<double>& time = *r.table.find("time_s");
+    for (const recording::Stretch& s : r.stretches) out += time[s.end - 1] - time[s.begin];
+  }
+  return out;
+}
+
+/// Leaves pieces that are equally spread: a dozen amounts need no more than this.
+void thin_out(std::vector<recording::Recording>& recordings) {
+  constexpr double kEnough_s = 120.0, kPiece_s = 10.0;
+  const double share = kEnough_s / seconds_of(recordings);
+  if (!(share < 1.0)) return;
+  double wanted = 0.0;  // pieces, of those that were met
+  for (recording::Recording& r : recordings) {
+    const std::vector<double>& time = *r.table.find("time_s");
+    const std::vector<recording::Stretch> all = std::exchange(r.stretches, {});
+    for (const recording::Stretch& stretch : all)
+      for (std::size_t begin = stretch.begin, end = begin; begin < stretch.end; begin = end) {
+        while (end < stretch.end && time[end] < time[begin] + kPiece_s) ++end;
+        wanted += share;
+        if (wanted < 1.0) continue;
+        wanted -= 1.0;
+        r.stretches.push_back({begin, end});
+      }
+  }
+}
+
 /// Along the laps that judge. The two shorter horizons share their windows.
 void drive_tests(const SimulationInputs& in, const vehicle::CarFiles& files,
                  const vehicle::Parameters<double>& p,
@@ -171,6 +201,7 @@ DrivenSide drive_side(const SimulationInputs& in, const std::vector<RecordedLog>
       train.push_back(in_parts ? part(whole, judge, k, false) : whole);
       test.push_back(in_parts ? part(whole, judge, k, true) : whole);
     }
+    if (in_parts) thin_out(train);
     const auto errors = [&](const vehicle::CarFiles& files, const vehicle::Parameters<double>& p) {
       std::vector<double> r;
       for (std::size_t k = 0; k < train.size(); ++k) {
