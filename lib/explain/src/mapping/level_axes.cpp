@@ -82,7 +82,8 @@ void settle_level_axes(const Table& table, const std::vector<double>& t, Mapping
     const Scales scales = scales_of(across.speed, table.columns[c]);
     if (scales.speed == 0.0 || scales.length != 1.0) continue;
     mapping.notes.push_back(fmt::format(
-        "the path in '{}' and '{}' is as fast as '{}' says, with '{}' it is not: y is upwards",
+        "the path in '{}' and '{}' is as fast as '{}' says, with '{}' it is not: y is upwards; "
+        "whether the plan is mirrored is not known: if left turns go right, turn the scale of y_m",
         find_channel(mapping, "x_m")->column, z->column, table.names[c], y->column));
     std::swap(y->channel, z->channel);
     std::erase_if(mapping.columns, [&](const ColumnMapping& m) {
