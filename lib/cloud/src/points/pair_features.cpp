@@ -5,6 +5,7 @@
 #include <cmath>
 
 namespace pcl {
+// NOLINTBEGIN(readability-identifier-naming): PCL's name
 
 bool computePairFeatures(const Eigen::Vector4f& p1, const Eigen::Vector4f& n1,
                          const Eigen::Vector4f& p2, const Eigen::Vector4f& n2, float& f1, float& f2,
@@ -37,4 +38,5 @@ bool computePairFeatures(const Eigen::Vector4f& p1, const Eigen::Vector4f& n1,
   return true;
 }
 
+// NOLINTEND(readability-identifier-naming)
 }  // namespace pcl

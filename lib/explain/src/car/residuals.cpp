@@ -16,8 +16,7 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
   // What lib/vehicle's car would do there.
   const bool known = drives.known != nullptr && same_drive(*drives.known, set, c.by());
   const Guided one{&set, &c.by()};
-  const Led led =
-      known ? drives.known->led : std::move(lead(s, car, std::span(&one, 1), drives.tick).front());
+  const Led led = known ? drives.known->led : lead(s, car, std::span(&one, 1), drives.tick).front();
   if (drives.keep != nullptr) *drives.keep = {set, c.by(), led};
   c.compare_accelerometer(led);
   c.compare_forces(led);
