@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <string>
@@ -37,8 +38,8 @@ using Column = std::pair<std::string, std::function<double(const Moment&)>>;
 recording::Table table_of(const std::vector<Moment>& moments, const std::vector<Column>& columns) {
   recording::Table out;
   for (const auto& [name, value] : columns) {
-    std::vector<double> values;
-    for (const Moment& m : moments) values.push_back(value(m));
+    std::vector<double> values(moments.size());
+    std::transform(moments.begin(), moments.end(), values.begin(), value);
     out.add(name, values);
   }
   return out;

@@ -42,18 +42,19 @@ Cloud within(Cloud&& cloud, double range_m) {
 /// Of files that gave no point.
 [[noreturn]] void refuse_marked(const std::vector<std::string>& files, const MarkedPoints& marked,
                                 bool some_not_finite) {
+  const char* const assign = marked.noise > 0      ? "Classification=1"
+                             : marked.withheld > 0 ? "Withheld=0"
+                             : marked.overlap > 0  ? "Overlap=0"
+                                                   : "NumberOfReturns=1";
   throw Error(fmt::format(
       "{}{}: all points are marked as noise (class 7 or 18: {}), withheld ({}), overlap ({}) or "
       "not "
       "the last return ({}){}; take the marks off where they are wrong, as with 'pdal translate "
-      "in.las out.las assign "
-      "--filters.assign.value=\"{}\" --writers.las.forward=all'",
+      "in.las out.las assign --filters.assign.value=\"{}\" --writers.las.forward=all'{}",
       files.front(), files.size() > 1 ? fmt::format(" and {} more", files.size() - 1) : "",
       marked.noise, marked.withheld, marked.overlap, marked.not_last,
-      some_not_finite ? ", or without finite coordinates" : "",
-      marked.noise > 0      ? "Classification=1"
-      : marked.withheld > 0 ? "Withheld=0"
-                            : "Overlap=0"));
+      some_not_finite ? ", or without finite coordinates" : "", assign,
+      marked.overlap > 0 ? " (class 12: Classification=1)" : ""));
 }
 
 /// Such marks spare what others show as well: most points cannot be that.

@@ -7,10 +7,6 @@
 namespace pcl {
 // NOLINTBEGIN(readability-identifier-naming): PCL's name
 
-bool computePairFeatures(const Eigen::Vector4f& p1, const Eigen::Vector4f& n1,
-                         const Eigen::Vector4f& p2, const Eigen::Vector4f& n2, float& f1, float& f2,
-                         float& f3, float& f4);
-
 /// How two points and their normals lie to each other, in the frame (u, v, w) that the first of
 /// them spans (Rusu, Blodow, Beetz: Fast Point Feature Histograms, ICRA 2009, eq. 1): f1: the angle
 /// of the other's normal about v, rad; f2, f3: cosines to v and to the line between them; f4: their

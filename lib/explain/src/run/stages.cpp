@@ -16,7 +16,7 @@ constexpr const char* kPart = "part ";  ///< of the relations, which are not fin
 
 }  // namespace
 
-Stages::Stages(std::string folder, std::string inputs)
+Stages::Stages(std::string folder, const std::string& inputs)
     : folder_(std::move(folder) + "/.unfinished"), inputs_(inputs.substr(0, 16)) {
   fs::create_directories(folder_);
   for (const auto& entry : fs::directory_iterator(folder_))
@@ -49,7 +49,7 @@ void Stages::keep_part(const std::string& part, const std::string& bytes) const 
 }
 
 std::string Stages::scratch() const {
-  const std::string out = path("scratch");
+  std::string out = path("scratch");
   fs::remove_all(out);
   fs::create_directories(out);
   return out;

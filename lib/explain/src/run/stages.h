@@ -12,7 +12,7 @@ namespace explain {
 /// them; the next run over the same inputs takes them up, one over others removes them.
 class Stages {
  public:
-  Stages(std::string folder, std::string inputs);
+  Stages(std::string folder, const std::string& inputs);
 
   /// What the stage gave before, or what `make` gives now. Kept bytes that `read` throws on are
   /// made anew. Different stages may be asked for from different threads.

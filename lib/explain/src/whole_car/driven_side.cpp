@@ -214,6 +214,7 @@ DrivenSide drive_side(const SimulationInputs& in, const std::vector<RecordedLog>
       return r;
     };
     std::vector<double> worth;
+    worth.reserve(kCompared.size());
     for (const Compared& c : kCompared) worth.push_back(c.worth);
     out.car = refit([&] { return refitted(*in.car, errors, worth, alike); });
     vehicle::CarFiles files = in.car->files;
