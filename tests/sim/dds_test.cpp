@@ -27,6 +27,7 @@
 #include "kerbstone.h"
 #include "ros2.h"
 #include "some_unit.h"
+#include "support/own_domain.h"
 #include "support/places.h"
 
 namespace dds_test {
@@ -46,9 +47,6 @@ topics:
   twist: {type: geometry_msgs/TwistWithCovarianceStamped, frame: base_link, fields: {linear.x: b, angular.z: m}}
   rest: {type: kerbstone_msgs/Values, fields: {b: b, slow_m: m}}
 )";
-
-/// Domains of tests that run beside each other.
-int own_domain() { return 1 + static_cast<int>(::getpid()) % 100; }
 
 struct Topic {
   const char *name, *type;
@@ -71,12 +69,11 @@ class Second {
  public:
   Second() {
     dds_create_domain(
-        static_cast<dds_domainid_t>(own_domain()),
+        places::own_domain(),
         "<General><Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces><AllowMulticast>"
         "false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
         "<Peers><Peer address='127.0.0.1'/></Peers></Discovery>");
-    participant_ =
-        dds_create_participant(static_cast<dds_domainid_t>(own_domain()), nullptr, nullptr);
+    participant_ = dds_create_participant(places::own_domain(), nullptr, nullptr);
     EXPECT_GT(participant_, 0) << dds_strretcode(-participant_);
     command_ = dds_create_writer(participant_, topic(kCommand), qos().get(), nullptr);
   }
@@ -170,7 +167,7 @@ class Served {
     const std::string line = fmt::format(
         "timeout 60 '{}' serve '{}' --dds --domain {} --step-s 0.01 --devices '{}' --command n {} "
         "--json -o '{}' > '{}' 2> '{}'",
-        places::crgsim(), unit, own_domain(), folder_.file("devices.yaml", devices),
+        places::crgsim(), unit, places::own_domain(), folder_.file("devices.yaml", devices),
         more + road_of(devices), folder_.path("run.csv"), folder_.path("json"),
         folder_.path("errors"));
     runs_ = std::thread([this, line] { status_ = std::system(line.c_str()); });
@@ -466,8 +463,7 @@ TEST(Dds, HearsThisMachineAlone) {
   const auto before = sockets();
   {
     const sim::TopicPlan plan;
-    const sim::Connection connection =
-        sim::connect_dds(static_cast<unsigned>(own_domain()), plan, true);
+    const sim::Connection connection = sim::connect_dds(places::own_domain(), plan, true);
     std::size_t count = 0;
     for (const auto& [descriptor, device] : sockets())
       if (!before.contains(descriptor)) {

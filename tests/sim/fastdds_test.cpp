@@ -10,6 +10,7 @@
 
 #include "sim/dds.h"
 #include "some_unit.h"
+#include "support/own_domain.h"
 #include "support/places.h"
 
 namespace fastdds_test {
@@ -36,14 +37,13 @@ TEST(FastDds, ANodeOfAnotherMiddlewareDrivesAndHears) {
                                    scalar_2("m", 21, "output", "Integer")),
       2);
   folder.file("devices.yaml", kDevices);
-  const int domain = 1 + static_cast<int>(::getpid()) % 100;
-  folder.file("all.sh",
-              fmt::format(R"(cd '{0}'
+  folder.file("all.sh", fmt::format(R"(cd '{0}'
 {1} serve '{2}' --dds --domain {3} --step-s 0.01 --lockstep --every 5 --devices devices.yaml --command n \
   --json > told.json 2> errors.txt & serve=$!
 {4} {3} 3 > heard.txt; heard=$?
 wait $serve && exit $heard)",
-                          folder.path("."), places::crgsim(), unit, domain, FASTDDS_PEER));
+                                    folder.path("."), places::crgsim(), unit, places::own_domain(),
+                                    FASTDDS_PEER));
   ASSERT_EQ(std::system(("timeout 120 bash " + folder.path("all.sh")).c_str()), 0)
       << folder.read("heard.txt") << folder.read("errors.txt");
   std::string wanted;

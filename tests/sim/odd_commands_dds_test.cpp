@@ -16,6 +16,7 @@
 
 #include "kerbstone.h"
 #include "odd_commands.h"
+#include "support/own_domain.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
@@ -23,19 +24,16 @@ namespace odd_commands_dds_test {
 
 using Command = kerbstone_msgs_msg_dds__CarCommand_;
 
-/// A domain of its own, beside those of other tests.
-unsigned own_domain() { return 101 + static_cast<unsigned>(::getpid()) % 100; }
-
 /// A participant that commands and hears whether a command was taken or refused.
 class Peer {
  public:
   Peer() {
     dds_create_domain(
-        own_domain(),
+        places::own_domain(),
         "<General><Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces><AllowMulticast>"
         "false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
         "<Peers><Peer address='127.0.0.1'/></Peers></Discovery>");
-    participant_ = dds_create_participant(own_domain(), nullptr, nullptr);
+    participant_ = dds_create_participant(places::own_domain(), nullptr, nullptr);
     dds_qos_t* const qos = dds_create_qos();
     dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(10));
     dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);
@@ -140,7 +138,7 @@ void answer_each(std::uint32_t count) {
             "timeout 500 '{}' serve '{}/vehicles/open_wheel/vehicle.yaml' --dds --domain {} "
             "--lockstep --every 5 --stop-s 100000 --command parameter.environment.road_grip "
             "-o '{}' > '{}' 2>&1",
-            places::crgsim(), places::source(), own_domain(), folder.path("run.csv"),
+            places::crgsim(), places::source(), places::own_domain(), folder.path("run.csv"),
             folder.path("said"))
             .c_str());
   });

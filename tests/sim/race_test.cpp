@@ -13,6 +13,7 @@
 
 #include "base/json_text.h"
 #include "sim/dds.h"
+#include "support/own_domain.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
@@ -108,13 +109,12 @@ race alone alone; there blue
 
 TEST_F(SlowRace, TopicsOfEachCarStandBelowItsName) {
   if (sim::dds_version().empty()) GTEST_SKIP() << "built without Cyclone DDS";
-  const int domain = 101 + static_cast<int>(::getpid()) % 100;
   sh(fmt::format(R"({0} race race/race.yaml --dds --domain {2} --lockstep --stop-s 300 -o topics &
 {1} {2} line.csv dds red/ > red.log & {1} {2} line.csv dds blue/ > blue.log; wait
 {0} race race/race.yaml --socket s --lockstep --stop-s 300 -o sockets &
 until test -S s.red && test -S s.blue; do sleep 0.05; done
 {1} s.red line.csv binary & {1} s.blue line.csv binary; wait)",
-                 places::crgsim(), EXAMPLE_STACK, domain));
+                 places::crgsim(), EXAMPLE_STACK, places::own_domain()));
   for (const std::string log : {"red.log", "blue.log"})
     EXPECT_THAT(folder_.read(log), HasSubstr("lap in "));
   for (const std::string car : {"red", "blue"}) {

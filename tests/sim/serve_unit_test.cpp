@@ -21,6 +21,7 @@
 #include "some_unit.h"
 #include "support/demo_circuit.h"
 #include "support/figure.h"
+#include "support/own_domain.h"
 #include "support/places.h"
 #include "support/run_tool.h"
 #include "unit_driver.h"
@@ -388,9 +389,8 @@ double largest_distance_of_a_lap_m(const support::TemporaryFolder& folder,
                                    const std::string& make_road, const std::string& road,
                                    const std::string& forms, const std::string& more = "",
                                    const std::string& devices = "devices.yaml") {
-  folder.file("all.sh",
-              fmt::format(
-                  R"(set -e; cd '{0}'
+  folder.file("all.sh", fmt::format(
+                            R"(set -e; cd '{0}'
 {1}
 {2} export {3} -o line.csv --quiet
 {4} fmu {5}/vehicles/open_wheel/vehicle.yaml --road {3} -o car.fmu --quiet
@@ -406,9 +406,9 @@ for form in {6}; do
   {8} $where line.csv $says >> lap.log
   wait $!
 done)",
-                  folder.path("."), make_road, places::crgbuild(), road, places::crgdrive(),
-                  places::source(), forms, places::crgsim(), EXAMPLE_STACK,
-                  101 + static_cast<int>(::getpid()) % 100, devices, more));
+                            folder.path("."), make_road, places::crgbuild(), road,
+                            places::crgdrive(), places::source(), forms, places::crgsim(),
+                            EXAMPLE_STACK, places::own_domain(), devices, more));
   EXPECT_EQ(std::system(
                 ("timeout 200 bash " + folder.path("all.sh") + " > " + folder.path("log") + " 2>&1")
                     .c_str()),
