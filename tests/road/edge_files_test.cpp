@@ -31,6 +31,19 @@ Edge circle(double radius_m, int points) {
   return edge;
 }
 
+TEST(EdgeFiles, OneLineWithoutWidthsIsRefusedWithWhatIsMissing) {
+  const support::TemporaryFolder folder;
+  const std::string line = folder.file(
+      "line.geojson",
+      R"({"type":"LineString","coordinates":[[14.7,47.2],[14.701,47.2],[14.702,47.2],[14.703,47.2]]})");
+  try {
+    road::read_edges_of_line(line);
+    FAIL() << "a road without width";
+  } catch (const road::Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("says no width; wanted the left and the right edge"));
+  }
+}
+
 TEST(EdgeFiles, LatitudeAndLongitudeAreReadAsTheyAreDrawn) {
   // A ring of 100 m about a place in Austria; 1 degree of latitude and longitude there in metres by
   // the series of the ellipsoid WGS84.

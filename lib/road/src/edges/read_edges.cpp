@@ -94,6 +94,11 @@ EdgePlaces read_edges(const std::string& left_path, const std::string& right_pat
 }
 
 std::pair<Edge, Edge> read_edges_of_line(const std::string& path) {
+  if (geographic(path))
+    throw Error(fmt::format(
+        "{}: one line in latitude and longitude, which says no width; wanted the left and the "
+        "right edge as two files, or one CSV with x_m,y_m,w_tr_right_m,w_tr_left_m",
+        path));
   const base::CsvTable table = base::read_csv(path, {"x_m", "y_m", "w_tr_right_m", "w_tr_left_m"});
   const std::size_t n = table.rows();
   if (n < 4) throw Error(fmt::format("{}: {} points; wanted at least 4 along the line", path, n));
