@@ -301,6 +301,7 @@ BENCHMARK(z_random_batch)->Arg(3)->Arg(22);
 BENCHMARK(z_random_latency)->Arg(3)->Arg(22);
 BENCHMARK_CAPTURE(strips, scalar, StripKernel::Scalar);
 BENCHMARK_CAPTURE(strips, avx2, StripKernel::Avx2);
+BENCHMARK_CAPTURE(strips, avx512, StripKernel::Avx512);
 
 }  // namespace
 

@@ -88,18 +88,22 @@ TEST(Strip, WideStripsAreSplit) {
 }
 
 TEST(Strip, KernelsGiveTheSameBits) {
-  if (!available(StripKernel::Avx2)) GTEST_SKIP() << "no AVX2 on this processor";
   const Surface surface = bumpy_circuit();
   Cursor cursor;
-  for (double u = 0.0; u < 300.0; u += 7.3) {
-    const Point2 p = surface.xy_of_uv(u, -2.0);
-    Strip strip{.x_m = p.x_m, .y_m = p.y_m, .heading_rad = u, .along = 10, .across = 43};
-    std::vector<float> a(430), b(430);
-    strip.kernel = StripKernel::Scalar;
-    surface.strip(strip, a, cursor);
-    strip.kernel = StripKernel::Avx2;
-    surface.strip(strip, b, cursor);
-    ASSERT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(float)), 0);
+  for (const StripKernel kernel : {StripKernel::Avx2, StripKernel::Avx512}) {
+    if (!available(kernel)) continue;
+    for (double u = 0.0; u < 300.0; u += 7.3) {
+      const Point2 p = surface.xy_of_uv(u, -2.0);
+      for (const std::size_t across : {43u, 15u, 8u, 3u}) {
+        Strip strip{.x_m = p.x_m, .y_m = p.y_m, .heading_rad = u, .along = 10, .across = across};
+        std::vector<float> a(10 * across), b(10 * across);
+        strip.kernel = StripKernel::Scalar;
+        surface.strip(strip, a, cursor);
+        strip.kernel = kernel;
+        surface.strip(strip, b, cursor);
+        ASSERT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(float)), 0) << u << across;
+      }
+    }
   }
 }
 

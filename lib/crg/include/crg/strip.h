@@ -9,7 +9,8 @@ namespace crg {
 enum class StripKernel {
   Best,    ///< the fastest that this processor runs
   Scalar,  ///< any processor
-  Avx2     ///< x86 with AVX2; Scalar elsewhere
+  Avx2,    ///< x86 with AVX2; Scalar elsewhere
+  Avx512   ///< x86 with AVX-512; Scalar elsewhere
 };
 
 /// along x across samples, step_m apart, centred on (x, y); `along` counts in the direction of

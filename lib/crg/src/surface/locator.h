@@ -49,6 +49,9 @@ class Locator {
   bool locate_ahead(double x_m, double y_m, Cursor& cursor, Place& place) const noexcept;
   /// The same for a known segment.
   bool locate_on(std::size_t segment, double x_m, double y_m, Place& place) const noexcept;
+  /// The segment that a straight line leads to, seen from a given one: a guess for points near it.
+  std::size_t straight_from(std::size_t segment, double segments_per_m, double x_m,
+                            double y_m) const noexcept;
   /// Anywhere. `on_guess(segment, v_m)` is told where the search will go on after a jump, so that
   /// the caller can fetch what it will need there.
   Place locate_from(double x_m, double y_m, Cursor& cursor) const noexcept;
@@ -156,6 +159,17 @@ inline bool Locator::locate_on(std::size_t segment, double x_m, double y_m,
   place.v_m = local.v_m;
   place.beyond_m = 0.0;
   return true;
+}
+
+inline std::size_t Locator::straight_from(std::size_t segment, double segments_per_m, double x_m,
+                                          double y_m) const noexcept {
+  constexpr double kFar = 64.0;
+  const double ahead = Local(records_[segment].frame, x_m, y_m).past_begin_m * segments_per_m;
+  if (!(std::abs(ahead) < kFar)) return segment;
+  // Cut off, not rounded: what is added first keeps it above 0.
+  const std::size_t next = segment + static_cast<std::size_t>(ahead + kFar);
+  constexpr auto kBack = static_cast<std::size_t>(kFar);
+  return next >= kBack && next - kBack < segments_ ? next - kBack : segment;
 }
 
 inline bool Locator::locate_ahead(double x_m, double y_m, Cursor& cursor,

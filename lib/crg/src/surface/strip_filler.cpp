@@ -2,21 +2,25 @@
 
 namespace crg {
 
-// The nodes from (row, column) on; those beyond the grid are not used and stay zero.
-void StripFiller::fill_tile(std::size_t row, std::size_t column, Tile& tile) const noexcept {
-  const std::size_t rows = std::min(kTileSide, heights_.rows() - row);
+// The nodes of `rows` rows from (row, column) on; those beyond the grid are not used.
+void StripFiller::fill_tile(std::size_t row, std::size_t column, std::size_t rows,
+                            Tile& tile) const noexcept {
   const std::size_t columns = std::min(kTileSide, heights_.columns() - column);
-  tile.dz_m.fill(0.0F);
+  std::array<double, kTileSide> v_m;
+  for (std::size_t j = 0; j < kTileSide; ++j)
+    v_m[j] = heights_.v_right_m() + static_cast<double>(column + j) * heights_.v_step_m(0);
   for (std::size_t i = 0; i < rows; ++i) {
     const float* z = heights_.node(row + i, column);
     const double line = heights_.line()[row + i].z_m - base_m_;
     const double banking = heights_.line()[row + i].banking;
-    for (std::size_t j = 0; j < columns; ++j) {
-      const double v =
-          heights_.v_right_m() + static_cast<double>(column + j) * heights_.v_step_m(0);
-      tile.dz_m[i * kTileSide + j] =
-          static_cast<float>(line + banking * v + static_cast<double>(z[j]));
-    }
+    float* const out = tile.dz_m.data() + i * kTileSide;
+    const auto put = [&](std::size_t j) {
+      out[j] = static_cast<float>(line + banking * v_m[j] + static_cast<double>(z[j]));
+    };
+    if (columns == kTileSide)
+      for (std::size_t j = 0; j < kTileSide; ++j) put(j);
+    else
+      for (std::size_t j = 0; j < columns; ++j) put(j);
   }
 }
 
@@ -34,22 +38,26 @@ bool StripFiller::try_tile(const StripPart& part, Cursor& cursor) noexcept {
 
   double rows[3][3], columns[3][3];
   bool usable = true;
-  const auto look = [&](int i, int j) {
-    const Point2 p = point(a0 + (i - 1) * ha, b0 + (j - 1) * hb);
-    const Place place = locator_.locate(p.x_m, p.y_m, cursor);
+  const auto look = [&](std::size_t i, std::size_t j) {
+    const Point2 p =
+        point(a0 + (static_cast<double>(i) - 1.0) * ha, b0 + (static_cast<double>(j) - 1.0) * hb);
+    Place place;
+    // Each from the strip's middle, so that none waits for another.
+    if (!locator_.locate_on(locator_.straight_from(middle_.segment, segments_per_m_, p.x_m, p.y_m),
+                            p.x_m, p.y_m, place))
+      place = locator_.locate(p.x_m, p.y_m, cursor);
     usable &= place.beyond_m == 0.0 && place.v_m >= heights_.v_right_m() &&
               place.v_m <= heights_.v_left_m();
     rows[i][j] = static_cast<double>(place.segment) + place.fraction;
     columns[i][j] = (place.v_m - heights_.v_right_m()) * heights_.per_v_step();
   };
-  // In this order each place is near the one before.
-  constexpr int kPath[9][2] = {{0, 0}, {0, 1}, {0, 2}, {1, 2}, {1, 1},
-                               {1, 0}, {2, 0}, {2, 1}, {2, 2}};
-  for (const auto& at : kPath) look(at[0], at[1]);
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) look(i, j);
   if (!usable) return false;
 
   // Coefficients in the scaled offsets (-1, 0, 1), then in samples.
   bool smooth = true;
+  const double per_a = 1.0 / ha, per_b = 1.0 / hb;
   const auto fit = [&](const double(&f)[3][3]) {
     const double f0 = f[1][1];
     const double ca = 0.5 * (f[2][1] - f[0][1]), cb = 0.5 * (f[1][2] - f[1][0]);
@@ -62,7 +70,8 @@ bool StripFiller::try_tile(const StripPart& part, Cursor& cursor) noexcept {
         smooth &= std::abs(fitted - f[i][j]) < 1e-3;
       }
     }
-    return Quadratic{{f0, ca / ha, cb / hb, caa / (ha * ha), cab / (ha * hb), cbb / (hb * hb)}};
+    return Quadratic{{f0, ca * per_a, cb * per_b, caa * (per_a * per_a), cab * (per_a * per_b),
+                      cbb * (per_b * per_b)}};
   };
   Quadratic row = fit(rows), column = fit(columns);
   if (!smooth) return false;
@@ -84,14 +93,19 @@ bool StripFiller::try_tile(const StripPart& part, Cursor& cursor) noexcept {
       column_max > static_cast<double>(heights_.columns() - 1)) {
     return false;
   }
-  const double first_row = std::floor(row_min), first_column = std::floor(column_min);
+  const auto first = [](double least) { return static_cast<double>(static_cast<int>(least)); };
+  const double first_row = first(row_min), first_column = first(column_min);
   constexpr double kSide = static_cast<double>(kTileSide - 1);
   if (row_max - first_row >= kSide || column_max - first_column >= kSide) {
     wide_ = true;
     return false;
   }
   Tile tile;
-  fill_tile(static_cast<std::size_t>(first_row), static_cast<std::size_t>(first_column), tile);
+  // Rows of cells that hold samples, and the nodes at the end of the last.
+  fill_tile(static_cast<std::size_t>(first_row), static_cast<std::size_t>(first_column),
+            std::min(static_cast<std::size_t>(row_max - first_row) + 2,
+                     heights_.rows() - static_cast<std::size_t>(first_row)),
+            tile);
   row.c[0] -= first_row;
   column.c[0] -= first_column;
   fill_from_tile(tile, row, column, a_begin - a0, b_begin - b0, part.along_end - part.along_begin,

@@ -27,7 +27,7 @@ inline constexpr std::size_t kTileSide = 8;
 
 /// Nodes of the grid around a strip: height above the base, float.
 struct Tile {
-  alignas(32) std::array<float, kTileSide * kTileSide> dz_m;
+  alignas(64) std::array<float, kTileSide * kTileSide> dz_m;
 };
 
 /// A part of a strip: samples [along_begin, along_end) x [across_begin, across_end).
@@ -44,9 +44,16 @@ void fill_from_tile(const Tile& tile, const Quadratic& row, const Quadratic& col
 
 class StripFiller {
  public:
-  StripFiller(const Locator& locator, const HeightField& heights, const Strip& strip, double base_m,
-              std::span<float> dz_m)
-      : locator_(locator), heights_(heights), strip_(strip), base_m_(base_m), dz_m_(dz_m) {}
+  /// middle: of the strip.
+  StripFiller(const Locator& locator, const HeightField& heights, const Strip& strip,
+              const Place& middle, double base_m, std::span<float> dz_m)
+      : locator_(locator),
+        heights_(heights),
+        strip_(strip),
+        middle_(middle),
+        segments_per_m_(1.0 / locator.records()[middle.segment].frame.width(middle.v_m)),
+        base_m_(base_m),
+        dz_m_(dz_m) {}
 
   /// z_of(x, y, cursor): height of one point, for what the tile cannot do (borders, seams, holes in
   /// the assumptions).
@@ -92,11 +99,13 @@ class StripFiller {
   /// False when the part does not fit a tile (wide_ then says that a smaller part might) or the
   /// road there is not as smooth as the quadratic assumes.
   bool try_tile(const StripPart& part, Cursor& cursor) noexcept;
-  void fill_tile(std::size_t row, std::size_t column, Tile& tile) const noexcept;
+  void fill_tile(std::size_t row, std::size_t column, std::size_t rows, Tile& tile) const noexcept;
 
   const Locator& locator_;
   const HeightField& heights_;
   const Strip& strip_;
+  Place middle_;
+  double segments_per_m_;
   double base_m_;
   std::span<float> dz_m_;
   double cos_ = 1.0, sin_ = 0.0;

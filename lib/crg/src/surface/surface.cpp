@@ -338,7 +338,7 @@ double Surface::strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor)
       back, data_->heights.node(middle.segment, 0) + data_->heights.column_near(middle.v_m));
   const LineNode* line = data_->heights.line() + middle.segment;
   const double base = line[0].z_m + middle.fraction * (line[1].z_m - line[0].z_m);
-  StripFiller filler(data_->locator, data_->heights, strip, base, dz_m);
+  StripFiller filler(data_->locator, data_->heights, strip, middle, base, dz_m);
   filler.fill(cursor, [&](double x, double y, Cursor& near) {
     return data_->z_of(data_->locator.locate(x, y, near));
   });

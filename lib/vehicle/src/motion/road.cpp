@@ -1,7 +1,12 @@
 #include "vehicle/road.h"
 
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <span>
 
@@ -47,6 +52,55 @@ void each_leg(const crg::Surface& surface, double x_m, double y_m, double beside
     use(crg::UV{u, v});
   }
 }
+
+constexpr float kNothing = -1e8f, kReach_m = 1.0f;
+constexpr std::size_t kMostTogether = 16;  // lines; the last may be beside the strip
+
+/// Lowest position of both cams over every line: they rest on the highest sample they reach.
+/// Samples far from the road under the wheel, `centre`, belong to the other level of a bridge,
+/// whose edge the strip reaches; holes are not numbers. Neither lifts anything.
+void rest_cams_anywhere(const StripShape& shape, const Cams& cams, const float* dz, float centre,
+                        float* front, float* rear) {
+  using Floats [[gnu::vector_size(16)]] = float;
+  const Floats nothing = kNothing - Floats{};
+  for (std::size_t begin = 0; begin < shape.across; begin += sizeof(Floats) / sizeof(float)) {
+    Floats highest_front = nothing, highest_rear = nothing;
+    for (std::size_t i = 0; i < shape.along; ++i) {
+      Floats row;
+      std::memcpy(&row, dz + i * shape.across + begin, sizeof row);
+      const Floats above = row - centre;
+      const Floats z = ((above < kReach_m) & (above > -kReach_m)) ? row : nothing;
+      const Floats f = z - cams.front[i], r = z - cams.rear[i];
+      highest_front = f > highest_front ? f : highest_front;
+      highest_rear = r > highest_rear ? r : highest_rear;
+    }
+    std::memcpy(front + begin, &highest_front, sizeof highest_front);
+    std::memcpy(rear + begin, &highest_rear, sizeof highest_rear);
+  }
+}
+#if defined(__x86_64__)
+__attribute__((target("avx512f"))) void rest_cams_avx512(const StripShape& shape, const Cams& cams,
+                                                         const float* dz, float centre,
+                                                         float* front, float* rear) {
+  const __m512 nothing = _mm512_set1_ps(kNothing), middle = _mm512_set1_ps(centre),
+               above = _mm512_set1_ps(kReach_m), below = _mm512_set1_ps(-kReach_m);
+  for (std::size_t begin = 0; begin < shape.across; begin += 16) {
+    __m512 highest_front = nothing, highest_rear = nothing;
+    for (std::size_t i = 0; i < shape.along; ++i) {
+      const __m512 row = _mm512_loadu_ps(dz + i * shape.across + begin);
+      const __m512 away = _mm512_sub_ps(row, middle);
+      const __mmask16 near = _mm512_mask_cmp_ps_mask(_mm512_cmp_ps_mask(away, above, _CMP_LT_OQ),
+                                                     away, below, _CMP_GT_OQ);
+      const __m512 f = _mm512_sub_ps(row, _mm512_set1_ps(cams.front[i])),
+                   r = _mm512_sub_ps(row, _mm512_set1_ps(cams.rear[i]));
+      highest_front = _mm512_mask_max_ps(highest_front, near, f, highest_front);
+      highest_rear = _mm512_mask_max_ps(highest_rear, near, r, highest_rear);
+    }
+    _mm512_storeu_ps(front + begin, highest_front);
+    _mm512_storeu_ps(rear + begin, highest_rear);
+  }
+}
+#endif
 
 }  // namespace
 
@@ -116,8 +170,9 @@ RoadPoint Road::under_strip(double x_m, double y_m, double z_near_m, double head
                             RoadCursors& cursors) const noexcept {
   RoadPoint point = at(x_m, y_m, z_near_m, wheel, cursors);
   if (surface_ == nullptr) return point;
-  std::array<float, StripShape::kMostSamples> dz;
+  std::array<float, StripShape::kMostSamples + kMostTogether> dz;
   const std::span<float> samples(dz.data(), shape.along * shape.across);
+  std::fill_n(samples.end(), kMostTogether, 0.0f);
   crg::Strip strip;
   strip.x_m = x_m;
   strip.y_m = y_m;
@@ -129,25 +184,13 @@ RoadPoint Road::under_strip(double x_m, double y_m, double z_near_m, double head
   const double base_m = surface_->strip(strip, samples, cursors.corner[wheel].front());
   if (!(std::abs(base_m - z_near_m) < 4.0 * kOtherLevel_m)) return point;
 
-  // Lowest position of both cams over every line: they rest on the highest sample they reach.
-  constexpr float kNothing = -1e8f;
-  std::array<float, StripShape::kMostSamples> front, rear;  // one per line
-  std::fill_n(front.begin(), shape.across, kNothing);
-  std::fill_n(rear.begin(), shape.across, kNothing);
-  // Samples far from the road under the wheel belong to the other level of a bridge, whose edge the
-  // strip reaches; holes are not numbers. Neither lifts anything.
-  constexpr float kReach_m = 1.0f;
+  std::array<float, StripShape::kMostSamples + kMostTogether> front, rear;  // one per line
   const auto centre = static_cast<float>(point.z_m - base_m);
-  for (std::size_t i = 0; i < shape.along; ++i) {
-    const float* const row = dz.data() + i * shape.across;
-    const float below_front = cams.front[i], below_rear = cams.rear[i];
-    for (std::size_t j = 0; j < shape.across; ++j) {
-      const float z = std::abs(row[j] - centre) < kReach_m ? row[j] : kNothing;
-      const float f = z - below_front, r = z - below_rear;
-      front[j] = f > front[j] ? f : front[j];
-      rear[j] = r > rear[j] ? r : rear[j];
-    }
-  }
+  auto* rest = rest_cams_anywhere;
+#if defined(__x86_64__)
+  if (crg::available(crg::StripKernel::Avx512)) rest = rest_cams_avx512;
+#endif
+  rest(shape, cams, dz.data(), centre, front.data(), rear.data());
   double n = 0.0, height = 0.0, tilt = 0.0, sum_y = 0.0, sum_yy = 0.0, sum_yz = 0.0;
   const double middle = 0.5 * static_cast<double>(shape.across - 1);
   for (std::size_t j = 0; j < shape.across; ++j) {
