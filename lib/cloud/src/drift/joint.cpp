@@ -23,57 +23,21 @@ struct JointProblem::Stretch {
   Eigen::VectorXd right;
 };
 
-/// Those of all stretches, summed in their order. The common slope is the last unknown.
-struct JointProblem::Equations {
-  using Block = Eigen::Matrix2d;
-  /// Blocks of the lower triangle by row, two unknowns each: column and block.
-  std::vector<std::vector<std::pair<std::uint32_t, Block>>> blocks;
-  Eigen::VectorXd right;
-
-  explicit Equations(std::size_t unknowns_but_common)
-      : blocks(unknowns_but_common / 2),
-        right(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(unknowns_but_common + 1))) {}
-
-  /// `sections`: of the whole problem; their unknowns come first.
-  void add(const Stretch& stretch, std::size_t sections) {
-    std::vector<std::uint32_t> pairs;  // of unknowns
-    for (const std::uint32_t section : stretch.sections)
-      for (std::uint32_t e = 0; e < 3; ++e) pairs.push_back(3 * section + e);
-    for (const std::uint32_t node : stretch.nodes)
-      pairs.push_back(static_cast<std::uint32_t>(3 * sections) + node);
-    for (std::size_t a = 0; a < pairs.size(); ++a) {
-      right.segment<2>(static_cast<Eigen::Index>(2 * pairs[a])) +=
-          stretch.right.segment<2>(static_cast<Eigen::Index>(2 * a));
-      for (std::size_t b = 0; b <= a; ++b) {
-        Block block = stretch.matrix.block<2, 2>(static_cast<Eigen::Index>(2 * a),
-                                                 static_cast<Eigen::Index>(2 * b));
-        if (a == b) block(0, 1) = block(1, 0);
-        if (pairs[a] < pairs[b]) block.transposeInPlace();
-        add(block, std::max(pairs[a], pairs[b]), std::min(pairs[a], pairs[b]));
-      }
-    }
+void JointProblem::add(const Stretch& stretch) {
+  std::vector<std::pair<std::size_t, Eigen::Index>> groups;  // first unknown, count
+  for (const std::uint32_t section : stretch.sections) groups.emplace_back(6 * section, 6);
+  for (const std::uint32_t node : stretch.nodes)
+    groups.emplace_back(6 * sections_.list.size() + 2 * node, 2);
+  Eigen::Index row = 0;
+  for (std::size_t a = 0; a < groups.size(); row += groups[a++].second) {
+    right_.segment(static_cast<Eigen::Index>(groups[a].first), groups[a].second) +=
+        stretch.right.segment(row, groups[a].second);
+    Eigen::Index column = 0;
+    for (std::size_t b = 0; b <= a; column += groups[b++].second)
+      matrix_.add(groups[a].first, groups[b].first,
+                  stretch.matrix.block(row, column, groups[a].second, groups[b].second));
   }
-
-  void add(const Block& block, std::uint32_t row_number, std::uint32_t column) {
-    auto& row = blocks[row_number];
-    auto found = std::find_if(row.begin(), row.end(),
-                              [column](const auto& entry) { return entry.first == column; });
-    if (found == row.end()) found = row.insert(row.end(), {column, Block::Zero()});
-    found->second += block;
-  }
-
-  /// The lower triangle's entries; no block is left.
-  void move_blocks_to(std::vector<Eigen::Triplet<double>>& entries) {
-    for (std::size_t a = 0; a < blocks.size(); ++a) {
-      for (const auto& [b, block] : blocks[a])
-        for (int i = 0; i < 2; ++i)
-          for (int j = 0; j < (a == b ? i + 1 : 2); ++j)
-            entries.emplace_back(static_cast<int>(2 * a) + i, static_cast<int>(2 * b) + j,
-                                 block(i, j));
-      blocks[a].clear();
-    }
-  }
-};
+}
 
 JointProblem::JointProblem(const Sections& sections, const RoadFrame& frame,
                            const MapOptions& options, std::vector<Correction> before)
@@ -91,6 +55,18 @@ JointProblem::JointProblem(const Sections& sections, const RoadFrame& frame,
   views_.resize(first_.back());
   cells_.resize(along_ * across_);
   nodes_.resize(2 * stretches_ + 1);
+  // Those of a place stand together: passes that see each other, and the nodes there.
+  std::vector<std::uint32_t> block_of;
+  for (const Section& section : sections.list) {
+    const double stretch = section.row / cell_rows_ / static_cast<double>(rows_per_stretch_);
+    block_of.insert(
+        block_of.end(), 6,
+        static_cast<std::uint32_t>(std::clamp(stretch, 0.0, static_cast<double>(stretches_ - 1))));
+  }
+  for (std::size_t k = 0; k < nodes_.size(); ++k)
+    block_of.insert(block_of.end(), 2, static_cast<std::uint32_t>(std::min(k / 2, stretches_ - 1)));
+  block_of.push_back(static_cast<std::uint32_t>(stretches_));  // the common slope
+  matrix_ = BlockMatrix(block_of);
 }
 
 double JointProblem::even_error(std::size_t cell) const {
@@ -321,10 +297,8 @@ void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& 
   take();
 }
 
-JointProblem::Equations JointProblem::assemble_all(const std::vector<Correction>& now,
-                                                   const JointScales& scales) {
-  const std::size_t sections = sections_.list.size();
-  Equations all(6 * sections + 2 * nodes_.size());
+void JointProblem::assemble_all(const std::vector<Correction>& now, const JointScales& scales) {
+  matrix_.set_zero(), right_.setZero(matrix_.unknowns());
   constexpr std::size_t kAtOnce = 16;
   std::vector<Stretch> batch(kAtOnce);
   for (std::size_t first = 0; first < stretches_; first += kAtOnce) {
@@ -332,10 +306,9 @@ JointProblem::Equations JointProblem::assemble_all(const std::vector<Correction>
     base::parallel_for(count, 1, options_.threads, [&](std::size_t from, std::size_t to) {
       for (std::size_t k = from; k < to; ++k) assemble(first + k, now, scales, batch[k]);
     });
-    for (std::size_t k = 0; k < count; ++k) all.add(batch[k], sections);
+    for (std::size_t k = 0; k < count; ++k) add(batch[k]);
     if (tell_) tell_(static_cast<double>(first + count) / static_cast<double>(stretches_));
   }
-  return all;
 }
 
 double JointProblem::value_of(std::size_t unknown, const std::vector<Correction>& now) const {
@@ -364,23 +337,30 @@ std::vector<Correction> JointProblem::stepped(std::vector<Correction> now,
 std::vector<Correction> JointProblem::solve(const std::vector<Correction>& now,
                                             const JointScales& scales) {
   find_slants();
-  Equations equations = assemble_all(now, scales);
+  assemble_all(now, scales);
   weighed_ = true;
   std::vector<Eigen::Triplet<double>> entries;
   add_prior(entries);
   add_prior_of_base(scales, entries);
   // The right side so far is the gradient at `now`; the prior's is that of `now` itself.
-  Eigen::VectorXd& right = equations.right;
   const auto value = [&](int i) { return value_of(static_cast<std::size_t>(i), now); };
   for (const auto& entry : entries) {
-    right[entry.row()] -= entry.value() * value(entry.col());
-    if (entry.row() != entry.col()) right[entry.col()] -= entry.value() * value(entry.row());
+    right_[entry.row()] -= entry.value() * value(entry.col());
+    if (entry.row() != entry.col()) right_[entry.col()] -= entry.value() * value(entry.row());
   }
-  equations.move_blocks_to(entries);
-  matrix_.resize(right.size(), right.size());
-  matrix_.setFromTriplets(entries.begin(), entries.end());
-  solver_.compute(matrix_);
-  return stepped(now, solver_.solve(right));
+  factorise(entries);
+  return stepped(now, factor_.solve(right_));
+}
+
+void JointProblem::factorise(const std::vector<Eigen::Triplet<double>>& known) {
+  factor_ = matrix_;
+  for (const auto& entry : known)
+    factor_.add(static_cast<std::size_t>(entry.row()), static_cast<std::size_t>(entry.col()),
+                entry.value());
+  if (!factor_.factorise())
+    throw Misfit(
+        "the equations of the drift have no answer in numbers of 16 digits: --drift-m and "
+        "--drift-rad as large as the trajectory drifts give them one");
 }
 
 }  // namespace cloud

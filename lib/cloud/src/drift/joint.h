@@ -2,12 +2,13 @@
 // each cell, made linear, and the normal equations with the cells' heights eliminated.
 #pragma once
 
-#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <utility>
 
+#include "block_matrix.h"
 #include "drift.h"
 
 namespace cloud {
@@ -90,7 +91,6 @@ class JointProblem {
  private:
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   struct Stretch;
-  struct Equations;
   struct Samples;
   /// Error of the base that is even over metres: height and cross slope at a place along the road.
   struct Node {
@@ -142,7 +142,10 @@ class JointProblem {
   void assemble(std::size_t stretch, const std::vector<Correction>& now, const JointScales& scales,
                 Stretch& out);
   /// All stretches at these corrections, without what is known before; new weights.
-  Equations assemble_all(const std::vector<Correction>& now, const JointScales& scales);
+  void assemble_all(const std::vector<Correction>& now, const JointScales& scales);
+  void add(const Stretch& stretch);
+  /// Of the stretches with what is known before; throws Misfit.
+  void factorise(const std::vector<Eigen::Triplet<double>>& known);
   /// Unknown of that number: the sections' corrections in all, the nodes, the common slope.
   double value_of(std::size_t unknown, const std::vector<Correction>& now) const;
   /// The corrections after a step of all unknowns; nodes and common slope take theirs.
@@ -193,9 +196,11 @@ class JointProblem {
   double common_slope_ = 0.0;  ///< of the base's even error: the whole road tilted
   std::vector<Correction> at_, before_;
   bool weighed_ = false, fine_ = false;
-  double common_weight_ = 0.0, common_slope_stddev_ = 0.0;  ///< of its prior, in matrix_; found
-  Eigen::SparseMatrix<double> matrix_;
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver_;
+  double common_weight_ = 0.0,
+         common_slope_stddev_ = 0.0;  ///< of its prior, in the equations; found
+  BlockMatrix matrix_;  ///< of the stretches: sections' corrections, nodes, the common slope
+  BlockMatrix factor_;
+  Eigen::VectorXd right_;
 };
 
 }  // namespace cloud

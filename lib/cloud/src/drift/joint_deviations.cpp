@@ -214,28 +214,24 @@ double JointProblem::believed_share(std::size_t section) const {
 void JointProblem::deviations(double common_slope_stddev, double times, const JointScales& scales,
                               Drift& drift) {
   const std::size_t n = sections_.list.size();
-  const Eigen::Index dimension = matrix_.rows(), common = dimension - 1;
+  const Eigen::Index dimension = matrix_.unknowns();
+  const int common = static_cast<int>(dimension) - 1;
   std::vector<Eigen::Triplet<double>> entries;
   add_prior(entries);
   add_prior_of_base(scales, entries);
-  Eigen::SparseMatrix<double> known(dimension, dimension);
-  known.setFromTriplets(entries.begin(), entries.end());
-  matrix_ = Eigen::SparseMatrix<double>(times * matrix_ + (1.0 - times) * known);
-  matrix_.coeffRef(common, common) +=
-      1.0 / (common_slope_stddev * common_slope_stddev) - common_weight_;
-  solver_.compute(matrix_);
-  Eigen::VectorXd tilted = Eigen::VectorXd::Zero(dimension);
-  tilted[common] = 1.0;
-  common_slope_stddev_ = std::sqrt(std::max(0.0, solver_.solve(tilted)[common]));
+  entries.emplace_back(common, common,
+                       1.0 / (common_slope_stddev * common_slope_stddev) - common_weight_);
+  matrix_.scale(times);
+  factorise(entries);
+  common_slope_stddev_ =
+      std::sqrt(factor_.covariance(Eigen::VectorXd::Unit(dimension, common)).value());
   drift.stddev.assign(n, Correction::Zero());
   base::parallel_for(n, 4, options_.threads, [&](std::size_t from, std::size_t to) {
     Eigen::MatrixXd unit(dimension, 6);
     for (std::size_t s = from; s < to; ++s) {
       unit.setZero();
-      const auto at = static_cast<Eigen::Index>(6 * s);
-      unit.block<6, 6>(at, 0).setIdentity();
-      const Eigen::MatrixXd inverse = solver_.solve(unit);
-      for (int k = 0; k < 6; ++k) drift.stddev[s][k] = std::sqrt(std::max(0.0, inverse(at + k, k)));
+      unit.block<6, 6>(static_cast<Eigen::Index>(6 * s), 0).setIdentity();
+      drift.stddev[s] = factor_.covariance(unit).diagonal().cwiseSqrt();
     }
   });
   drift.stretch.assign(stretches_, {}), drift.apart.assign(stretches_, {});
@@ -305,8 +301,7 @@ StretchDeviation JointProblem::deviation_of(std::size_t stretch, int left_out,
       functional(at, 3) -= share * s / cells, functional(at + 1, 3) += share * c / cells;
     }
   });
-  const Eigen::MatrixXd answer = solver_.solve(functional);
-  const Eigen::Matrix4d covariance = functional.transpose() * answer;
+  const Eigen::Matrix4d covariance = factor_.covariance(functional);
   out.var_height = covariance(0, 0), out.cov_height_slope = covariance(0, 1);
   out.var_slope = covariance(1, 1);
   out.var_along = covariance(2, 2), out.var_across = covariance(3, 3);
