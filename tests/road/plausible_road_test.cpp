@@ -106,6 +106,33 @@ TEST(PlausibleRoad, ACrownedRoadWithoutNamesIsOneRoad) {
   EXPECT_THAT(report.doubts, ::testing::IsEmpty());
 }
 
+/// The same with half of the ring banked by up to 4 %, where one side of the crown rises.
+TEST(PlausibleRoad, ACrownedRoadThatIsBankedInItsBendsIsOneRoad) {
+  Mesh mesh = crowned(0.02);
+  for (Eigen::Vector3d& p : mesh.vertices_m) {
+    const double out_m = p.head<2>().norm() - support::kRing_m;
+    p.z() += 0.04 * std::max(0.0, std::sin(std::atan2(p.y(), p.x()))) * out_m;
+  }
+  road::CleanReport report;
+  road::clean(mesh, {}, &report);
+  EXPECT_EQ(report.kept["road"], 2u * 2u * 629u);
+  EXPECT_THAT(report.doubts, ::testing::IsEmpty());
+}
+
+/// One nameless object: two halves of 5 m with a ridge between them that is no crown, and a verge.
+TEST(PlausibleRoad, HalfOfARoadBetweenTheOtherAndAVergeIsDoubted) {
+  Mesh mesh;
+  support::add_ring_strip(mesh, "", -5.0, 0.0, -0.3, 0.0);
+  support::add_ring_strip(mesh, "", 0.0, 5.0, 0.0, -0.1);
+  support::add_ring_strip(mesh, "", 5.0, 9.0, -0.1, -0.9);
+  support::add_ring_strip(mesh, "", -9.0, -5.0, -1.2, -0.3);
+  mesh.objects.resize(1);
+  std::fill(mesh.object_of_triangle.begin(), mesh.object_of_triangle.end(), 0);
+  road::CleanReport report;
+  road::clean(mesh, {}, &report);
+  EXPECT_THAT(report.doubts, Contains(HasSubstr("of two strips side by side")));
+}
+
 TEST(PlausibleRoad, AnEdgeThatFallsOnOneSideIsNoCrown) {
   road::CleanReport report;
   road::clean(crowned(0.06), {}, &report);

@@ -26,6 +26,9 @@ constexpr double kAlikeWidth = 0.5, kRivalShare = 0.3, kUsuallyNarrower_m = 20.0
 
 constexpr double kBesideShare = 0.5;
 
+// The halves of a road differ by this share of their width at most.
+constexpr double kSameHalf = 0.1;
+
 // Uneven is what bends this many times as much as the evenest strip, and this much more.
 constexpr double kUneven = 4.0, kUneven_m = 0.005;
 // Columns beside a strip that lie in one plane with it make it this much wider, at least.
@@ -217,9 +220,16 @@ double close_to_road(const FlatSurface& flat, const std::vector<char>& road, con
   return static_cast<double>(close) / static_cast<double>(strip.triangles.size());
 }
 
-double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vector<Strip>& strips,
-                     const Strip& chosen) {
+double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vector<Chain>& chains,
+                     const std::vector<Strip>& strips, const Strip& chosen) {
   const std::vector<const Strip*> beside = neighbours(flat, fans, strips, chosen);
+  // One half of a road lies between the other and its verge.
+  std::vector<const Strip*> halves = beside;
+  std::erase_if(halves, [&](const Strip* strip) {
+    return std::abs(strip->width_m() - chosen.width_m()) > kSameHalf * chosen.width_m() ||
+           is_uneven(unevenness_m(flat, chains, *strip), unevenness_m(flat, chains, chosen));
+  });
+  if (beside.size() == 2 && halves.size() == 1) return halves.front()->width_m();
   if (beside.size() != 1) return 0.0;
   const Strip& rival = *beside.front();
   if (rival.width_m() >= kAlikeWidth * chosen.width_m()) return rival.width_m();

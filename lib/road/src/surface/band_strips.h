@@ -43,9 +43,10 @@ double beside_road(const FlatSurface& flat, const Fans& fans, const std::vector<
 double close_to_road(const FlatSurface& flat, const std::vector<char>& road, const Strip& strip,
                      double reach_m);
 
-/// Width of the only strip beside the road that may be the road itself; 0 where none may.
-double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vector<Strip>& strips,
-                     const Strip& chosen);
+/// Width of the only strip beside the road that may be the road itself, or its other half; 0 where
+/// none may.
+double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vector<Chain>& chains,
+                     const std::vector<Strip>& strips, const Strip& chosen);
 
 /// How much the heights along the most uneven chain of a strip bend from ring to ring, in the
 /// median.

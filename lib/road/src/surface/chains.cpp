@@ -8,14 +8,17 @@
 #include <unordered_map>
 #include <utility>
 
+#include "base/statistics.h"
+
 namespace road {
 namespace {
 
 constexpr std::size_t kFewestChainEdges = 8;
 
-// The middle of a road may be its crest: both sides fall away no more than this, nearly alike,
-// along this share of it. An edge with a verge falls on one side only.
-constexpr double kCrownSlope = 0.04, kCrownsDiffer = 0.01, kCrownShare = 0.8;
+// The middle of a road may be its crest. It is folded alike along this share of it, whatever the
+// banking; where that is least, both sides fall away no more than this, nearly alike. An edge with
+// a verge falls on one side only.
+constexpr double kCrownSlope = 0.04, kCrownsDiffer = 0.01, kCrownShare = 0.8, kLevelShare = 0.2;
 
 /// Calls use(edge, triangle to its left, to its right) for the edges of a chain that have both.
 template <class Use>
@@ -90,15 +93,22 @@ double fold_along(const FlatSurface& flat, const Fans& fans, const Chain& chain)
 }
 
 bool is_crest(const FlatSurface& flat, const Fans& fans, const Chain& chain) {
-  double crest_m = 0.0, length_m = 0.0;
+  double level_m = 0.0, length_m = 0.0;
+  std::vector<double> folds, lengths_m;
   each_edge(flat, fans, chain, [&](const Eigen::Vector3d& along, std::uint32_t l, std::uint32_t r) {
     const double left = -rise_to_left(flat, l, along), right = rise_to_left(flat, r, along);
+    folds.push_back(left + right);
+    lengths_m.push_back(along.norm());
     length_m += along.norm();
-    if (std::min(left, right) > 0.0 && std::max(left, right) < kCrownSlope &&
-        std::abs(left - right) < kCrownsDiffer)
-      crest_m += along.norm();
+    if (std::min(left, right) > 0.0 && std::abs(left - right) < kCrownsDiffer)
+      level_m += along.norm();
   });
-  return length_m > 0.0 && crest_m >= kCrownShare * length_m;
+  const double fold = base::median_or(0.0, folds);
+  double alike_m = 0.0;
+  for (std::size_t i = 0; i < folds.size(); ++i)
+    if (std::abs(folds[i] - fold) < kCrownsDiffer) alike_m += lengths_m[i];
+  return fold > 0.0 && fold < 2.0 * kCrownSlope && alike_m >= kCrownShare * length_m &&
+         level_m >= kLevelShare * length_m;
 }
 
 }  // namespace road

@@ -331,7 +331,7 @@ ShapeClasses classify_by_shape(const FlatSurface& flat, const std::optional<Stri
     out.is_told = chosen != nullptr;
   } else if (strips = likely_strips(std::move(found)); !strips.empty()) {
     chosen = &main_strip(strips);
-    out.rival_width_m = rival_width_m(flat, fans, strips, *chosen);
+    out.rival_width_m = rival_width_m(flat, fans, chains, strips, *chosen);
     if (const Strip* wider = wider_strip(flat, chains, joined, *chosen);
         wider != nullptr && wider->width_m() < kWideRoad_m && !is_whole_road(*chosen))
       out.in_one_plane_m = wider->width_m();
