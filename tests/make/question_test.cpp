@@ -77,8 +77,8 @@ TEST_F(Question, ACrownAgainstTheFacesTellsThatThePlanMayBeMirrored) {
   const road::Mesh mesh = reflected(ring(0.12), -1.0, 1.0);
   const Built built = build(mesh);
   ASSERT_EQ(built.answers.size(), 3u) << built.asked;
-  EXPECT_EQ(built.answers[0].flags, "--up z");
-  EXPECT_EQ(built.answers[1].flags, "--up z --mirror");
+  EXPECT_EQ(built.answers[0].flags, "--up z --mirror");
+  EXPECT_EQ(built.answers[1].flags, "--up z");
   EXPECT_EQ(built.answers[2].flags, "--up -z");
   const Built taken = build(mesh, [](road::Recipe& recipe) {
     recipe.read.up = road::UpAxis::z;
@@ -232,6 +232,28 @@ TEST_F(Question, TheUnitComesBeforeTheStrips) {
   const Built built = build(mesh);
   EXPECT_THAT(built.asked, IsEmpty()) << "an answer of these would be in the wrong unit";
   EXPECT_THAT(built.summary["validation"]["failures"].dump(), HasSubstr("--unit"));
+}
+
+TEST_F(Question, TheUnitsOfAMeshThatIsNoRoadsSizeAreTried) {
+  road::Mesh mesh = ring(0.12);
+  for (Eigen::Vector3d& v : mesh.vertices_m) v /= 1609.344;
+  const Built built = build(mesh);
+  ASSERT_EQ(built.answers.size(), 2u) << built.asked;
+  EXPECT_EQ(built.answers[0].flags, "--unit mile");
+  EXPECT_NEAR(built.answers[0].width_m, 12.0, 0.1);
+  EXPECT_EQ(built.answers[1].flags, "--unit km");
+}
+
+TEST_F(Question, TheOnlyStripOfAnOpenRoadIsAnAnswer) {
+  road::Mesh mesh;
+  support::add_ring_strip(mesh, "", -4.0, 4.0, 0.0, 0.0, 0.0, 400.0);
+  support::add_ring_strip(mesh, "", -95.0, -4.0, -30.0, -2.0, 0.0, 400.0);
+  mesh.objects.resize(1);
+  std::fill(mesh.object_of_triangle.begin(), mesh.object_of_triangle.end(), 0);
+  const Built built = build(mesh);
+  ASSERT_GE(built.answers.size(), 1u) << built.asked;
+  EXPECT_THAT(built.answers[0].flags, HasSubstr("--near-m"));
+  EXPECT_NEAR(built.answers[0].width_m, 8.0, 0.1);
 }
 
 }  // namespace question_test

@@ -127,12 +127,15 @@ TEST_F(DecideUp, TakesTheFormatsWordWhereFacesLookBothWays) {
   EXPECT_EQ(report_.up_why, "from the faces of 80 triangles, which look both ways");
 }
 
-TEST_F(DecideUp, TakesInvertedWindingAlongTheFormatsOwnLineForThat) {
-  read("a.glb", as_glb(with_faces_turned_over(road_)));
-  EXPECT_EQ(report_.up, "y");
-  EXPECT_EQ(report_.up_why, "as glTF files have it; faces look to -y");
-  EXPECT_THAT(report_.remarks, Contains(AllOf(HasSubstr("100 % of the flat faces look to -y"),
-                                              HasSubstr("give --up -y"))));
+TEST_F(DecideUp, AsksWhetherAMeshThatViewersShowFromBelowIsMirrored) {
+  try {
+    read("a.glb", as_glb(with_faces_turned_over(road_)));
+    FAIL();
+  } catch (const road::UnknownUp& unknown) {
+    EXPECT_EQ(unknown.could_be(), (std::vector{UpAxis::y, UpAxis::minus_y}));
+    EXPECT_THAT(unknown.what(), AllOf(HasSubstr("but up is y, as glTF files have it"),
+                                      HasSubstr("give --up y --mirror (left and right")));
+  }
 }
 
 TEST_F(DecideUp, FollowsTheFacesToAnotherLineThanTheFormats) {
@@ -271,6 +274,14 @@ TEST_F(DecideUp, ReadsTheAxesThatAnFbxStates) {
   EXPECT_EQ(report_.up, "-z") << "stated, as faces look both ways";
   EXPECT_EQ(report_.up_why, "as the file states; faces look both ways");
   EXPECT_THAT(report_.remarks, IsEmpty());
+}
+
+TEST_F(DecideUp, TakesInvertedWindingAlongTheFormatsOwnLineForThat) {
+  read("a.fbx", as_fbx(2, 1, 1, -1, 0, 1, with_faces_turned_over(road_)));
+  EXPECT_EQ(report_.up, "z");
+  EXPECT_EQ(report_.up_why, "as the file states; faces look to -z");
+  EXPECT_THAT(report_.remarks, Contains(AllOf(HasSubstr("100 % of the flat faces look to -z"),
+                                              HasSubstr("give --up -z"))));
 }
 
 TEST_F(DecideUp, MirrorsAnFbxThatStatesAxesOfTheLeftHand) {

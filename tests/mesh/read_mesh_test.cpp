@@ -285,7 +285,8 @@ TEST_F(ReadMesh, ScalesUnitsAndRefusesMillimetresTakenForMetres) {
   const std::string mm =
       folder_.file("mm.obj", as_obj(road_, 'z', Eigen::Vector3d::Zero(), 1000.0));
   EXPECT_THAT(message_of(mm), HasSubstr("200000 m across"));
-  EXPECT_THAT(message_of(mm), HasSubstr("--unit mm (200 m) or --unit cm (2000 m)"));
+  EXPECT_THAT(message_of(mm),
+              HasSubstr("--unit cm (2000 m) or --unit mm (200 m) or --unit inch (5080 m)"));
   MeshReadOptions wrong;
   wrong.unit = road::Unit::mm;
   EXPECT_THAT(message_of(folder_.file("m.obj", as_obj(road_)), wrong),

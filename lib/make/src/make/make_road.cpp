@@ -105,8 +105,8 @@ Mesh read(Prepared& prepared, BuildSummary& summary) {
   return mesh;
 }
 
-/// Reads the mesh. Where nothing tells which axis points up, the road itself may; else asks, with
-/// the roads that were found.
+/// Reads the mesh. Where nothing tells which axis points up, the road itself may; else asks, as for
+/// the unit of a mesh that is no road's size, with the roads that were found.
 Mesh read_or_ask(Prepared& prepared, BuildSummary& summary) {
   UpAnswers answers;
   try {
@@ -118,6 +118,11 @@ Mesh read_or_ask(Prepared& prepared, BuildSummary& summary) {
     const bool is_told = answers.told && (is_minus(*answers.told) || prepared.recipe.read.mirror);
     if (!is_told && answers.candidates.empty()) throw;
     if (!is_told) throw Question(unknown.what(), std::move(answers.candidates));
+  } catch (const UnknownUnit& unknown) {
+    if (prepared.recipe.guide_path || !prepared.recipe.clean.route_m.empty()) throw;
+    answers.candidates = candidates_of_unit(prepared.recipe, unknown.could_be());
+    if (answers.candidates.empty()) throw;
+    throw Question(unknown.what(), std::move(answers.candidates));
   }
   prepared.recipe.read.up = *answers.told;
   Mesh mesh = read(prepared, summary);
@@ -153,14 +158,15 @@ Found found_or_asked(base::Answer<Found> found, const Mesh& mesh, double metres_
   ask(refused, mesh, recipe, std::move(could_be), picture_path);
 }
 
-/// Where shape alone told the road, and something speaks against it: asks which of the strips.
+/// Where shape alone told the road, and something speaks against it: asks which of the
+/// strips; where there is but one, whether it is the road.
 void ask_for_strip(const std::vector<std::string>& doubts, const CleanReport& report,
                    const Mesh& mesh, const Recipe& recipe, const std::string& picture_path) {
   if (doubts.empty() || report.by_names || report.by_colour || report.by_guide ||
       recipe.clean.near_m)
     return;
   std::vector<Candidate> could_be = candidates_of_strips(mesh, recipe);
-  if (could_be.size() > 1) ask(doubts.front(), mesh, recipe, std::move(could_be), picture_path);
+  if (!could_be.empty()) ask(doubts.front(), mesh, recipe, std::move(could_be), picture_path);
 }
 
 /// Cleans the mesh, or takes what was kept of the last time.

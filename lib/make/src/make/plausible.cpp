@@ -332,7 +332,8 @@ void nothing_confirms(const Centreline& line, const Mesh& mesh, const CleanRepor
                     "road found by names is open: it may be a part of it",
                     100.0 * *report.road_agreement));
   if (!report.by_names) called_something_else(mesh, report, doubts);
-  if (!line.closed && !report.by_names) little_of_the_ground(mesh, report, doubts);
+  if (!line.closed && !report.by_names && !report.by_place)
+    little_of_the_ground(mesh, report, doubts);
   if (auto elsewhere = same_material_elsewhere(line, mesh, report))
     doubts.push_back(std::move(*elsewhere));
 }

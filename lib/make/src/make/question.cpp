@@ -124,11 +124,11 @@ UpAnswers candidates_of_up(const Recipe& recipe, const std::vector<UpAxis>& coul
                         [&](const Tried& one) { return one.up == answers.told; });
   for (const auto& [up, found] : tried) {
     if (!found.doubts.empty()) continue;
-    answers.candidates.push_back(candidate_of(fmt::format("--up {}", name_of(up)), found.line));
-    // Faces that look down may be those of a mirrored plan.
-    if (is_minus(up) || recipe.read.mirror || !has(could_be, back_of(up))) continue;
-    answers.candidates.push_back(
-        candidate_of(fmt::format("--up {} --mirror", name_of(up)), mirrored(found.line)));
+    const std::string flag = fmt::format("--up {}", name_of(up));
+    // Faces that look down are those of a mirrored plan, or were wound the other way round.
+    if (!is_minus(up) && !recipe.read.mirror && has(could_be, back_of(up)))
+      answers.candidates.push_back(candidate_of(flag + " --mirror", mirrored(found.line)));
+    answers.candidates.push_back(candidate_of(flag, found.line));
   }
   return answers;
 }

@@ -24,8 +24,12 @@ constexpr std::size_t kMostTriangles = 100'000;  // about 3 s for each unit
 // one lane on.
 constexpr double kLeastWidth_m = 3.0, kMostWidth_m = 25.0, kShortest_m = 100.0;
 constexpr double kTooWide_m = 60.0;
+constexpr double kLargestExtent_m = 40e3;  // that a mesh may have
 // The ovals of TORCS are 30 m wide; the next that was met, 33 m, was a road in feet.
 constexpr double kWidest_m = 31.0;
+
+// Of several units the one in which the road is about as wide as most comes first.
+constexpr double kUsualWidth_m = 11.0;
 
 // Toys and games, whose unit is none of those with a name.
 constexpr double kScales[] = {10.0, 100.0};
@@ -41,9 +45,16 @@ std::optional<Centreline> road_in(Mesh mesh, double factor, const CleanOptions& 
 
 double typical_width_m(const Centreline& line) { return 2.0 * base::median(line.half_width_m); }
 
-/// The road in every other unit in which it is as wide as roads are; else enlarged.
-std::vector<Candidate> other_units(const Mesh& mesh, double metres_per_unit,
-                                   const CleanOptions& options) {
+double extent_m(const Mesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& v : mesh.vertices_m) box.extend(v);
+  return box.sizes().head<2>().maxCoeff();
+}
+
+/// The road in the unit of each factor in which it is as wide as roads are, the likeliest first.
+std::vector<Candidate> roads_in(const Mesh& mesh,
+                                const std::vector<std::pair<std::string, double>>& flag_and_factor,
+                                const CleanOptions& options) {
   std::vector<Candidate> found;
   double area = 0.0;  // of all faces: a road has no more
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -51,19 +62,35 @@ std::vector<Candidate> other_units(const Mesh& mesh, double metres_per_unit,
                 .cross(mesh.vertex(t, 2) - mesh.vertex(t, 0))
                 .norm() /
             2.0;
-  const auto add = [&](std::string flag, double factor) {
-    if (area * factor * factor < kLeastWidth_m * kShortest_m) return;
+  const double extent = extent_m(mesh);
+  for (const auto& [flag, factor] : flag_and_factor) {
+    if (area * factor * factor < kLeastWidth_m * kShortest_m || extent * factor > kLargestExtent_m)
+      continue;
     const auto line = road_in(mesh, factor, options);
-    if (!line) return;
+    if (!line) continue;
     const double width_m = typical_width_m(*line);
     if (width_m >= kLeastWidth_m && width_m <= kMostWidth_m && line->length_m >= kShortest_m)
-      found.push_back({std::move(flag), line->points_m, line->length_m, width_m, line->closed});
+      found.push_back({flag, line->points_m, line->length_m, width_m, line->closed});
+  }
+  const auto unusual = [](const Candidate& road) {
+    return std::abs(std::log(road.width_m / kUsualWidth_m));
   };
+  std::stable_sort(found.begin(), found.end(),
+                   [&](const Candidate& a, const Candidate& b) { return unusual(a) < unusual(b); });
+  return found;
+}
+
+/// The road in every other unit in which it is as wide as roads are; else enlarged.
+std::vector<Candidate> other_units(const Mesh& mesh, double metres_per_unit,
+                                   const CleanOptions& options) {
+  std::vector<std::pair<std::string, double>> units, scales;
   for (const NamedUnit& unit : kUnits)
     if (std::abs(unit.metres - metres_per_unit) >= 1e-6 * unit.metres)
-      add(fmt::format("--unit {}", unit.name), unit.metres / metres_per_unit);
+      units.emplace_back(fmt::format("--unit {}", unit.name), unit.metres / metres_per_unit);
   for (const double scale : kScales)
-    if (found.empty()) add(fmt::format("--scale {:.0f}", scale), scale);
+    scales.emplace_back(fmt::format("--scale {:.0f}", scale), scale);
+  std::vector<Candidate> found = roads_in(mesh, units, options);
+  if (found.empty()) found = roads_in(mesh, scales, options);
   return found;
 }
 
@@ -82,6 +109,19 @@ CleanOptions anywhere(CleanOptions options) {
 }
 
 }  // namespace
+
+std::vector<Candidate> candidates_of_unit(const Recipe& recipe, const std::vector<Unit>& could_be) {
+  Recipe first = recipe;
+  first.read.unit = could_be.front();
+  const Mesh mesh = read_mesh(recipe.mesh_path, read_to_clean(first.read, recipe.clean));
+  if (mesh.triangles.size() > kMostTriangles) return {};
+  std::vector<std::pair<std::string, double>> units;
+  for (const NamedUnit& unit : kUnits)
+    if (std::find(could_be.begin(), could_be.end(), unit.unit) != could_be.end())
+      units.emplace_back(fmt::format("--unit {}", unit.name),
+                         unit.metres / metres_per(could_be.front()));
+  return roads_in(mesh, units, anywhere(recipe.clean));
+}
 
 void refuse_in_this_unit(const std::string& refused, const Mesh& mesh, double metres_per_unit,
                          const CleanOptions& options) {

@@ -4,12 +4,21 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "make/question.h"
+#include "make/recipe.h"
 #include "mesh/mesh.h"
+#include "mesh/read_mesh.h"
 #include "road/centreline.h"
 #include "road/clean.h"
 
 namespace road {
+
+/// The roads of a mesh whose size in metres is no road's, in those of `could_be` (at least one) in
+/// which it is as wide as roads are; the likeliest first. None where it is so large that trying
+/// takes long.
+std::vector<Candidate> candidates_of_unit(const Recipe& recipe, const std::vector<Unit>& could_be);
 
 /// Asks for the unit (throws a Question) where what was `refused` is a road in another one, or
 /// enlarged: the mesh is cleaned and the road traced as a build would. Where none has a road, but

@@ -13,7 +13,7 @@
 
 namespace road {
 
-enum class Unit { automatic, m, cm, mm, ft, inch, yard };
+enum class Unit { automatic, m, cm, mm, ft, inch, yard, km, mile };
 
 struct NamedUnit {
   Unit unit;
@@ -21,9 +21,10 @@ struct NamedUnit {
   double metres;
 };
 /// Every unit but `automatic`.
-inline constexpr NamedUnit kUnits[] = {{Unit::m, "m", 1.0},          {Unit::cm, "cm", 0.01},
-                                       {Unit::mm, "mm", 0.001},      {Unit::ft, "ft", 0.3048},
-                                       {Unit::inch, "inch", 0.0254}, {Unit::yard, "yard", 0.9144}};
+inline constexpr NamedUnit kUnits[] = {
+    {Unit::m, "m", 1.0},      {Unit::cm, "cm", 0.01},        {Unit::mm, "mm", 0.001},
+    {Unit::ft, "ft", 0.3048}, {Unit::inch, "inch", 0.0254},  {Unit::yard, "yard", 0.9144},
+    {Unit::km, "km", 1000.0}, {Unit::mile, "mile", 1609.344}};
 
 /// automatic counts as m.
 constexpr double metres_per(Unit unit) {
@@ -75,6 +76,17 @@ class UnknownUp : public Error {
   std::vector<UpAxis> could_be_;
 };
 
+/// The size of a mesh whose unit nobody stated is no road's in metres, and is one in other units.
+class UnknownUnit : public Error {
+ public:
+  UnknownUnit(const std::string& what, std::vector<Unit> could_be)
+      : Error(what), could_be_(std::move(could_be)) {}
+  const std::vector<Unit>& could_be() const { return could_be_; }
+
+ private:
+  std::vector<Unit> could_be_;
+};
+
 /// A file that a mesh refers to.
 struct MeshFile {
   std::string path;  ///< as it was opened: the mesh's folder in front
@@ -91,7 +103,7 @@ struct MeshReadReport {
   std::string up;                ///< "x" to "-z"
   std::string up_why;            ///< "from the faces of 14,210 triangles"
   bool mirrored = false;         ///< because the options say so
-  std::string unit;              ///< "m", "cm", "mm", "ft", "inch", "yard"
+  std::string unit;              ///< "m", "cm", "mm", "ft", "inch", "yard", "km", "mile"
   double scale = 1.0;            ///< as in MeshReadOptions
   double metres_per_unit = 1.0;  ///< of the coordinates in the file: unit times scale
   std::size_t vertices = 0;
@@ -114,8 +126,8 @@ struct MeshReadReport {
 /// sees them. Throws Error: missing, empty, truncated, a pointer of Git LFS or a web page in its
 /// place, requires an extension of glTF that is not read, no triangles, not finite or > 1e7 m
 /// coordinates (with object name and vertex), wrong axis or unit (what was seen, which flag to
-/// give), nested beyond reason, refers to geometry outside its folder, or its reader crashed or
-/// took far too much time or memory.
+/// give; UnknownUp, UnknownUnit), nested beyond reason, refers to geometry outside its folder, or
+/// its reader crashed or took far too much time or memory.
 Mesh read_mesh(const std::string& path, const MeshReadOptions& options = {},
                MeshReadReport* report = nullptr);
 

@@ -21,6 +21,7 @@ namespace {
 // A race track is between a kart track and the Nordschleife with the hills around it.
 constexpr double kSmallestMesh_m = 3.0;
 constexpr double kLargestMesh_m = 40e3;
+constexpr double kSmallestRoad_m = 100.0;  // of a unit to propose
 constexpr double kLargestCoordinate_m = 1e7;
 // Coordinates that snap to more than this ruin a 10 cm grid; below 1 mm nobody needs to know.
 constexpr double kWorstResolution_m = 0.1;
@@ -167,24 +168,24 @@ void check_extent(double extent, double unit_m, const MeshReadOptions& options,
   const double scale = unit_m * options.scale;
   if (!(extent * scale >= kSmallestMesh_m && extent * scale <= kLargestMesh_m)) {
     std::string fitting;
-    for (const auto& [name, factor] : {std::pair{"mm", 0.001}, {"cm", 0.01}, {"m", 1.0}}) {
-      const double fitted_m = extent * factor * options.scale;
-      if (fitted_m >= 100.0 && fitted_m <= kLargestMesh_m)
-        fitting +=
-            fmt::format("{}--unit {} ({:.0f} m)", fitting.empty() ? "" : " or ", name, fitted_m);
+    std::vector<Unit> could_be;
+    for (const NamedUnit& known : kUnits) {
+      const double fitted_m = extent * known.metres * options.scale;
+      if (fitted_m < kSmallestRoad_m || fitted_m > kLargestMesh_m) continue;
+      could_be.push_back(known.unit);
+      fitting += fmt::format("{}--unit {} ({:.0f} m)", fitting.empty() ? "" : " or ", known.name,
+                             fitted_m);
     }
-    constexpr double kMetresPerKm = 1000.0;
-    const double of_km_m = extent * unit_m * options.scale * kMetresPerKm;
-    if (of_km_m >= 100.0 && of_km_m <= kLargestMesh_m)
-      fitting += fmt::format("{}--scale {:g} ({:.0f} m) for kilometres",
-                             fitting.empty() ? "" : " or ", kMetresPerKm * options.scale, of_km_m);
     const std::string scaled =
         options.scale == 1.0 ? "" : fmt::format(", times the scale {:g},", options.scale);
-    throw Error(fmt::format("{}: the mesh is {:.6g} {}{} across; wanted {:.0f} m to {:.0f} km; {}",
-                            path, extent, unit_name(unit_m), scaled, kSmallestMesh_m,
-                            kLargestMesh_m / 1000.0,
-                            fitting.empty() ? "check the file and its unit"
-                                            : "if the unit is another, give " + fitting));
+    const std::string text =
+        fmt::format("{}: the mesh is {:.6g} {}{} across; wanted {:.0f} m to {:.0f} km; {}", path,
+                    extent, unit_name(unit_m), scaled, kSmallestMesh_m, kLargestMesh_m / 1000.0,
+                    fitting.empty() ? "check the file and its unit"
+                                    : "if the unit is another, give " + fitting);
+    if (options.unit == Unit::automatic && options.scale == 1.0 && !could_be.empty())
+      throw UnknownUnit(text, std::move(could_be));
+    throw Error(text);
   }
 }
 
