@@ -101,6 +101,17 @@ std::vector<const Strip*> neighbours(const FlatSurface& flat, const Fans& fans,
   return beside;
 }
 
+/// How rough its heights are from ring to ring, in the median: by third differences, as banks and
+/// crests are smooth over four rings. As large as second differences of noise.
+double unevenness_m(const FlatSurface& flat, const Chain& chain) {
+  constexpr double kOfNoise = 1.8;  // third over second differences, root of 20 / 6
+  std::vector<double> bends_m;
+  const auto z_m = [&](std::size_t i) { return flat.vertices_m[chain.at(i)].z(); };
+  for (std::size_t i = 0; i + 2 < chain.edges(); ++i)
+    bends_m.push_back(std::abs(z_m(i + 3) - z_m(i) - 3.0 * (z_m(i + 2) - z_m(i + 1))) / kOfNoise);
+  return base::median_or(0.0, std::move(bends_m));
+}
+
 }  // namespace
 
 std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
@@ -125,6 +136,26 @@ std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
     return fold_known[chain] == 1;
   };
 
+  const auto same_bands = [&](std::uint32_t b) {
+    std::map<std::uint32_t, std::size_t> common;
+    for (const std::uint32_t t : bands[b].triangles)
+      for (const std::uint32_t other : bands_of_triangle[t]) ++common[other];
+    std::erase_if(common, [&](const auto& of) {
+      return static_cast<double>(of.second) <
+             kCommonShare * static_cast<double>(std::min(bands[b].triangles.size(),
+                                                         bands[of.first].triangles.size()));
+    });
+    return common;
+  };
+  // Rough ground may begin level with the road: its far side is uneven.
+  const auto goes_on_even = [&](std::uint32_t b) {
+    const double even_m = unevenness_m(flat, chains[bands[b].chain]);
+    const auto far = same_bands(b);
+    return std::none_of(far.begin(), far.end(), [&](const auto& of) {
+      return is_uneven(unevenness_m(flat, chains[bands[of.first].chain]), even_m);
+    });
+  };
+
   std::vector<char> grouped(bands.size(), 0);
   std::vector<Strip> strips;
   for (std::uint32_t first = 0; first < bands.size(); ++first) {
@@ -142,20 +173,12 @@ std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
       const std::uint32_t across = b ^ 1u;
       if (!grouped[across] && admits(across) &&
           (columns == Columns::any || as_wide(bands[b], bands[across])) &&
-          flat_across(bands[b].chain)) {
+          flat_across(bands[b].chain) && goes_on_even(b) && goes_on_even(across)) {
         grouped[across] = 1;
         open.push_back(across);
       }
-      std::map<std::uint32_t, std::size_t> common;
-      for (const std::uint32_t t : bands[b].triangles) {
-        for (const std::uint32_t other : bands_of_triangle[t]) ++common[other];
-      }
-      for (const auto& [other, count] : common) {
-        const std::size_t fewer =
-            std::min(bands[b].triangles.size(), bands[other].triangles.size());
-        if (grouped[other] ||
-            static_cast<double>(count) < kCommonShare * static_cast<double>(fewer))
-          continue;
+      for (const auto& [other, count] : same_bands(b)) {
+        if (grouped[other]) continue;
         grouped[other] = 1;
         open.push_back(other);
       }
@@ -244,15 +267,7 @@ double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vecto
 
 double unevenness_m(const FlatSurface& flat, const std::vector<Chain>& chains, const Strip& strip) {
   double most_m = 0.0;
-  for (const std::size_t c : strip.chains) {
-    const Chain& chain = chains[c];
-    std::vector<double> bends_m;
-    for (std::size_t i = 0; i + 1 < chain.edges(); ++i)
-      bends_m.push_back(std::abs(flat.vertices_m[chain.at(i)].z() -
-                                 2.0 * flat.vertices_m[chain.at(i + 1)].z() +
-                                 flat.vertices_m[chain.at(i + 2)].z()));
-    if (!bends_m.empty()) most_m = std::max(most_m, base::median(std::move(bends_m)));
-  }
+  for (const std::size_t c : strip.chains) most_m = std::max(most_m, unevenness_m(flat, chains[c]));
   return most_m;
 }
 

@@ -48,7 +48,7 @@ double close_to_road(const FlatSurface& flat, const std::vector<char>& road, con
 double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vector<Chain>& chains,
                      const std::vector<Strip>& strips, const Strip& chosen);
 
-/// How much the heights along the most uneven chain of a strip bend from ring to ring, in the
+/// How rough the heights along the most uneven chain of a strip are from ring to ring, in the
 /// median.
 double unevenness_m(const FlatSurface& flat, const std::vector<Chain>& chains, const Strip& strip);
 

@@ -16,8 +16,8 @@ namespace {
 constexpr std::size_t kFewestChainEdges = 8;
 
 // The middle of a road may be its crest. It is folded alike along this share of it, whatever the
-// banking; where that is least, both sides fall away no more than this, nearly alike. An edge with
-// a verge falls on one side only.
+// banking; where that is least, or would be by how it goes with the bends, both sides fall away no
+// more than this, nearly alike. An edge with a verge falls on one side only.
 constexpr double kCrownSlope = 0.04, kCrownsDiffer = 0.01, kCrownShare = 0.8, kLevelShare = 0.2;
 
 /// Calls use(edge, triangle to its left, to its right) for the edges of a chain that have both.
@@ -36,6 +36,22 @@ double rise_to_left(const FlatSurface& flat, std::uint32_t t, const Eigen::Vecto
   const Eigen::Vector3d n = normal_of(flat, t);
   const Eigen::Vector2d left = Eigen::Vector2d(-along.y(), along.x()).normalized();
   return -n.head<2>().dot(left) / n.z();
+}
+
+/// What a quantity that goes with the curvature would be on a straight: the line of least squares
+/// through both. On a ring, which has none, its mean.
+double where_straight(const std::vector<double>& quantity, const std::vector<double>& turns_1pm) {
+  const auto n = static_cast<double>(quantity.size());
+  double q = 0.0, t = 0.0, tt = 0.0, qt = 0.0;
+  for (std::size_t i = 0; i < quantity.size(); ++i) {
+    q += quantity[i] / n;
+    t += turns_1pm[i] / n;
+    tt += turns_1pm[i] * turns_1pm[i] / n;
+    qt += quantity[i] * turns_1pm[i] / n;
+  }
+  constexpr double kRing = 0.1;  // of the square of the mean
+  const double spread = tt - t * t;
+  return spread > kRing * t * t ? q - t * (qt - q * t) / spread : q;
 }
 
 }  // namespace
@@ -94,10 +110,15 @@ double fold_along(const FlatSurface& flat, const Fans& fans, const Chain& chain)
 
 bool is_crest(const FlatSurface& flat, const Fans& fans, const Chain& chain) {
   double level_m = 0.0, length_m = 0.0;
-  std::vector<double> folds, lengths_m;
+  std::vector<double> folds, differ, turns_1pm, lengths_m;
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
   each_edge(flat, fans, chain, [&](const Eigen::Vector3d& along, std::uint32_t l, std::uint32_t r) {
     const double left = -rise_to_left(flat, l, along), right = rise_to_left(flat, r, along);
+    const double turn = before.x() * along.y() - before.y() * along.x();
+    turns_1pm.push_back(before.isZero() ? 0.0 : turn / (before.norm() * along.squaredNorm()));
+    before = along;
     folds.push_back(left + right);
+    differ.push_back(left - right);
     lengths_m.push_back(along.norm());
     length_m += along.norm();
     if (std::min(left, right) > 0.0 && std::abs(left - right) < kCrownsDiffer)
@@ -108,7 +129,8 @@ bool is_crest(const FlatSurface& flat, const Fans& fans, const Chain& chain) {
   for (std::size_t i = 0; i < folds.size(); ++i)
     if (std::abs(folds[i] - fold) < kCrownsDiffer) alike_m += lengths_m[i];
   return fold > 0.0 && fold < 2.0 * kCrownSlope && alike_m >= kCrownShare * length_m &&
-         level_m >= kLevelShare * length_m;
+         (level_m >= kLevelShare * length_m ||
+          std::abs(where_straight(differ, turns_1pm)) < kCrownsDiffer);
 }
 
 }  // namespace road

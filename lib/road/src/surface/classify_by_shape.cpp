@@ -375,7 +375,10 @@ std::vector<StripPlace> places_by_shape(const FlatSurface& flat) {
   });
   std::vector<StripPlace> found;
   for (const Ranked& r : ranked) {
-    const StripPlace place{place_on(flat, *r.strip), {}};
+    StripPlace place{place_on(flat, *r.strip), {}};
+    // Where a narrower one has this place, its width tells that this one is meant.
+    if (strip_at(flat, strips, place) != r.strip) place.width_m = r.strip->width_m();
+    if (place.width_m && *place.width_m >= kWideRoad_m) continue;
     const Strip* wider =
         is_whole_road(*r.strip) ? nullptr : wider_strip(flat, chains, joined, *r.strip);
     const bool is_road = wider != nullptr && wider->width_m() < kWideRoad_m;
