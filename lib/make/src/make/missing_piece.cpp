@@ -8,7 +8,7 @@ namespace road {
 namespace {
 
 constexpr double kMostShare = 0.1;        // of the length, between the ends of what was a ring
-constexpr double kSameDirection = 0.7;    // cosine between the line and the way over the gap
+constexpr double kSameDirection = 0.5;    // cosine between the line and the way over the gap
 constexpr double kSteepest = 0.15;        // of the way over the gap, m/m
 constexpr double kLongestBridge_m = 100;  // that the recipe takes
 constexpr double kTrialsMargin = 1.05;    // over the distance of the middles: edges lie farther

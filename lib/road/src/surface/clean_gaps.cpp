@@ -20,6 +20,10 @@ constexpr double kGapHeight_m = 0.15;
 // this share of its length, tried in steps of a quarter of the road's width.
 constexpr double kBridged = 0.9, kMostBulge = 0.25;
 constexpr int kBulges = 6;
+// A piece from end to end begins this near their corners, and is this much wider than they are at
+// most; more ends than these are no road's.
+constexpr double kAtEnd_m = 0.5, kWiderThanEnds = 1.6, kWidestOpening_m = 60.0;
+constexpr std::size_t kMostEnds = 32;
 
 /// The quadrilateral between two ends: is a point in it, and how high is the surface there?
 class Corridor {
@@ -114,7 +118,90 @@ std::vector<std::vector<std::uint32_t>> flat_by_object(const Mesh& mesh,
   return out;
 }
 
+/// Components of those of `from` that have a corner near an end, each with the ends that it has.
+struct PieceAtEnds {
+  std::vector<std::uint32_t> triangles;  ///< of the mesh
+  std::vector<std::size_t> ends;
+  double width_m = 0.0;
+};
+
+std::vector<PieceAtEnds> pieces_at(const std::vector<End>& ends, const Soup& soup) {
+  const Components found = components(soup.triangles);
+  std::vector<PieceAtEnds> pieces(found.count);
+  std::vector<double> area_m2(found.count, 0.0), border_m(found.count, 0.0);
+  std::vector<std::vector<std::array<bool, 2>>> has(
+      found.count, std::vector<std::array<bool, 2>>(ends.size(), {false, false}));
+  for (std::uint32_t i = 0; i < soup.triangles.size(); ++i) {
+    const std::uint32_t piece = found.of_triangle[i];
+    pieces[piece].triangles.push_back(soup.source[i]);
+    area_m2[piece] += soup.area_vector_of(i).norm();
+    for (const std::uint32_t v : soup.triangles[i])
+      for (std::size_t e = 0; e < ends.size(); ++e)
+        for (std::size_t k = 0; k < 2; ++k) {
+          const Eigen::Vector3d to = soup.vertices_m[v] - (k == 0 ? ends[e].first : ends[e].last);
+          if (to.head<2>().norm() < kAtEnd_m && std::abs(to.z()) < kGapHeight_m)
+            has[piece][e][k] = true;
+        }
+  }
+  const std::vector<EdgeUse> uses = edge_uses(soup.triangles);
+  for (std::size_t i = 0; i < uses.size(); ++i)
+    if ((i == 0 || uses[i - 1].key != uses[i].key) &&
+        (i + 1 == uses.size() || uses[i + 1].key != uses[i].key)) {
+      const Triangle& t = soup.triangles[uses[i].t];
+      border_m[found.of_triangle[uses[i].t]] +=
+          (soup.vertices_m[t[(uses[i].c + 1u) % 3]] - soup.vertices_m[t[uses[i].c]]).norm();
+    }
+  for (std::uint32_t piece = 0; piece < found.count; ++piece) {
+    for (std::size_t e = 0; e < ends.size(); ++e)
+      if (has[piece][e][0] && has[piece][e][1]) pieces[piece].ends.push_back(e);
+    pieces[piece].width_m = border_m[piece] > 0.0 ? area_m2[piece] / border_m[piece] : 0.0;
+  }
+  return pieces;
+}
+
+/// Of the triangles that may fill gaps, those of objects with a corner near an end.
+std::vector<std::uint32_t> of_objects_at(const std::vector<End>& ends, const Mesh& mesh,
+                                         const std::vector<bool>& may_fill) {
+  std::vector<bool> at_end(mesh.objects.size(), false);
+  std::vector<std::uint32_t> found;
+  for (const bool collects : {false, true})
+    for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+      if (!may_fill[i]) continue;
+      if (collects && at_end[mesh.object_of_triangle[i]]) found.push_back(i);
+      for (int c = 0; c < 3 && !collects; ++c)
+        for (const End& end : ends)
+          if ((mesh.vertex(i, c) - end.first).norm() < kAtEnd_m)
+            at_end[mesh.object_of_triangle[i]] = true;
+    }
+  return found;
+}
+
 }  // namespace
+
+bool fill_gaps_from_end_to_end(const Mesh& mesh, const Soup& soup,
+                               const std::vector<bool>& may_fill, const CleanOptions& options,
+                               std::vector<SurfaceClass>& class_of_triangle, CleanReport& facts) {
+  const std::vector<End> ends = open_ends(road_triangles(soup), soup.vertices_m, kWidestOpening_m);
+  if (ends.size() < 2 || ends.size() > kMostEnds) return false;
+  CleanReport ignored;
+  const Soup others =
+      make_soup(mesh, of_objects_at(ends, mesh, may_fill), class_of_triangle, options, ignored);
+  bool any = false;
+  for (const PieceAtEnds& piece : pieces_at(ends, others)) {
+    if (piece.ends.size() < 2) continue;
+    const End &a = ends[piece.ends[0]], &b = ends[piece.ends[1]];
+    if (piece.width_m > kWiderThanEnds * std::max(a.width_m, b.width_m)) continue;
+    for (const std::uint32_t i : piece.triangles) class_of_triangle[i] = SurfaceClass::road;
+    any = true;
+    const Eigen::Vector3d place = mesh.origin_m + 0.5 * (a.middle + b.middle);
+    const MeshObject& object = mesh.objects[mesh.object_of_triangle[piece.triangles.front()]];
+    facts.remarks.push_back(
+        fmt::format("a gap of {:.0f} m in the road at ({:.1f}, {:.1f}) is bridged by object '{}', "
+                    "taken as road",
+                    (b.middle - a.middle).head<2>().norm(), place.x(), place.y(), object.name));
+  }
+  return any;
+}
 
 bool fill_gaps_from_other_names(const Mesh& mesh, const Soup& soup,
                                 const std::vector<bool>& may_fill,

@@ -17,6 +17,12 @@ bool fill_gaps_from_other_names(const Mesh& mesh, const Soup& soup,
                                 const std::vector<bool>& may_fill,
                                 std::vector<SurfaceClass>& class_of_triangle, CleanReport& facts);
 
+/// The same for pieces that begin at one end of the road and end at another, as wide as it: bridges
+/// in a bend, whose ends face no other.
+bool fill_gaps_from_end_to_end(const Mesh& mesh, const Soup& soup,
+                               const std::vector<bool>& may_fill, const CleanOptions& options,
+                               std::vector<SurfaceClass>& class_of_triangle, CleanReport& facts);
+
 /// Triangles of the mesh that carry the road from p to q.
 struct Bridge {
   Eigen::Vector3d p, q;

@@ -62,17 +62,21 @@ base::Answer<Cleaning> clean_classes(const Mesh& mesh, const Triangles& triangle
     first = facts;
     soup = build_soup(first);
   }
+  // Where names are right, a bridge is what no rule of theirs tells.
+  std::vector<bool> unnamed = triangles.flat;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
+    unnamed[i] = unnamed[i] && !triangles.is_named[mesh.object_of_triangle[i]];
+  if (keep == Keep::one && facts.by_names &&
+      fill_gaps_from_end_to_end(mesh, soup, unnamed, options, class_of_triangle, facts)) {
+    first = facts;
+    soup = build_soup(first);
+  }
   facts = std::move(first);
   std::vector<Bridge> bridges;
-  // Where names are right, a bridge is what no rule of theirs tells.
   const bool by_names = !doubtful && keep == Keep::one && facts.by_names && has_far_gap(soup);
-  if (doubtful || by_names) {
-    std::vector<bool> may_carry = triangles.flat;
-    for (std::uint32_t i = 0; by_names && i < mesh.triangles.size(); ++i)
-      may_carry[i] = may_carry[i] && !triangles.is_named[mesh.object_of_triangle[i]];
-    bridges = fill_gaps_between_ends(mesh, road_graph(surface_of(soup)), may_carry,
-                                     class_of_triangle, facts);
-  }
+  if (doubtful || by_names)
+    bridges = fill_gaps_between_ends(mesh, road_graph(surface_of(soup)),
+                                     by_names ? unnamed : triangles.flat, class_of_triangle, facts);
   if (!bridges.empty()) {
     facts.dropped.clear();
     facts.vertices_welded = facts.faces_turned = 0;
