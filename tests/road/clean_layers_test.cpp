@@ -41,17 +41,18 @@ TEST(Layers, TheFinestLevelOfDetailIsTaken) {
   }
 }
 
-TEST(Layers, OfTwoSuperposedObjectsTheFinerIsTaken) {
-  for (const std::size_t coarse_step : {2, 4}) {
+TEST(Layers, OfTwoSuperposedSurfacesTheFinerIsTaken) {
+  for (const std::size_t coarse_step : {2, 4, 0}) {  // 0: 4, all in one object without a name
     road::Mesh mesh;
     add_ring_strip(mesh, "road", -5.0, 5.0, 0.0, 0.0);
     const std::size_t fine = mesh.triangles.size();
     add_ring_strip(mesh, "road far", -5.0, 5.0, 0.01, 0.01);
-    // Quads of `coarse_step` metres in place of those of 1 m.
+    // Quads of so many metres in place of those of 1 m.
+    const std::size_t step = coarse_step > 0 ? coarse_step : 4;
     const std::size_t quads = (mesh.triangles.size() - fine) / 2;
     std::vector<std::array<std::uint32_t, 3>> coarse;
-    for (std::size_t i = 0; i < quads; i += coarse_step) {
-      const std::size_t last = std::min(i + coarse_step, quads) - 1;
+    for (std::size_t i = 0; i < quads; i += step) {
+      const std::size_t last = std::min(i + step, quads) - 1;
       const auto a = mesh.triangles[fine + 2 * i];
       const auto b = mesh.triangles[fine + 2 * last + 1];
       coarse.push_back({a[0], b[0], a[2]});
@@ -60,7 +61,13 @@ TEST(Layers, OfTwoSuperposedObjectsTheFinerIsTaken) {
     mesh.triangles.resize(fine);
     mesh.triangles.insert(mesh.triangles.end(), coarse.begin(), coarse.end());
     mesh.object_of_triangle.resize(mesh.triangles.size());
-    EXPECT_EQ(heights_of(road::clean(mesh)), std::pair(0.0, 0.0)) << coarse_step;
+    if (coarse_step == 0) {
+      mesh.objects.assign(1, {});
+      std::fill(mesh.object_of_triangle.begin(), mesh.object_of_triangle.end(), 0);
+    }
+    road::CleanReport report;
+    EXPECT_EQ(heights_of(road::clean(mesh, {}, &report)), std::pair(0.0, 0.0)) << coarse_step;
+    EXPECT_EQ(report.left_out.size(), coarse.size());
   }
 }
 

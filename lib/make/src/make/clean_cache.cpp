@@ -17,7 +17,7 @@ void fields(Archive& archive, Value& guide) { archive(guide.points_m, guide.clos
 namespace {
 
 constexpr std::size_t kLargestCache = 4'000'000'000;
-constexpr base::ArchiveKind kCleanedMesh{"kerbstone cleaned mesh", 2};
+constexpr base::ArchiveKind kCleanedMesh{"kerbstone cleaned mesh", 3};
 
 /// Every value of a cleaned mesh, for both directions.
 template <typename Archive, typename Value>
@@ -32,7 +32,7 @@ void each(Archive& a, Value& cleaned) {
       a(r.holes_closed), a(r.holes_closed_m2), a(r.non_manifold_edges), a(r.boundary_loops),
       a(r.components);
   a(r.by_names), a(r.by_colour), a(r.by_guide), a(r.by_place), a(r.doubts), a(r.road_agreement),
-      a(r.is_all_by_names), a(r.class_of_triangle), a(r.remarks);
+      a(r.is_all_by_names), a(r.class_of_triangle), a(r.left_out), a(r.remarks);
 }
 
 bool is_whole(const Mesh& mesh, const std::vector<SurfaceClass>& class_of_triangle) {

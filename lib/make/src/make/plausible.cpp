@@ -254,7 +254,7 @@ std::optional<std::string> same_material_elsewhere(const Centreline& line, const
 namespace {
 
 /// Another surface of the mesh a little above the road: a wheel would meet that one.
-void below_another(const Centreline& line, const RaySurface& ground,
+void below_another(const Centreline& line, const RaySurface& ground, const CleanReport& report,
                    std::vector<std::string>& doubts) {
   constexpr double kEvery_m = 10.0, kMuch = 0.3;        // of the line
   constexpr double kLowest_m = 0.03, kHighest_m = 2.5;  // paint lies lower, bridges higher
@@ -267,7 +267,9 @@ void below_another(const Centreline& line, const RaySurface& ground,
     gone_m = 0.0;
     ++looked;
     for (const SurfaceHit& hit : ground.all_hits(at.x(), at.y())) {
-      if (hit.z_m - at.z() < kLowest_m || hit.z_m - at.z() > kHighest_m) continue;
+      if (hit.z_m - at.z() < kLowest_m || hit.z_m - at.z() > kHighest_m ||
+          std::binary_search(report.left_out.begin(), report.left_out.end(), hit.triangle))
+        continue;
       ++covered;
       over_m = std::max(over_m, hit.z_m - at.z());
       break;
@@ -352,7 +354,7 @@ std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& 
       report.by_names && (!report.road_agreement || *report.road_agreement >= kAgreement);
   if (!confirmed && !report.by_guide) nothing_confirms(line, mesh, report, doubts);
   const RaySurface ground(mesh);
-  below_another(line, ground, doubts);
+  below_another(line, ground, report, doubts);
   if (!report.by_names && !report.by_colour && !report.by_guide && !report.by_place &&
       doubts.empty())
     at_the_rim(line, ground, doubts);

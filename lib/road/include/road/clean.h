@@ -93,6 +93,8 @@ struct CleanReport {
   /// Names find an open road, all of it in one, and shape finds none that is longer or closed.
   bool is_all_by_names = false;
   std::vector<SurfaceClass> class_of_triangle;  ///< of every triangle of the mesh that came in
+  /// Of these the ones that stand for others: coarser copies and undersides; ascending.
+  std::vector<std::uint32_t> left_out;
   std::vector<std::string> remarks;
 };
 

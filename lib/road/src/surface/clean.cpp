@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "base/statistics.h"
 #include "classify_by_guide.h"
 #include "clean_by_colour.h"
 #include "clean_classes.h"
@@ -27,6 +28,8 @@ namespace {
 constexpr double kNamesAreRight = 0.9;
 // Of what lies beside a road, the road may have this share.
 constexpr double kHardlyAny = 0.1;
+// Rough ground is folded by this, and by this many times what the road is.
+constexpr double kRoughFold = 0.005, kTimesRougher = 3.0;
 // A second look that makes the road longer than this has gone astray at a wide place.
 constexpr double kDetour = 1.01;
 
@@ -136,8 +139,28 @@ bool is_another_look(const Mesh& mesh, const Cleaning& wide, const Cleaning& nar
   return other_m2 > 0.5 * all_m2;
 }
 
+/// Whether what `wide` has beside `narrow` is rough, as its triangles are folded against each
+/// other.
+bool is_rough_beside(const Cleaning& wide, const Cleaning& narrow) {
+  const Soup& soup = wide.soup;
+  std::array<std::vector<double>, 2> folds;  // beside, on
+  const std::vector<EdgeUse> uses = edge_uses(soup.triangles);
+  for (std::size_t i = 0; i + 1 < uses.size(); ++i) {
+    if (uses[i].key != uses[i + 1].key) continue;
+    const auto is_on = [&](const EdgeUse& use) {
+      return narrow.class_of_triangle[soup.source[use.t]] == SurfaceClass::road;
+    };
+    if (is_on(uses[i]) != is_on(uses[i + 1])) continue;
+    const Eigen::Vector3d a = soup.area_vector_of(uses[i].t).normalized(),
+                          b = soup.area_vector_of(uses[i + 1].t).normalized();
+    folds[is_on(uses[i]) ? 1 : 0].push_back(a.cross(b).norm());
+  }
+  return base::median_or(0.0, folds[0]) > kRoughFold + kTimesRougher * base::median_or(0.0, folds[1]);
+}
+
 /// Names that call everything road tell nothing apart, whatever it is made of: a doubt where colour
-/// or shape show a closed road on it that is much narrower, between ground of another look.
+/// or shape show a closed road on it that is much narrower, between ground of another look, or
+/// rough.
 void doubt_names_of_all(const Mesh& mesh, const Triangles& triangles, ClassesByShape by_shape,
                         const CleanOptions& options, Cleaning& named) {
   CleanReport facts = named.facts;
@@ -146,7 +169,7 @@ void doubt_names_of_all(const Mesh& mesh, const Triangles& triangles, ClassesByS
   if (!other) return;  // nothing else to choose
   const RoadShown all = road_shown(named.soup), narrow = road_shown(other->soup);
   if (narrow.closed && narrow.width_m < kLaneShare * all.width_m &&
-      is_another_look(mesh, named, *other))
+      (is_another_look(mesh, named, *other) || is_rough_beside(named, *other)))
     named.facts.doubts.push_back(fmt::format(
         "names call all of the ground road, about {:.0f} m wide, and tell no verge from it; by {} "
         "the road is about {:.0f} m wide: take that with --use-names false, or all of it with "
@@ -263,6 +286,7 @@ base::Answer<RoadMesh> try_clean(const Mesh& mesh, const CleanOptions& options,
   RoadMesh road = road_mesh_of(mesh, cleaning);
   road.guide = guide;
   facts.class_of_triangle = std::move(cleaning.class_of_triangle);
+  facts.left_out = std::move(triangles.left_out);
   for (const SurfaceClass surface_class : road.class_of_triangle)
     ++facts.kept[to_string(surface_class)];
   facts.triangles_kept = road.mesh.triangles.size();

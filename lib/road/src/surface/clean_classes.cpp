@@ -160,6 +160,7 @@ Triangles look_at(const Mesh& mesh, const CleanOptions& options) {
       hidden_triangles(mesh, triangles.flat, class_of_object, triangles.remarks);
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
     if (!hidden[i]) continue;
+    triangles.left_out.push_back(i);
     triangles.by_names[i] = SurfaceClass::scenery;
     triangles.flat[i] = false;
     triangles.empty[i] = true;

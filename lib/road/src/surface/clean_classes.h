@@ -15,7 +15,8 @@ struct Triangles {
   std::vector<SurfaceClass> by_names;
   std::vector<bool> is_named;  ///< of each object: a name rule tells its class
   bool has_named_road = false;
-  std::vector<std::string> remarks;  ///< what was left out from the start: hidden_triangles()
+  std::vector<std::uint32_t> left_out;  ///< from the start: hidden_triangles()
+  std::vector<std::string> remarks;     ///< of them
 };
 
 Triangles look_at(const Mesh& mesh, const CleanOptions& options);

@@ -57,11 +57,29 @@ std::vector<bool> coarser_copies(const std::vector<MeshObject>& objects) {
 // A coarser copy without a level in its name: the same outline and area within this share, this
 // many times fewer triangles, and nearly all of each within this height of the other.
 constexpr double kSameOutline = 0.02, kSameArea = 0.1, kFewer = 1.5, kOnTheOther = 0.9;
-constexpr double kCopyReach_m = 0.15;
+constexpr double kCopyReach_m = 0.3;
 constexpr double kLargeShare = 0.2;     // of the largest: a road is no small part
 constexpr std::size_t kLookedAt = 200;  // triangles of each
+constexpr std::size_t kMostToTakeApart = 1'000'000;
 
-/// What an object has of flat faces.
+/// Of each vertex of the objects looked at the first one in its place; of others itself.
+std::vector<std::uint32_t> places_of(const Mesh& mesh, const std::vector<bool>& looked_at) {
+  std::vector<bool> used(mesh.vertices_m.size(), false);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    if (looked_at[mesh.object_of_triangle[t]])
+      for (const std::uint32_t vertex : mesh.triangles[t]) used[vertex] = true;
+  std::vector<std::uint32_t> place(used.size()), vertices;
+  std::vector<Eigen::Vector3d> points_m;
+  for (std::uint32_t i = 0; i < used.size(); ++i) {
+    place[i] = i;
+    if (used[i]) vertices.push_back(i), points_m.push_back(mesh.vertices_m[i]);
+  }
+  const std::vector<std::uint32_t> first = weld(points_m, kSame_m, kSame_m);
+  for (std::size_t k = 0; k < vertices.size(); ++k) place[vertices[k]] = vertices[first[k]];
+  return place;
+}
+
+/// Flat faces of an object that hang together.
 struct FlatPart {
   std::uint32_t object = 0;
   std::vector<std::uint32_t> triangles;
@@ -69,20 +87,32 @@ struct FlatPart {
   Eigen::AlignedBox2d box;
 };
 
+/// The largest first; of large meshes each object is one.
 std::vector<FlatPart> flat_parts(const Mesh& mesh, const std::vector<bool>& flat) {
-  std::vector<FlatPart> parts(mesh.objects.size());
+  DisjointSets together(mesh.vertices_m.size());
+  std::vector<std::uint32_t> place;
+  if (mesh.triangles.size() <= kMostToTakeApart) {
+    place = places_of(mesh, std::vector<bool>(mesh.objects.size(), true));
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+      for (std::size_t c = 1; c < 3 && flat[t]; ++c)
+        together.join(place[mesh.triangles[t][0]], place[mesh.triangles[t][c]]);
+  }
+  std::map<std::pair<std::uint32_t, std::uint32_t>, FlatPart> found;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!flat[t]) continue;
-    FlatPart& part = parts[mesh.object_of_triangle[t]];
-    part.object = mesh.object_of_triangle[t];
+    const std::uint32_t object = mesh.object_of_triangle[t];
+    FlatPart& part =
+        found[{object, place.empty() ? 0 : together.find(place[mesh.triangles[t][0]])}];
+    part.object = object;
     part.triangles.push_back(t);
     part.area_m2 +=
         0.5 * area_vector(mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2)).norm();
     for (int c = 0; c < 3; ++c) part.box.extend(Eigen::Vector2d(mesh.vertex(t, c).head<2>()));
   }
-  std::erase_if(parts, [](const FlatPart& part) { return part.triangles.empty(); });
-  std::sort(parts.begin(), parts.end(),
-            [](const FlatPart& a, const FlatPart& b) { return a.area_m2 > b.area_m2; });
+  std::vector<FlatPart> parts;
+  for (auto& [key, part] : found) parts.push_back(std::move(part));
+  std::stable_sort(parts.begin(), parts.end(),
+                   [](const FlatPart& a, const FlatPart& b) { return a.area_m2 > b.area_m2; });
   return parts;
 }
 
@@ -94,9 +124,9 @@ bool is_alike(const FlatPart& a, const FlatPart& b) {
          static_cast<double>(more) >= kFewer * static_cast<double>(fewer);
 }
 
-/// Does nearly all of a part lie on or just under or over the other object?
+/// Does nearly all of a part lie on or just under or over the other?
 bool lies_on(const Mesh& mesh, const RaySurface& surface, const FlatPart& part,
-             std::uint32_t other) {
+             const FlatPart& other) {
   const std::size_t step = 1 + part.triangles.size() / kLookedAt;
   std::size_t on = 0, all = 0;
   for (std::size_t k = 0; k < part.triangles.size(); k += step, ++all) {
@@ -105,29 +135,36 @@ bool lies_on(const Mesh& mesh, const RaySurface& surface, const FlatPart& part,
         mesh.origin_m + (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)) / 3.0;
     const std::vector<SurfaceHit> hits = surface.all_hits(at.x(), at.y());
     on += std::any_of(hits.begin(), hits.end(), [&](const SurfaceHit& hit) {
-      return mesh.object_of_triangle[hit.triangle] == other &&
-             std::abs(hit.z_m - at.z()) < kCopyReach_m;
+      return std::abs(hit.z_m - at.z()) < kCopyReach_m &&
+             std::binary_search(other.triangles.begin(), other.triangles.end(), hit.triangle);
     });
   }
   return static_cast<double>(on) >= kOnTheOther * static_cast<double>(all);
 }
 
-/// Adds the objects that lie on a finer one of their class all over, whatever they are called.
-void mark_superposed(const Mesh& mesh, const std::vector<bool>& flat,
-                     const std::vector<SurfaceClass>& class_of_object, std::vector<bool>& coarser) {
+/// Hides what lies on a finer part of its class all over, whatever it is called; the objects that
+/// it belongs to.
+std::vector<std::uint32_t> hide_superposed(const Mesh& mesh, const std::vector<bool>& flat,
+                                           const std::vector<SurfaceClass>& class_of_object,
+                                           std::vector<bool>& hidden) {
   const std::vector<FlatPart> parts = flat_parts(mesh, flat);
+  std::vector<std::uint32_t> objects;
   std::optional<RaySurface> surface;
+  const auto is_hidden = [&](const FlatPart& part) { return hidden[part.triangles.front()]; };
   for (std::size_t i = 0; i < parts.size(); ++i)
     for (std::size_t k = i + 1; k < parts.size(); ++k) {
       const FlatPart &a = parts[i], &b = parts[k];
       if (a.area_m2 < kLargeShare * parts[0].area_m2 || b.area_m2 < (1.0 - kSameArea) * a.area_m2)
         break;
       if (class_of_object[a.object] != class_of_object[b.object]) continue;
-      if (coarser[a.object] || coarser[b.object] || !is_alike(a, b)) continue;
+      if (is_hidden(a) || is_hidden(b) || !is_alike(a, b)) continue;
       if (!surface) surface.emplace(mesh);
-      if (lies_on(mesh, *surface, a, b.object) && lies_on(mesh, *surface, b, a.object))
-        coarser[a.triangles.size() < b.triangles.size() ? a.object : b.object] = true;
+      if (!lies_on(mesh, *surface, a, b) || !lies_on(mesh, *surface, b, a)) continue;
+      const FlatPart& coarser = a.triangles.size() < b.triangles.size() ? a : b;
+      for (const std::uint32_t t : coarser.triangles) hidden[t] = true;
+      objects.push_back(coarser.object);
     }
+  return objects;
 }
 
 double rise_m2(const Mesh& mesh, std::size_t t) {
@@ -213,23 +250,6 @@ std::vector<bool> corners_of_bodies(const Mesh& mesh, const std::vector<std::uin
   return found;
 }
 
-/// Of each vertex of the objects looked at the first one in its place; of others itself.
-std::vector<std::uint32_t> places_of(const Mesh& mesh, const std::vector<bool>& looked_at) {
-  std::vector<bool> used(mesh.vertices_m.size(), false);
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-    if (looked_at[mesh.object_of_triangle[t]])
-      for (const std::uint32_t vertex : mesh.triangles[t]) used[vertex] = true;
-  std::vector<std::uint32_t> place(used.size()), vertices;
-  std::vector<Eigen::Vector3d> points_m;
-  for (std::uint32_t i = 0; i < used.size(); ++i) {
-    place[i] = i;
-    if (used[i]) vertices.push_back(i), points_m.push_back(mesh.vertices_m[i]);
-  }
-  const std::vector<std::uint32_t> first = weld(points_m, kSame_m, kSame_m);
-  for (std::size_t k = 0; k < vertices.size(); ++k) place[vertices[k]] = vertices[first[k]];
-  return place;
-}
-
 /// Marks the undersides, each with all that hangs together with it and looks down; their number.
 std::size_t mark_undersides(const Mesh& mesh, const std::vector<bool>& flat,
                             const std::vector<SurfaceClass>& class_of_object,
@@ -309,17 +329,17 @@ std::vector<bool> hidden_triangles(const Mesh& mesh, const std::vector<bool>& fl
                                    const std::vector<SurfaceClass>& class_of_object,
                                    std::vector<std::string>& remarks) {
   std::vector<bool> hidden(mesh.triangles.size(), false);
-  std::vector<bool> coarser = coarser_copies(mesh.objects);
-  mark_superposed(mesh, flat, class_of_object, coarser);
-  if (const auto first = std::find(coarser.begin(), coarser.end(), true); first != coarser.end()) {
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-      hidden[t] = coarser[mesh.object_of_triangle[t]];
-    remarks.push_back(
-        fmt::format("{} object{} of a coarser level of detail left out, for example '{}'",
-                    std::count(coarser.begin(), coarser.end(), true),
-                    std::count(coarser.begin(), coarser.end(), true) == 1 ? "" : "s",
-                    mesh.objects[static_cast<std::size_t>(first - coarser.begin())].name));
-  }
+  const std::vector<bool> coarser = coarser_copies(mesh.objects);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    hidden[t] = coarser[mesh.object_of_triangle[t]];
+  std::vector<std::uint32_t> objects = hide_superposed(mesh, flat, class_of_object, hidden);
+  for (std::uint32_t k = 0; k < coarser.size(); ++k)
+    if (coarser[k]) objects.push_back(k);
+  if (!objects.empty())
+    remarks.push_back(fmt::format(
+        "{} surface{} of a coarser level of detail left out, for example of object '{}'",
+        objects.size(), objects.size() == 1 ? "" : "s",
+        mesh.objects[*std::min_element(objects.begin(), objects.end())].name));
   if (const std::size_t count = mark_undersides(mesh, flat, class_of_object, hidden); count > 0)
     remarks.push_back(fmt::format(
         "{} triangle{} that look down, undersides of closed bodies or most of each piece "
