@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -42,7 +43,36 @@ std::vector<double> spread(const Channel& channel, std::size_t rows, double step
   return out;
 }
 
+/// Text in UTF-16 behind its mark of byte order, as Windows writes it, in UTF-8. Halves of pairs
+/// that stand alone become the character for what is unknown.
+std::string from_utf16(std::string_view bytes) {
+  const std::size_t low = bytes.starts_with("\xFF\xFE") ? 0 : 1;
+  const auto unit = [&](std::size_t at) -> std::uint32_t {
+    return at + 1 < bytes.size() ? static_cast<unsigned char>(bytes[at + low]) |
+                                       static_cast<unsigned char>(bytes[at + 1 - low]) << 8
+                                 : 0;
+  };
+  std::string out;
+  out.reserve(bytes.size() / 2);
+  for (std::size_t at = 2; at + 1 < bytes.size(); at += 2) {
+    std::uint32_t code = unit(at);
+    if (code >> 11 == 0x1B) {  // half of a pair
+      const std::uint32_t second = unit(at + 2);
+      const bool pair = code < 0xDC00 && second >> 10 == 0x37;
+      code = pair ? 0x10000 + ((code - 0xD800) << 10) + (second - 0xDC00) : 0xFFFD;
+      at += pair ? 2 : 0;
+    }
+    const int more = code < 0x80 ? 0 : code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;
+    constexpr std::uint32_t kFirst[] = {0, 0xC0, 0xE0, 0xF0};
+    out += static_cast<char>(kFirst[more] | code >> (6 * more));
+    for (int k = more - 1; k >= 0; --k) out += static_cast<char>(0x80 | (code >> (6 * k) & 0x3F));
+  }
+  return out;
+}
+
 Log parse_plain(std::string_view bytes, const std::string& name) {
+  if (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF"))
+    return parse_plain(from_utf16(bytes), name);
   if (is_motec_ld(bytes)) return parse_motec_ld(bytes, name);
   if (is_iracing_ibt(bytes)) return parse_iracing_ibt(bytes, name);
   if (is_mcap(bytes)) return parse_mcap(bytes, name);
@@ -50,7 +80,7 @@ Log parse_plain(std::string_view bytes, const std::string& name) {
   if (is_racelogic_vbo(bytes)) return parse_racelogic_vbo(bytes, name);
   refuse_what_is_not_read(bytes, name);
   base::want_no_web_page(bytes, name);
-  bytes = base::behind_byte_order_mark(bytes, name);  // refuses UTF-16, which is full of zeros
+  bytes = base::behind_byte_order_mark(bytes, name);
   if (bytes.substr(0, 4096).find('\0') != std::string_view::npos)
     throw base::Error(fmt::format(
         "{}: binary, and none of MoTeC .ld, iRacing .ibt, MCAP, rosbag2; export it as CSV", name));
