@@ -52,6 +52,43 @@ TEST(ForeignCsv, NumbersOfChannelsBelowTheUnitsAreNoSamples) {
   EXPECT_EQ(read("t,a,b\n,1,2\n,3,4\n").channels[1].values.size(), 2u);
 }
 
+TEST(ForeignCsv, NamesTwiceWithASeparatorMoreThanTheRows) {
+  const Log log = read(
+      "\"Format\",\"AIM CSV File\"\n\"Sample "
+      "Rate\",\"10\"\n\n\"Time\",\"Distance\",\"RPM\",\"Speed\",\n"
+      "\"Time\",\"Dist\",\"RPM\",\"Spd\",\n\"sec\",\"km\",\"rpm\",\"km/"
+      "h\",\n\"\",\"\",\"1\",\"2\",\n\n"
+      "\"0.0\",\"0\",\"900\",\"50\"\n\"0.1\",\"0\",\"950\",\"51\"\n");
+  EXPECT_THAT(of(log, "Speed").values, ElementsAre(50, 51));
+  EXPECT_EQ(of(log, "Speed").unit, "km/h");
+  EXPECT_EQ(log.channels.size(), 4u);
+}
+
+TEST(ForeignCsv, ATableWithoutNamesIsRefusedAsSuch) {
+  for (const char* const text : {"0.0,1.5,2\n0.1,1.6,3\n0.2,1.7,4\n", "0.0 1.5 2\n0.1 1.6 3\n"})
+    EXPECT_THAT(refusal(text), HasSubstr("x.csv:1: numbers ('0.0', ...) where the names"));
+  EXPECT_EQ(of(read("t,2\n0,1\n1,2\n"), "2").values[1], 2.0) << "a cell of a bus";
+}
+
+TEST(ForeignCsv, Utf16AndLatin1AreReadAsWindowsWritesThem) {
+  std::string low = "\xFF\xFE", high = "\xFE\xFF";
+  for (const char c : std::string("t;v;Gier (\xB0/s)\r\n0,0;5;1,5\r\n0,1;6;2,5\r\n")) {
+    low += {c, '\0'};
+    high += {'\0', c};
+  }
+  for (const std::string& text : {low, high, low + "7"})
+    EXPECT_THAT(of(read(text), "Gier (°/s)").values, ElementsAre(1.5, 2.5));
+  // A character of two halves, and half of one.
+  const Log log =
+      read(std::string("\xFF\xFEt\0,\0\x3D\xD8\x97\xDE,\0\x3D\xD8\n\0"
+                       "1\0,\0"
+                       "2\0,\0"
+                       "3\0\n\0",
+                       28));
+  EXPECT_EQ(log.channels[1].name, "\xF0\x9F\x9A\x97");
+  EXPECT_EQ(log.channels[2].name, "\xEF\xBF\xBD");
+}
+
 TEST(ForeignCsv, AHeaderThatComesAgainIsNoRow) {
   const Log log =
       read("Device Time,v(km/h),Altitude\n0,1,2\n1,2,2\nDevice Time,v(km/h),Altitude\n2,3,2\n");

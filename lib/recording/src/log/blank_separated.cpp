@@ -32,7 +32,7 @@ std::string blanks_to_commas(std::string_view text) {
       if (cells == 0) names = words.size();
       continue;
     }
-    if (cells == 0) cells = names;
+    if (cells == 0) cells = names == 0 ? words.size() : names;  // 0: refused as without names
     if (words.size() != cells || cells < 2) return {};
     ++seen;
   }

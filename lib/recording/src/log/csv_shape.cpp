@@ -56,13 +56,15 @@ std::vector<NumberedLine> head_of(std::string_view text) {
 /// What the cells of one line are.
 struct Look {
   std::size_t cells = 0, numbers = 0, words = 0, units = 0;
+  std::size_t filled = 0;  ///< cells without the empty ones at the end
 };
 Look look_at(std::string_view line, char separator) {
   std::vector<std::string_view> cells;
   base::split_cells(line, separator, cells);
   Look out{cells.size()};
-  for (const std::string_view cell : cells) {
+  for (const std::string_view& cell : cells) {
     if (cell.empty()) continue;
+    out.filled = static_cast<std::size_t>(&cell - cells.data()) + 1;
     const bool is_number = std::isfinite(number(cell, separator != ','));
     ++(is_number ? out.numbers : out.words);
     out.units += !is_number && is_unit(cell) ? 1 : 0;
@@ -131,11 +133,14 @@ std::size_t names_among(const std::vector<NumberedLine>& head, std::size_t first
 
 /// A line of units, or of what measured each column ("100: gps").
 void take_below_names(std::string_view line, Shape& shape) {
-  const bool are_units = look_at(line, shape.separator).units > 0;
-  std::vector<std::string>& into = are_units ? shape.units : shape.sources;
-  if (!into.empty()) return;
   std::vector<std::string_view> cells;
   base::split_cells(line, shape.separator, cells);
+  const Look look = look_at(line, shape.separator);
+  // RPM is a name, too, and some write the names twice.
+  const bool are_units = look.units > 0 && (3 * look.units > look.words || cells.front().empty() ||
+                                            is_unit(cells.front()));
+  std::vector<std::string>& into = are_units ? shape.units : shape.sources;
+  if (!into.empty()) return;
   for (std::string_view cell : cells) {
     if (are_units && cell.size() > 2 && (cell.front() == '[' || cell.front() == '('))
       cell = cell.substr(1, cell.size() - 2);
@@ -162,15 +167,15 @@ void take_preamble(const std::vector<NumberedLine>& head, std::size_t end, Shape
   }
 }
 
-/// Whether a line numbers the channels: whole numbers in all cells but the clock's, which is empty,
-/// as it is in no row below.
+/// Whether a line numbers the channels: whole numbers or nothing in all cells but the clock's,
+/// which is empty, as it is in no row below.
 bool numbers_channels(std::string_view line, std::string_view below, char separator) {
   std::vector<std::string_view> cells, under;
   base::split_cells(line, separator, cells);
   base::split_cells(below, separator, under);
-  return cells.size() > 2 && under.size() == cells.size() && cells.front().empty() &&
+  return cells.size() > 2 && under.size() <= cells.size() && cells.front().empty() &&
          !under.front().empty() && std::all_of(cells.begin() + 1, cells.end(), [](auto cell) {
-           return !cell.empty() && cell.find_first_not_of("0123456789") == std::string_view::npos;
+           return cell.find_first_not_of("0123456789") == std::string_view::npos;
          });
 }
 
@@ -182,11 +187,20 @@ bool exported_shape(const std::vector<NumberedLine>& head, Shape& shape) {
     for (const char candidate : {';', '\t', separator}) {
       const Look look = look_at(head[d].text, candidate);
       if (look.cells < 3 || look.numbers < 2 || look.numbers < look.words) continue;
-      if (d + 1 < head.size() && look_at(head[d + 1].text, candidate).cells != look.cells) continue;
+      const bool numbered =
+          d + 1 < head.size() && numbers_channels(head[d].text, head[d + 1].text, candidate);
+      const std::size_t columns =
+          numbered ? look_at(head[d + 1].text, candidate).cells : look.cells;
+      // Some end their lines of names with a separator, and not the rows.
+      const auto fits = [&](const Look& line) {
+        return line.cells == columns || (line.cells > columns && line.filled <= columns);
+      };
+      if (!fits(look)) continue;
+      if (d + 1 < head.size() && look_at(head[d + 1].text, candidate).cells != columns) continue;
       std::size_t h = d;  // the highest line of words with as many cells
       while (h > 0) {
         const Look above = look_at(head[h - 1].text, candidate);
-        if (above.cells != look.cells || above.numbers > above.words) break;
+        if (!fits(above) || above.numbers > above.words) break;
         --h;
       }
       if (h == d) continue;
@@ -196,10 +210,9 @@ bool exported_shape(const std::vector<NumberedLine>& head, Shape& shape) {
       shape.separator = candidate;
       shape.exported = true;
       shape.header_line = head[h].number;
-      const bool numbered =
-          d + 1 < head.size() && numbers_channels(head[d].text, head[d + 1].text, candidate);
       shape.data_line = head[numbered ? d + 1 : d].number;
       take_names(head[h].text, shape);
+      if (shape.names.size() > columns) shape.names.resize(columns);
       take_preamble(head, h, shape);
       for (std::size_t k = h + 1; k < d; ++k) take_below_names(head[k].text, shape);
       return true;
@@ -228,6 +241,13 @@ void check_names(const Shape& shape, const std::string& name) {
       throw base::Error(
           fmt::format("{}:{}: column '{}' twice; take one away", name, shape.header_line, column));
   }
+  const auto is_number = [](const std::string& cell) { return std::isfinite(number(cell, true)); };
+  const auto numbers = std::count_if(shape.names.begin(), shape.names.end(), is_number);
+  if (2 * static_cast<std::size_t>(numbers) > shape.names.size())
+    throw base::Error(fmt::format(
+        "{}:{}: numbers ('{:.40}', ...) where the names of columns are wanted; put a line of names "
+        "above the rows",
+        name, shape.header_line, *std::find_if(shape.names.begin(), shape.names.end(), is_number)));
 }
 
 }  // namespace
