@@ -178,6 +178,16 @@ TEST(ForeignCsv, ClocksAreDurationsAndHaveManyUnits) {
               1e-9);
 }
 
+TEST(ForeignCsv, ATimeThatRunsIsTheClockWhereNoneIsCalledOne) {
+  for (const char* header : {"Section Time (s),v", "lapTime,v", "elapsed_s,v"})
+    EXPECT_NEAR(of(read(std::string(header) + "\n-0.5,1\n-0.25,2\n0,3\n"), "v").rate_hz, 4.0, 1e-9)
+        << header;
+  EXPECT_NEAR(of(read("v,auxTime\n1,1000\n2,1400\n3,1800\n"), "v").rate_hz, 2.5, 1e-9);
+  for (const char* header : {"Dwell time (deg),v", "LastLapTime,v", "stage,v"})
+    EXPECT_EQ(of(read(std::string(header) + "\n1,1\n1,2\n2,3\n"), "v").rate_hz, 0.0) << header;
+  EXPECT_NEAR(of(read("lapTime,time,v\n1,0,1\n2,9,2\n3,18,3\n"), "v").rate_hz, 1 / 9e-3, 1e-9);
+}
+
 TEST(ForeignCsv, CellsMayHoldUnitsAndHemispheres) {
   const Log log = read(
       "t,HEIGHT,SPEED,LATITUDE N/S,NOTE\n0,3.5 M,36.0 km/h,48.125000S,2 laps\n"

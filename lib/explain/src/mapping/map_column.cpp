@@ -256,6 +256,12 @@ void map_column(const Table& table, std::size_t c, std::set<std::string>& taken,
   mapping.columns.push_back(m);
 }
 
+void map_clock(const Table& table, std::size_t c, Mapping& mapping) {
+  ColumnMapping m{table.names[c], "time_s"};
+  put_scale(table.columns[c], "time", split_unit(m.column).second, m, mapping);
+  mapping.columns.insert(mapping.columns.begin(), m);
+}
+
 void settle_pressures(Mapping& mapping) {
   const auto has = [&](const std::string& channel) {
     return std::any_of(mapping.columns.begin(), mapping.columns.end(),

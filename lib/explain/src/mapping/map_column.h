@@ -18,6 +18,9 @@ const std::vector<std::string>& analysed_channels();
 void map_column(const recording::Table& table, std::size_t c, std::set<std::string>& taken,
                 Mapping& mapping);
 
+/// Takes column `c` as the clock.
+void map_clock(const recording::Table& table, std::size_t c, Mapping& mapping);
+
 /// Pressures of all wheels make a common one superfluous; that of one axle alone stands for all.
 void settle_pressures(Mapping& mapping);
 

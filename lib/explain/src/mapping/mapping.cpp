@@ -90,6 +90,18 @@ void want_columns(const Table& table, bool placed, Mapping& mapping) {
                     table.names.size()));
 }
 
+/// Where no column is called a clock: the one that runs as one.
+void take_running_clock(const Table& table, Mapping& mapping) {
+  for (std::size_t c = 0; c < table.names.size(); ++c) {
+    if (find_channel(mapping, "time_s") != nullptr) return;
+    if (!recording::is_time_that_runs(table.names[c], table.columns[c])) continue;
+    std::erase_if(mapping.notes, [&](const std::string& note) {
+      return note.starts_with(fmt::format("column '{}' is not used", table.names[c]));
+    });
+    map_clock(table, c, mapping);
+  }
+}
+
 }  // namespace
 
 Mapping identity_mapping(const Table& table) {
@@ -122,6 +134,7 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
   for (const bool numbers : {true, false})  // words give a channel that nothing else does
     for (std::size_t c = 0; c < table.names.size(); ++c)
       if (has_numbers(c) == numbers) map_column(table, c, taken, mapping);
+  take_running_clock(table, mapping);
   settle_pressures(mapping);
   const auto find = [&](const char* channel) { return find_channel(mapping, channel); };
   const bool by_satellites = find("latitude_rad") != nullptr && find("longitude_rad") != nullptr &&

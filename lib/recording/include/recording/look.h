@@ -45,7 +45,13 @@ double scale_of_moments(const std::vector<double>& moments);
 /// Seconds per unit of a clock whose unit is given, or stands in its name.
 std::optional<double> stated_scale(const Channel& clock);
 
-/// The moments of a log in rows, s, from the channel that is called a clock; empty where none is.
+/// Whether a column is a clock though it is not called one: "Section Time [s]", "auxTime",
+/// "laptime_ms". It is called a time or has a unit of time, and goes forward in 9 of 10 rows; where
+/// it begins again, as times of laps do, is for the reader of the drive.
+bool is_time_that_runs(const std::string& name, const std::vector<double>& values);
+
+/// The moments of a log in rows, s, from the channel that is called a clock, else from one with
+/// is_time_that_runs(); empty where none is.
 std::vector<double> clock_of_rows(const Log& log);
 
 }  // namespace recording

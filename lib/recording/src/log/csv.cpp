@@ -233,7 +233,7 @@ Log parse_csv(std::string_view text, const std::string& name) {
   if (text.size() / 2 > kMostCells * 2)
     throw base::Error(name + ": more than 2 GB of cells; cut the log");
   const Words words = read_rows(text, shape, name, log);
-  if (const Channel* const clock = clock_of(log); clock != nullptr)
+  if (const Channel* const clock = clock_by_values(log); clock != nullptr)
     mend_clock_digits(log.channels[static_cast<std::size_t>(clock - log.channels.data())],
                       log.notes);
   mend_clock_by_columns(log);

@@ -156,7 +156,7 @@ void go_on_over_laps(Log& log, Channel& clock) {
 }  // namespace
 
 void mend_clock_by_columns(Log& log) {
-  const Channel* const found = clock_of(log);
+  const Channel* const found = clock_by_values(log);
   if (found == nullptr || is_long_form(log)) return;
   Channel& clock = log.channels[static_cast<std::size_t>(found - log.channels.data())];
   add_milliseconds(log, clock);

@@ -28,7 +28,7 @@ std::string_view attribute(std::string_view tag, const std::string& key) {
 /// The moments of the channel with most samples; of a log in rows, of its clock.
 std::vector<double> moments(const Log& log, Channel& lap) {
   if (log.in_rows) {
-    if (const Channel* clock = clock_of(log)) lap.rate_hz = clock->rate_hz;
+    if (const Channel* clock = clock_by_values(log)) lap.rate_hz = clock->rate_hz;
     return clock_of_rows(log);
   }
   const auto longest = std::max_element(

@@ -59,6 +59,36 @@ const Channel* clock_of(const Log& log) {
   return nullptr;
 }
 
+bool is_time_that_runs(const std::string& name, const std::vector<double>& values) {
+  const std::string word = clock_word(name);
+  const bool is_called_time =
+      word.find("time") != std::string::npos || word.ends_with("zeit") || word.ends_with("tempo");
+  Channel column;
+  column.name = name;
+  // What stands in brackets is a unit, or says which time it is: "Dwell time [deg]".
+  const bool is_plain = name.find_first_of("[(", 1) == std::string::npos;
+  if (!(is_called_time && is_plain) && !stated_scale(column)) return false;
+  std::size_t forward = 0, steps = 0;
+  double last = std::numeric_limits<double>::quiet_NaN();
+  for (const double t : values) {
+    if (!std::isfinite(t)) continue;
+    steps += std::isfinite(last) ? 1 : 0;
+    forward += t > last ? 1 : 0;
+    last = t;
+  }
+  return steps >= 2 && 10 * forward >= 9 * steps;
+}
+
+const Channel* clock_by_values(const Log& log) {
+  if (const Channel* const called = clock_of(log)) return called;
+  for (const Channel& channel : log.channels)
+    if (is_time_that_runs(
+            channel.unit.empty() ? channel.name : channel.name + " [" + channel.unit + "]",
+            channel.values))
+      return &channel;
+  return nullptr;
+}
+
 double scale_of_moments(const std::vector<double>& moments) {
   double largest = 0.0;
   bool whole = true;
@@ -102,7 +132,7 @@ std::optional<double> stated_scale(const Channel& clock) {
 }
 
 std::vector<double> clock_of_rows(const Log& log) {
-  const Channel* const clock = clock_of(log);
+  const Channel* const clock = clock_by_values(log);
   if (clock == nullptr) return {};
   std::vector<double> time_s = clock->values;
   const std::optional<double> stated = stated_scale(*clock);

@@ -51,6 +51,9 @@ bool is_rosbag2(std::string_view bytes);
 /// The channel of a log in rows that is called a clock, or nullptr.
 const Channel* clock_of(const Log& log);
 
+/// That, or the first with is_time_that_runs(): of a log whose rows are read.
+const Channel* clock_by_values(const Log& log);
+
 /// Names that come again get a number: "speed", "speed #2".
 void number_names(std::vector<Channel>& channels);
 
