@@ -1,5 +1,6 @@
 #include "csv_words.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,6 +47,21 @@ TEST(CsvWords, RowsOfSeveralCarsAreRefused) {
   } catch (const base::Error& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("cup: rows of 2 cars, by column 'vehicle_id'"));
   }
+}
+
+TEST(CsvWords, RowsOfSeveralCarsAreNoDrive) {
+  const auto read = [](const std::string& rows) {
+    try {
+      return fmt::format("{} rows", parse_log(rows, "x.csv").channels[0].values.size());
+    } catch (const base::Error& error) {
+      return std::string(error.what());
+    }
+  };
+  EXPECT_THAT(read("VehicleID,Time,v\nA,0,1\nA,1,2\nB,2,3\n"),
+              testing::HasSubstr("rows of 2 cars, by column 'VehicleID' ('A', 'B' ...)"));
+  EXPECT_THAT(read("Time,Driver,v\n0,A,1\n1,A,2\n0,B,3\n"), testing::HasSubstr("of 2 cars"));
+  EXPECT_EQ(read("Time,Driver,v\n0,A,1\n1,A,2\n2,B,3\n"), "3 rows") << "they took turns";
+  EXPECT_EQ(read("Time,Vehicle Speed,v\n0,1,1\n1,2,2\n"), "2 rows");
 }
 
 }  // namespace csv_words_test

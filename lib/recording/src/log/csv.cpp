@@ -233,11 +233,12 @@ Log parse_csv(std::string_view text, const std::string& name) {
   if (text.size() / 2 > kMostCells * 2)
     throw base::Error(name + ": more than 2 GB of cells; cut the log");
   const Words words = read_rows(text, shape, name, log);
+  want_one_car(log, words, name);
   if (const Channel* const clock = clock_by_values(log); clock != nullptr)
     mend_clock_digits(log.channels[static_cast<std::size_t>(clock - log.channels.data())],
                       log.notes);
   mend_clock_by_columns(log);
-  if (is_long_form(log)) return signals_of_long_form(std::move(log), words, name);
+  if (is_long_form(log)) return signals_of_long_form(std::move(log), words);
   give_signs_of_hemispheres(log, words);
   number_names(log.channels);
   if (const std::vector<double> time_s = clock_of_rows(log); !time_s.empty()) {

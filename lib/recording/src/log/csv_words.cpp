@@ -36,10 +36,14 @@ std::size_t values_of_signals(const Log& log) {
 }
 std::size_t units_of_signals(const Log& log) { return column_called(log, {"unit", "units"}); }
 
+/// A channel that says which car, or which driver's, a row is of.
 bool says_car(const Channel& channel) {
   const std::string letters = base::letters_of(channel.name);
-  return letters.find("vehicle") != std::string::npos || letters == "car" ||
-         letters == "carnumber" || letters == "carid";
+  for (const char* word :
+       {"vehicle", "vehicleid", "vehiclenumber", "vehiclename", "vin", "originalvehicleid", "car",
+        "carnumber", "carid", "driver", "drivernumber", "driverid"})
+    if (letters == word) return true;
+  return false;
 }
 
 bool is_on_earth(const Channel& channel) {
@@ -174,9 +178,25 @@ std::vector<bool> columns_with_words(const Log& log) {
   const bool is_long = is_long_form(log);
   const std::size_t names = names_of_signals(log), units = units_of_signals(log);
   for (std::size_t c = 0; c < out.size(); ++c)
-    out[c] = is_long ? c == names || c == units || says_car(log.channels[c])
-                     : c > 0 && is_on_earth(log.channels[c - 1]);
+    out[c] = says_car(log.channels[c]) ||
+             (is_long ? c == names || c == units : c > 0 && is_on_earth(log.channels[c - 1]));
   return out;
+}
+
+void want_one_car(const Log& log, const Words& words, const std::string& name) {
+  const std::vector<double> time_s = clock_of_rows(log);
+  for (std::size_t c = 0; c < words.size(); ++c) {
+    if (words[c].empty() || !says_car(log.channels[c])) continue;
+    std::set<std::string_view> cars(words[c].begin(), words[c].end());
+    cars.erase("");
+    // Drivers may take turns in one car.
+    const bool turns = base::letters_of(log.channels[c].name).starts_with("driver") &&
+                       std::is_sorted(time_s.begin(), time_s.end());
+    if (cars.size() > 1 && !turns)
+      throw base::Error(fmt::format(
+          "{}: rows of {} cars, by column '{}' ('{:.40}', '{:.40}' ...); write the rows of one car",
+          name, cars.size(), log.channels[c].name, *cars.begin(), *std::next(cars.begin())));
+  }
 }
 
 void give_signs_of_hemispheres(Log& log, const Words& words) {
@@ -223,15 +243,7 @@ void add_places_of_rows(const Log& log, const std::vector<double>& time_s, doubl
 
 }  // namespace
 
-Log signals_of_long_form(Log log, const Words& words, const std::string& name) {
-  for (std::size_t c = 0; c < words.size(); ++c) {
-    if (words[c].empty() || !says_car(log.channels[c])) continue;
-    const std::set<std::string_view> cars(words[c].begin(), words[c].end());
-    if (cars.size() > 1)
-      throw base::Error(fmt::format(
-          "{}: rows of {} cars, by column '{}' ('{:.40}', '{:.40}' ...); write the rows of one car",
-          name, cars.size(), log.channels[c].name, *cars.begin(), *std::next(cars.begin())));
-  }
+Log signals_of_long_form(Log log, const Words& words) {
   const std::vector<double> time_s = clock_of_rows(log);
   const std::vector<double>& values = log.channels[values_of_signals(log)].values;
   const std::vector<std::string_view>& names = words[names_of_signals(log)];

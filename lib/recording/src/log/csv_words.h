@@ -13,9 +13,12 @@ namespace recording {
 /// The cells of some columns as they stand in the file; of the others nothing.
 using Words = std::vector<std::vector<std::string_view>>;
 
-/// Columns whose words say something: those behind a latitude or a longitude, and in a table with a
-/// row for each sample of a signal (`is_long_form`) its names, units and cars.
+/// Columns whose words say something: cars and drivers, those behind a latitude or a longitude, and
+/// in a table with a row for each sample of a signal (`is_long_form`) its names and units.
 std::vector<bool> columns_with_words(const Log& log);
+
+/// Throws base::Error on rows of several cars, or of drivers whose clocks do not follow each other.
+void want_one_car(const Log& log, const Words& words, const std::string& name);
 
 /// South and west are negative, where a column of N and S, or E and W, follows the numbers.
 void give_signs_of_hemispheres(Log& log, const Words& words);
@@ -39,7 +42,7 @@ void mend_clock_by_columns(Log& log);
 bool is_long_form(const Log& log);
 
 /// One channel for each signal of such a table, with a clock of its own. Samples that are no later
-/// than the one before are left out with a note. Throws base::Error on rows of several cars.
-Log signals_of_long_form(Log log, const Words& words, const std::string& name);
+/// than the one before are left out with a note.
+Log signals_of_long_form(Log log, const Words& words);
 
 }  // namespace recording
