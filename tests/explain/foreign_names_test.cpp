@@ -256,6 +256,70 @@ TEST(ForeignNames, LengthsWithoutAUnitAreSettledBySpeed) {
   EXPECT_NEAR(scale_of(named, "x_m"), 1.0, 1e-12) << "the log says metres";
 }
 
+TEST(ForeignNames, ColumnsOfOneKindHaveOneUnit) {
+  // A place near Greenwich, and a car that turns harder than it brakes.
+  const Mapping on_globe = propose_mapping(
+      table_of(drive(20, 20), {{"time", t},
+                               {"Lat", [](const Moment& at) { return 52.0 + at.y_m / 111e3; }},
+                               {"Lon", [](const Moment& at) { return 0.9 + at.x_m / 68e3; }}}),
+      "log");
+  EXPECT_NEAR(scale_of(on_globe, "longitude_rad"), 1 / kDegrees, 1e-12);
+  const Mapping axes = propose_mapping(
+      table_of(drive(20, 20), {{"time", t},
+                               {"Speed (m/s)", v},
+                               {"LongAccel", [](const Moment& at) { return at.ax_mps2; }},
+                               {"LatAccel", [](const Moment& at) { return at.ay_mps2; }}}),
+      "log");
+  EXPECT_EQ(scale_of(axes, "ax_mps2"), 1.0);
+  // What the path says of the speed ahead goes for the speed aside.
+  const Mapping speeds = propose_mapping(
+      table_of(drive(20, 60), {{"time", t},
+                               {"x (m)", [](const Moment& at) { return at.x_m; }},
+                               {"y (m)", [](const Moment& at) { return at.y_m; }},
+                               {"speedX", [](const Moment& at) { return 3.6 * at.v_mps; }},
+                               {"speedY", [](const Moment& at) { return at.yaw_rate_radps; }}}),
+      "log");
+  EXPECT_NEAR(scale_of(speeds, "vx_mps"), 1 / 3.6, 1e-9);
+  EXPECT_NEAR(scale_of(speeds, "vy_mps"), 1 / 3.6, 1e-9);
+}
+
+TEST(ForeignNames, AShareOfTheLockIsNoAngle) {
+  for (const auto& [full_lock, used] :
+       std::vector<std::pair<double, bool>>{{1.0, true}, {0.37, false}}) {
+    const Mapping m = propose_mapping(
+        table_of(drive(20, 60), {{"time", t},
+                                 {"x (m)", [](const Moment& at) { return at.x_m; }},
+                                 {"y (m)", [](const Moment& at) { return at.y_m; }},
+                                 {"steer",
+                                  [lock = full_lock](const Moment& at) {
+                                    return -2.7 * at.yaw_rate_radps / at.v_mps / lock;
+                                  }}}),
+        "log");
+    EXPECT_EQ(of(m, "steer_rad") != nullptr, used) << full_lock;
+    if (!used)
+      EXPECT_THAT(m.notes, testing::Contains(HasSubstr("map it to steer_rad with scale -0.4")));
+  }
+}
+
+TEST(ForeignNames, AUnitThatIsNotKnownIsNotGuessed) {
+  const auto brake = [](const Moment& at) { return 100 * at.v_mps; };
+  const Mapping m = propose_mapping(
+      table_of(drive(20, 20), {{"time", t}, {"KPH", v}, {"Brake pressure [psi_x10]", brake}}),
+      "log");
+  EXPECT_EQ(of(m, "brake_pa"), nullptr);
+  EXPECT_THAT(m.notes, testing::Contains(HasSubstr("'psi_x10' is no unit of brake_pa")));
+  // Whole numbers of a bus: m/s or km/h, nothing says.
+  const Mapping bus = propose_mapping(
+      table_of(drive(20, 20),
+               {{"time", t}, {"speed", [](const Moment& at) { return std::round(at.v_mps); }}}),
+      "log");
+  EXPECT_THAT(bus.missing, testing::ElementsAre(HasSubstr("the unit of 'speed' is not known")));
+  const Mapping section =
+      propose_mapping(table_of(drive(20, 20), {{"Section Time [s]", t}, {"KPH", v}}), "log");
+  EXPECT_EQ(column_of(section, "time_s"), "Section Time [s]");
+  EXPECT_THAT(section.missing, testing::IsEmpty());
+}
+
 TEST(ForeignNames, APlaceThatHoldsIsComparedWhereItIsNew) {
   std::vector<Moment> held = drive(20, 90);
   for (std::size_t i = 0; i < held.size(); ++i) {

@@ -243,7 +243,7 @@ recording::Table counted(const std::vector<std::pair<std::string, double>>& colu
 
 TEST(Mapping, EndingsOfNamesAreUnitsAndOrigins) {
   const Mapping m = propose_mapping(counted({{"INS_time_sec", 0.01},
-                                             {"speedo_obd", 1},
+                                             {"speedo_obd", 0.9},
                                              {"yaw_rate_degps", 1},
                                              {"ax_cg_mps2", 0.1},
                                              {"latacc-calc [g]", 0.01},

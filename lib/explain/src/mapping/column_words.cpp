@@ -171,7 +171,8 @@ std::vector<Alias> aliases_of_places_and_speeds() {
         "spd",
         "vel",
         "gps2dspeed"}},
-      {"vy_mps", "speed", {"vy", "vely", "lineary", "vlat", "velocityy"}},
+      {"vx_mps", "speed", {"speedx", "velocidadedoveculo", "velocidaddelvehculo"}},
+      {"vy_mps", "speed", {"vy", "vely", "lineary", "vlat", "velocityy", "speedy"}},
       {"yaw_rate_radps",
        "rate",
        {"yawrate", "omega", "r", "gyroz", "omegaz", "wz", "angularz", "angularvelocityz",
@@ -234,7 +235,7 @@ std::vector<Alias> aliases_of_accelerations_and_controls() {
       {"throttle",
        "share",
        {"throttle", "throttlepos", "throttleposition", "tps", "tps1", "aps", "pps", "drosselklappe",
-        "thrtl", "throttleopeningangle", "absolutethrottleposition"}},
+        "thrtl", "throttleopeningangle", "absolutethrottleposition", "tp", "tpmain"}},
       {"throttle_command",
        "share",
        {"throttlecommand", "gas", "throttlecmd", "throttlepedcmd", "throttlepedalcmd", "pedal",
@@ -250,7 +251,7 @@ std::vector<Alias> aliases_of_accelerations_and_controls() {
       {"engine_radps",
        "turn",
        {"engine", "rpm", "rpms", "engspeed", "currentenginerpm", "enginespeed", "enginerpm", "nmot",
-        "motordrehzahl", "drehzahl", "regime", "giri"}},
+        "motordrehzahl", "drehzahl", "regime", "giri", "rpmdomotor", "rpmdelmotor"}},
       {"fuel_kg", "none", {"fuel", "fuelmass"}},
   };
 }

@@ -5,8 +5,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "column_words.h"
 #include "path_fit.h"
@@ -108,6 +110,16 @@ double settle_unit(double slope, const char* what, ColumnMapping& m, Mapping& ma
     if (std::abs(std::abs(left) - 1.0) > 0.08) continue;
     mapping.notes.push_back(
         fmt::format("{} from '{}': factor {:g}, by {}", m.channel, m.column, unit, what));
+    // What no path says of goes with what it does say, where the same file names no unit of both.
+    for (const auto& [leader, follower] :
+         std::initializer_list<std::pair<const char*, const char*>>{
+             {"vx_mps", "vy_mps"},
+             {"ax_mps2", "az_mps2"},
+             {"yaw_rate_radps", "roll_rate_radps"},
+             {"yaw_rate_radps", "pitch_rate_radps"}})
+      if (ColumnMapping* const f = find_channel(mapping, follower);
+          m.channel == leader && f != nullptr && mapping.guessed.contains(follower))
+        f->scale *= std::abs(scale / m.scale);
     m.scale = scale;
     return left;
   }
@@ -171,6 +183,18 @@ void confirm_steering(const Table& table, const char* channel, const std::vector
         "front wheels of a car of 3 m wheelbase, as a steering wheel does; map it to {} with "
         "scale {}{:.6g} over the steering's ratio",
         m->column, std::abs(fit.slope), channel, fit.slope < 0 ? "-" : "", m->scale));
+    std::erase_if(mapping.columns,
+                  [&](const ColumnMapping& other) { return other.channel == channel; });
+    return;
+  }
+  // A unit that was guessed must be right: games write a share of the lock.
+  if (mapping.guessed.contains(channel) && std::abs(fit.correlation) > 0.5 &&
+      (std::abs(fit.slope) < 0.3 || std::abs(fit.slope) > 1.35)) {
+    mapping.notes.push_back(fmt::format(
+        "column '{}' is not used: its unit is not known, and as it is it turns {:.2f} times as far "
+        "as the curvature asks of a car of 3 m wheelbase; where it goes with the front wheels' "
+        "angle, map it to {} with scale {:.4g}",
+        m->column, std::abs(fit.slope), channel, m->scale / fit.slope));
     std::erase_if(mapping.columns,
                   [&](const ColumnMapping& other) { return other.channel == channel; });
     return;
@@ -286,7 +310,12 @@ void confirm_without_place(const Table& table, const std::vector<double>& t, Map
   std::vector<double> v = filled("vx_mps");
   const double most = *std::max_element(v.begin(), v.end());
   constexpr double kSlow_mps = 60.0;  // what is faster may as well be km/h or mph
-  if (mapping.guessed.contains("vx_mps") && speed->scale == 1.0 && most > kSlow_mps) {
+  // Whole numbers are what buses and gauges show, and hardly ever m/s.
+  const std::vector<double>& logged = *table.find(speed->column);
+  const bool whole = most > 15.0 && std::all_of(logged.begin(), logged.end(), [](double x) {
+                       return std::isnan(x) || x == std::floor(x);
+                     });
+  if (mapping.guessed.contains("vx_mps") && speed->scale == 1.0 && (most > kSlow_mps || whole)) {
     const ColumnMapping* const ahead = find_channel(mapping, "ax_mps2");
     const bool known = ahead != nullptr && !mapping.guessed.contains("ax_mps2");
     const Fit fit = known ? through_zero(filled("ax_mps2"), acceleration_of(t, v)) : Fit{};
@@ -298,7 +327,10 @@ void confirm_without_place(const Table& table, const std::vector<double>& t, Map
           fmt::format("the unit of '{}' is not known: up to {:g}, it may be m/s, km/h or mph; map "
                       "it to vx_mps with scale 1, 0.277778 or 0.44704",
                       speed->column, most));
-      std::erase_if(mapping.columns, [](const ColumnMapping& m) { return m.channel == "vx_mps"; });
+      std::erase_if(mapping.columns, [&](const ColumnMapping& m) {
+        return m.channel == "vx_mps" ||
+               (m.channel == "vy_mps" && mapping.guessed.contains(m.channel));
+      });
       return;
     }
     v = filled("vx_mps");

@@ -10,6 +10,7 @@
 
 #include "base/letters.h"
 #include "column_words.h"
+#include "confirm_mapping.h"
 #include "recording/look.h"
 #include "wheel_words.h"
 
@@ -106,9 +107,31 @@ Guess guess_channel(const std::string& column, const std::string& stem, const st
   return guess;
 }
 
-/// The factor to the channel's own unit: by the unit in the name, or from the size of the values
-/// where that decides.
-void put_scale(const std::vector<double>& values, const std::string& quantity,
+/// The largest number of a column and of those that are in its unit, whatever that is: the other
+/// accelerations or turning rates without one, the other half of a place on Earth. A longitude near
+/// Greenwich would be radians by itself, and a gentle ax g beside an ay in m/s^2.
+double largest_of_kind(const Table& table, std::size_t c, const Guess& guess) {
+  const auto kind_of = [](const Guess& g) -> std::string {
+    if (g.channel == "latitude_rad" || g.channel == "longitude_rad") return "place";
+    return g.quantity == "acceleration" || g.quantity == "rate" ? g.quantity : "";
+  };
+  const std::string kind = kind_of(guess);
+  double most = largest(table.columns[c]);
+  if (kind.empty()) return most;
+  std::set<std::string> seen{guess.channel};  // of each channel the first column, which is taken
+  for (std::size_t k = 0; k < table.names.size(); ++k) {
+    const auto [stem, unit] = split_unit(table.names[k]);
+    const Guess other = guess_channel(table.names[k], stem, unit);
+    if (kind_of(other) == kind && !is_unit(unit) && unit_by_word(other.word).empty() &&
+        seen.insert(other.channel).second)
+      most = std::max(most, largest(table.columns[k]));
+  }
+  return most;
+}
+
+/// The factor to the channel's own unit: by the unit in the name, or from the size `most` of the
+/// values where that decides.
+void put_scale(const std::vector<double>& values, double most, const std::string& quantity,
                const std::string& unit, ColumnMapping& m, Mapping& mapping) {
   const std::string& column = m.column;
   if (const auto scale = unit_scale(quantity, unit)) {
@@ -119,14 +142,13 @@ void put_scale(const std::vector<double>& values, const std::string& quantity,
     mapping.notes.push_back(fmt::format("{} from '{}': unit {} in the name, factor {:g}", m.channel,
                                         column, unit, m.scale));
   } else {
-    // Without a unit: from the size of the values where that decides.
-    const double most = largest(values);
     if (quantity == "time") m.scale = recording::scale_of_moments(values);
     if (quantity == "speed" && most > kFastest_mps) m.scale = 1.0 / 3.6;
     if (quantity == "share" && most > 1.5) m.scale = most > 110.0 ? 1.0 / 255 : 0.01;
     if (quantity == "acceleration" && most < 4.0 && most > 0.2) m.scale = 9.80665;
-    if ((quantity == "angle" || quantity == "rate") && most > 7.0) m.scale = kDegree;
     const bool on_globe = m.channel == "latitude_rad" || m.channel == "longitude_rad";
+    if ((quantity == "angle" || quantity == "rate") && most > (on_globe ? 3.2 : 7.0))
+      m.scale = kDegree;
     if (on_globe && most > 1e4 && most <= 1.8e9) m.scale = 1e-7 * kDegree;  // as receivers write
     constexpr double kHighestRoad_m = 9000.0;
     if (m.channel == "z_m" && most > kHighestRoad_m) m.scale = 1e-3;
@@ -185,6 +207,10 @@ std::string doubt(const Table& table, std::size_t c, const Guess& guess, const s
   if (has_quantity(guess) && is_unit(unit) && !unit_scale(guess.quantity, unit))
     return fmt::format("{} is no unit of {}", unit, guess.channel);
   if (guess.channel.empty()) return "its name says nothing known";
+  // A unit that stands apart in the file; brackets in a name may say something else.
+  if (has_quantity(guess) && guess.quantity != "time" && table.names[c].ends_with(']') &&
+      !unit.empty() && !is_unit(unit))
+    return fmt::format("'{}' is no unit of {} that is known", unit, guess.channel);
   if (guess.channel != "time_s" &&
       std::none_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); }))
     return "it holds no number";
@@ -248,7 +274,12 @@ void map_column(const Table& table, std::size_t c, std::set<std::string>& taken,
         fmt::format("column '{}' is not used: {} comes from another", column, m.channel));
     return;
   }
-  if (has_quantity(guess)) put_scale(table.columns[c], guess.quantity, unit, m, mapping);
+  if (has_quantity(guess))
+    put_scale(table.columns[c], largest_of_kind(table, c, guess), guess.quantity, unit, m, mapping);
+  const ColumnMapping* const ahead = find_channel(mapping, "vx_mps");
+  if (m.channel == "vy_mps" && mapping.guessed.contains("vy_mps") && ahead != nullptr &&
+      mapping.guessed.contains("vx_mps"))
+    m.scale = ahead->scale;
   put_held(table.columns[c], m, mapping);
   mapping.columns.push_back(m);
   if (guess.second.empty() || !taken.insert(guess.second).second) return;
@@ -258,7 +289,8 @@ void map_column(const Table& table, std::size_t c, std::set<std::string>& taken,
 
 void map_clock(const Table& table, std::size_t c, Mapping& mapping) {
   ColumnMapping m{table.names[c], "time_s"};
-  put_scale(table.columns[c], "time", split_unit(m.column).second, m, mapping);
+  put_scale(table.columns[c], largest(table.columns[c]), "time", split_unit(m.column).second, m,
+            mapping);
   mapping.columns.insert(mapping.columns.begin(), m);
 }
 
