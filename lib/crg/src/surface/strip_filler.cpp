@@ -1,5 +1,7 @@
 #include "strip_filler.h"
 
+#include <optional>
+
 namespace crg {
 
 // The nodes of `rows` rows from (row, column) on; those beyond the grid are not used.
@@ -23,6 +25,28 @@ void StripFiller::fill_tile(std::size_t row, std::size_t column, std::size_t row
       for (std::size_t j = 0; j < columns; ++j) put(j);
   }
 }
+
+namespace {
+
+/// Through nine values at the offsets -half, 0 and half; none where it misses their corners.
+std::optional<Quadratic> through(const double (&f)[3][3], double half_a, double half_b) {
+  const double f0 = f[1][1];
+  // Coefficients in the scaled offsets (-1, 0, 1), then in samples.
+  const double ca = 0.5 * (f[2][1] - f[0][1]), cb = 0.5 * (f[1][2] - f[1][0]);
+  const double caa = 0.5 * (f[2][1] + f[0][1]) - f0, cbb = 0.5 * (f[1][2] + f[1][0]) - f0;
+  const double cab = 0.25 * (f[2][2] - f[2][0] - f[0][2] + f[0][0]);
+  for (const int i : {0, 2}) {
+    for (const int j : {0, 2}) {
+      const double fitted = f0 + ca * (i - 1) + cb * (j - 1) + caa + cbb + cab * (i - 1) * (j - 1);
+      if (!(std::abs(fitted - f[i][j]) < 1e-3)) return std::nullopt;
+    }
+  }
+  const double per_a = 1.0 / half_a, per_b = 1.0 / half_b;
+  return Quadratic{{f0, ca * per_a, cb * per_b, caa * (per_a * per_a), cab * (per_a * per_b),
+                    cbb * (per_b * per_b)}};
+}
+
+}  // namespace
 
 bool StripFiller::try_tile(const StripPart& part, Cursor& cursor) noexcept {
   wide_ = false;
@@ -55,26 +79,10 @@ bool StripFiller::try_tile(const StripPart& part, Cursor& cursor) noexcept {
     for (std::size_t j = 0; j < 3; ++j) look(i, j);
   if (!usable) return false;
 
-  // Coefficients in the scaled offsets (-1, 0, 1), then in samples.
-  bool smooth = true;
-  const double per_a = 1.0 / ha, per_b = 1.0 / hb;
-  const auto fit = [&](const double(&f)[3][3]) {
-    const double f0 = f[1][1];
-    const double ca = 0.5 * (f[2][1] - f[0][1]), cb = 0.5 * (f[1][2] - f[1][0]);
-    const double caa = 0.5 * (f[2][1] + f[0][1]) - f0, cbb = 0.5 * (f[1][2] + f[1][0]) - f0;
-    const double cab = 0.25 * (f[2][2] - f[2][0] - f[0][2] + f[0][0]);
-    for (const int i : {0, 2}) {
-      for (const int j : {0, 2}) {
-        const double fitted =
-            f0 + ca * (i - 1) + cb * (j - 1) + caa + cbb + cab * (i - 1) * (j - 1);
-        smooth &= std::abs(fitted - f[i][j]) < 1e-3;
-      }
-    }
-    return Quadratic{{f0, ca * per_a, cb * per_b, caa * (per_a * per_a), cab * (per_a * per_b),
-                      cbb * (per_b * per_b)}};
-  };
-  Quadratic row = fit(rows), column = fit(columns);
-  if (!smooth) return false;
+  const std::optional<Quadratic> of_row = through(rows, ha, hb),
+                                 of_column = through(columns, ha, hb);
+  if (!of_row || !of_column) return false;
+  Quadratic row = *of_row, column = *of_column;
 
   double row_min = rows[0][0], row_max = row_min, column_min = columns[0][0],
          column_max = column_min;

@@ -6,7 +6,8 @@
 namespace road {
 namespace {
 
-// Of some ten thousand random points a few more may fall into closed holes and gaps than their area says.
+// Of some ten thousand random points a few more may fall into closed holes and gaps than their area
+// says.
 constexpr double kScatter = 1.5;
 
 }  // namespace
@@ -14,7 +15,8 @@ constexpr double kScatter = 1.5;
 ValidateLimits limits_of(const BuildSummary& summary) {
   ValidateLimits limits = summary.recipe.limits;
   const double length_m = summary.centreline.length_m, width_m = summary.centreline.width_median_m;
-  if (length_m > 0.0) limits.max_share_without_mesh += kScatter * summary.clean.bridged_m / length_m;
+  if (length_m > 0.0)
+    limits.max_share_without_mesh += kScatter * summary.clean.bridged_m / length_m;
   if (length_m > 0.0 && width_m > 0.0)
     limits.max_share_without_mesh +=
         kScatter * summary.clean.holes_closed_m2 / (length_m * width_m);

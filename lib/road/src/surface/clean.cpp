@@ -155,7 +155,8 @@ bool is_rough_beside(const Cleaning& wide, const Cleaning& narrow) {
                           b = soup.area_vector_of(uses[i + 1].t).normalized();
     folds[is_on(uses[i]) ? 1 : 0].push_back(a.cross(b).norm());
   }
-  return base::median_or(0.0, folds[0]) > kRoughFold + kTimesRougher * base::median_or(0.0, folds[1]);
+  return base::median_or(0.0, folds[0]) >
+         kRoughFold + kTimesRougher * base::median_or(0.0, folds[1]);
 }
 
 /// Names that call everything road tell nothing apart, whatever it is made of: a doubt where colour
