@@ -159,14 +159,17 @@ Found found_or_asked(base::Answer<Found> found, const Mesh& mesh, double metres_
 }
 
 /// Where shape alone told the road, and something speaks against it: asks which of the
-/// strips; where there is but one, whether it is the road.
-void ask_for_strip(const std::vector<std::string>& doubts, const CleanReport& report,
-                   const Mesh& mesh, const Recipe& recipe, const std::string& picture_path) {
+/// strips; where an open one is the only one, whether it is the road.
+void ask_for_strip(const std::vector<std::string>& doubts, const MadeRoad& built,
+                   const Recipe& recipe, const std::string& picture_path) {
+  const CleanReport& report = built.summary.clean;
   if (doubts.empty() || report.by_names || report.by_colour || report.by_guide ||
       recipe.clean.near_m)
     return;
-  std::vector<Candidate> could_be = candidates_of_strips(mesh, recipe);
-  if (!could_be.empty()) ask(doubts.front(), mesh, recipe, std::move(could_be), picture_path);
+  std::vector<Candidate> could_be = candidates_of_strips(built.mesh, recipe);
+  // A closed road that is doubted and has no rival is another doubt than which of several.
+  if (could_be.size() > (built.centreline.closed ? 1u : 0u))
+    ask(doubts.front(), built.mesh, recipe, std::move(could_be), picture_path);
 }
 
 /// Cleans the mesh, or takes what was kept of the last time.
@@ -313,7 +316,7 @@ MadeRoad make_road(const Recipe& recipe, const std::vector<InputFile>& inputs,
           doubts.push_back(std::move(*width));
       // A missing piece and another unit come first: they change the strips.
       if (doubts.size() == of_strips)
-        ask_for_strip(doubts, summary.clean, built.mesh, prepared.recipe, options.question_path);
+        ask_for_strip(doubts, built, prepared.recipe, options.question_path);
       return doubts;
     });
   stage("align", [&] { put_on_the_earth(recipe, built); });
