@@ -10,8 +10,8 @@ constexpr std::size_t kRows = 120, kBegin = 50, kEnd = 70;  // of the piece that
 constexpr double kStep_m = 0.5;
 
 /// Amid a piece of 10 m, the left edge of a straight road from -4.5 to 4.5 m whose left side
-/// ends at `piece_left_m` there.
-double left_edge_m(double piece_left_m) {
+/// ends at `piece_left_m` there; what is driven from `lane_m` on lies beside it all along.
+double left_edge_m(double piece_left_m, double lane_m = 9.0) {
   crg::ReferenceLine line;
   line.u_step_m = kStep_m;
   road::Centreline centreline;
@@ -26,7 +26,7 @@ double left_edge_m(double piece_left_m) {
     centreline.half_width_m.push_back(4.6);
     const double left_m = i >= kBegin && i < kEnd ? piece_left_m : 4.5;
     for (const double v_m : sampled.grid.v_m) {
-      const bool on_road = v_m > -4.6 && v_m < left_m + 0.1;
+      const bool on_road = (v_m > -4.6 && v_m < left_m + 0.1) || v_m > lane_m - 0.1;
       sampled.grid.z_m.push_back(on_road ? 0.0f : std::numeric_limits<float>::quiet_NaN());
       sampled.provenance.push_back(on_road ? road::Provenance::mesh : road::Provenance::none);
       sampled.surface_class.push_back(road::SurfaceClass::road);
@@ -40,5 +40,10 @@ TEST(RoadEdges, APieceThatIsLostBelongsToTheRoad) { EXPECT_EQ(left_edge_m(3.0), 
 
 // Any edge that is not parallel to the line goes from one column to the next somewhere.
 TEST(RoadEdges, OneColumnLessIsTheEdgeItself) { EXPECT_EQ(left_edge_m(4.0), 4.0); }
+
+TEST(RoadEdges, ALaneBehindAWedgeIsBeyondTheEdge) {
+  EXPECT_EQ(left_edge_m(4.5, 5.5), 4.5);
+  EXPECT_EQ(left_edge_m(4.0, 5.0), 4.0) << "within the half width, which is measured with the lane";
+}
 
 }  // namespace road_edges_test

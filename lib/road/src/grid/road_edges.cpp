@@ -222,26 +222,27 @@ RoadEdges road_edges(const SampledGrid& sampled, const crg::ReferenceLine& line,
   const auto middle =
       static_cast<std::size_t>(std::min(std::lower_bound(v_m.begin(), v_m.end(), 0.0) - v_m.begin(),
                                         static_cast<std::ptrdiff_t>(columns) - 1));
+  // What is missing beside its last column ends the road: behind a wedge there begins a pit lane.
+  const double column_m = (v_m.back() - v_m.front()) / static_cast<double>(columns - 1);
   RoadEdges edges{std::vector<double>(rows, 0.0), std::vector<double>(rows, 0.0)};
   for (std::size_t i = 0; i < rows; ++i) {
     const std::size_t row = i * columns;
     for (std::size_t j = middle; j < columns; ++j) {
       if (is_driven(sampled, row + j))
         edges.left_m[i] = std::max(0.0, v_m[j]);
-      else if (v_m[j] > half_m[i])
+      else if (v_m[j] > half_m[i] - column_m)
         break;
     }
     for (std::size_t j = middle + 1; j-- > 0;) {
       if (is_driven(sampled, row + j))
         edges.right_m[i] = std::min(0.0, v_m[j]);
-      else if (-v_m[j] > half_m[i])
+      else if (-v_m[j] > half_m[i] - column_m)
         break;
     }
   }
   // Rows that were cut short on purpose have no notch: a fold, another leg, a wall.
   const RoadEdges seen = edges;
-  const double abrupt_m = std::max(
-      kAbrupt_m, kAbruptColumns * (v_m.back() - v_m.front()) / static_cast<double>(columns - 1));
+  const double abrupt_m = std::max(kAbrupt_m, kAbruptColumns * column_m);
   fill_notches(edges.left_m, line.u_step_m, abrupt_m, 1.0);
   fill_notches(edges.right_m, line.u_step_m, abrupt_m, -1.0);
   const RoadEdges filled = edges;

@@ -127,7 +127,7 @@ bool is_crest(const FlatSurface& flat, const Fans& fans, const Chain& chain) {
   const double fold = base::median_or(0.0, folds);
   double alike_m = 0.0;
   for (std::size_t i = 0; i < folds.size(); ++i)
-    if (std::abs(folds[i] - fold) < kCrownsDiffer) alike_m += lengths_m[i];
+    if (std::abs(folds[i] - fold) < std::max(kCrownsDiffer, 0.5 * fold)) alike_m += lengths_m[i];
   return fold > 0.0 && fold < 2.0 * kCrownSlope && alike_m >= kCrownShare * length_m &&
          (level_m >= kLevelShare * length_m ||
           std::abs(where_straight(differ, turns_1pm)) < kCrownsDiffer);
