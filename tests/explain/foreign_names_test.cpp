@@ -308,6 +308,12 @@ TEST(ForeignNames, AUnitThatIsNotKnownIsNotGuessed) {
       "log");
   EXPECT_EQ(of(m, "brake_pa"), nullptr);
   EXPECT_THAT(m.notes, testing::Contains(HasSubstr("'psi_x10' is no unit of brake_pa")));
+  for (const auto& [name, scale] : std::vector<std::pair<std::string, double>>{
+           {"SpeedMPH", 0.44704}, {"speedKmh", 1 / 3.6}, {"speedmps", 1.0}})
+    EXPECT_NEAR(scale_of(propose_mapping(table_of(drive(20, 20), {{"time", t}, {name, v}}), "log"),
+                         "vx_mps"),
+                scale, 1e-12)
+        << name;
   // Whole numbers of a bus: m/s or km/h, nothing says.
   const Mapping bus = propose_mapping(
       table_of(drive(20, 20),

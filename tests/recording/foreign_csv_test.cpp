@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -87,6 +88,14 @@ TEST(ForeignCsv, Utf16AndLatin1AreReadAsWindowsWritesThem) {
                        28));
   EXPECT_EQ(log.channels[1].name, "\xF0\x9F\x9A\x97");
   EXPECT_EQ(log.channels[2].name, "\xEF\xBF\xBD");
+}
+
+TEST(ForeignCsv, ZerosThatFillCellsAreBlanks) {
+  std::string text = "INDEX,TIME,SPEED,NOTE\n1**,10,5**,***\n2**,11,6**,***\n";
+  std::replace(text.begin(), text.end(), '*', '\0');
+  EXPECT_THAT(of(read(text), "SPEED").values, ElementsAre(5, 6));
+  std::replace(text.begin(), text.end(), 'E', '\0');
+  EXPECT_THAT(refusal(text), HasSubstr("binary"));
 }
 
 TEST(ForeignCsv, AHeaderThatComesAgainIsNoRow) {

@@ -166,7 +166,6 @@ std::vector<Alias> aliases_of_places_and_speeds() {
         "kph",
         "kmh",
         "mph",
-        "speedkmh",
         "carspeed",
         "spd",
         "vel",
@@ -285,11 +284,16 @@ std::pair<std::string, std::string> split_ending(const std::string& column) {
                                                                   {"_m_s2", "m/s2"}})
     if (column.size() > ending.size() && column.ends_with(ending))
       return {column.substr(0, column.size() - ending.size()), unit};
+  std::string lower = column;
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   const std::size_t at = column.rfind('_');
-  if (at == std::string::npos || at == 0) return {column, ""};
-  std::string ending = column.substr(at + 1);
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  const auto unit = units.find(ending);
+  if (at == std::string::npos || at == 0) {  // "SpeedMPH"
+    const auto glued = lower.starts_with("speed") ? units.find(lower.substr(5)) : units.end();
+    return glued != units.end() && unit_scale("speed", glued->second)
+               ? std::pair{column.substr(0, 5), std::string(glued->second)}
+               : std::pair{column, std::string()};
+  }
+  const auto unit = units.find(lower.substr(at + 1));
   return unit == units.end() ? std::pair{column, std::string()}
                              : std::pair{column.substr(0, at), std::string(unit->second)};
 }
@@ -358,7 +362,7 @@ std::string unit_by_word(const std::string& word) {
   if (is_one_of(
           {"rpm", "rpms", "enginerpm", "currentenginerpm", "nmot", "motordrehzahl", "drehzahl"}))
     return "rpm";
-  if (is_one_of({"kph", "kmh", "speedkmh"})) return "km/h";
+  if (is_one_of({"kph", "kmh"})) return "km/h";
   if (word == "mph") return "mph";
   if (word.starts_with("linearacceleration")) return "m/s2";  // of ROS, as the next
   if (word.starts_with("angularvelocity")) return "rad/s";

@@ -70,6 +70,19 @@ std::string from_utf16(std::string_view bytes) {
   return out;
 }
 
+/// Whether zeros do no more than fill the cells of a text, as receivers with columns of fixed width
+/// write them: behind each stands another, or the end of a cell.
+bool fills_cells_with_zeros(std::string_view text) {
+  std::size_t zeros = 0;
+  for (std::size_t k = 0; k < text.size(); ++k) {
+    if (text[k] != '\0') continue;
+    ++zeros;
+    if (k + 1 < text.size() && std::string_view("\0,;\t\r\n", 6).find(text[k + 1]) == text.npos)
+      return false;
+  }
+  return zeros > 0 && 2 * zeros < text.size();
+}
+
 Log parse_plain(std::string_view bytes, const std::string& name) {
   if (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF"))
     return parse_plain(from_utf16(bytes), name);
@@ -81,6 +94,11 @@ Log parse_plain(std::string_view bytes, const std::string& name) {
   refuse_what_is_not_read(bytes, name);
   base::want_no_web_page(bytes, name);
   bytes = base::behind_byte_order_mark(bytes, name);
+  if (fills_cells_with_zeros(bytes)) {
+    std::string text(bytes);
+    std::replace(text.begin(), text.end(), '\0', ' ');
+    return parse_plain(text, name);
+  }
   if (bytes.substr(0, 4096).find('\0') != std::string_view::npos)
     throw base::Error(fmt::format(
         "{}: binary, and none of MoTeC .ld, iRacing .ibt, MCAP, rosbag2; export it as CSV", name));
