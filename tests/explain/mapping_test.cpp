@@ -352,6 +352,12 @@ TEST(Mapping, WhatIsNoPlaceNoHeadingAndNoPressureIsLeftOut) {
   for (const char* channel : {"x_m", "y_m", "yaw_rad", "brake_pa"})
     EXPECT_EQ(column_of(m, channel), "") << channel;
   EXPECT_EQ(column_of(m, "latitude_rad"), "Latitude");
+  const Mapping columbus = propose_mapping(counted({{"TIME", 1},
+                                                    {"LATITUDE N/S [deg]", 1e-3},
+                                                    {"LONGITUDE E/W [deg]", 1e-3},
+                                                    {"HEADING", 1}}),
+                                           "log");
+  EXPECT_EQ(column_of(columbus, "yaw_rad"), "") << "the receiver's course";
   EXPECT_NEAR(of(m, "vx_mps").scale, 1 / 3.6, 1e-12);
 }
 

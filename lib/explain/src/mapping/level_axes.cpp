@@ -6,24 +6,14 @@
 #include <cmath>
 #include <string>
 
-#include "column_words.h"
 #include "confirm_mapping.h"
+#include "map_column.h"
 #include "path_fit.h"
 
 namespace explain {
 namespace {
 
 using recording::Table;
-
-bool is_called_speed(const std::string& column) {
-  for (const std::string& word : words_of(split_unit(column).first))
-    for (const Alias& alias : aliases())
-      if (alias.channel == std::string("vx_mps") &&
-          std::any_of(alias.names.begin(), alias.names.end(),
-                      [&](const char* name) { return word == name; }))
-        return true;
-  return false;
-}
 
 /// What makes a column the speed along a path in m/s, and what makes the path's lengths metres.
 struct Scales {
@@ -76,7 +66,7 @@ void settle_level_axes(const Table& table, const std::vector<double>& t, Mapping
   const Path beside = path_of(t, x_m, mapped_values(mapping, table, "y_m"));
   const Path across = z == nullptr ? Path{} : path_of(t, x_m, mapped_values(mapping, table, "z_m"));
   for (std::size_t c = 0; c < table.names.size(); ++c) {
-    if (!is_called_speed(table.names[c])) continue;
+    if (!is_called(table.names[c], "vx_mps")) continue;
     if (settle_lengths(scales_of(beside.speed, table.columns[c]), table.names[c], mapping)) return;
     if (z == nullptr) continue;
     const Scales scales = scales_of(across.speed, table.columns[c]);

@@ -41,7 +41,10 @@ bool has_word(const Table& table, std::initializer_list<const char*> words) {
     return std::any_of(words.begin(), words.end(), [&](const char* word) { return own == word; });
   });
 }
-bool on_earth(const Table& table) { return has_word(table, {"latitude", "lat", "gpslatitude"}); }
+bool on_earth(const Table& table) {
+  return std::any_of(table.names.begin(), table.names.end(),
+                     [](const std::string& name) { return is_called(name, "latitude_rad"); });
+}
 /// Where a log has no other place, a heading is what a receiver calls the path's course.
 bool placed_by_satellites(const Table& table) {
   return has_word(table, {"sats", "satellites", "nsat", "gpsnsat"}) ||
@@ -285,6 +288,15 @@ void map_column(const Table& table, std::size_t c, std::set<std::string>& taken,
   if (guess.second.empty() || !taken.insert(guess.second).second) return;
   m.channel = guess.second;
   mapping.columns.push_back(m);
+}
+
+bool is_called(const std::string& column, std::string_view channel) {
+  for (const std::string& word : words_of_column(column, split_unit(column).first))
+    for (const Alias& alias : aliases())
+      if (alias.channel == channel && std::any_of(alias.names.begin(), alias.names.end(),
+                                                  [&](const char* name) { return word == name; }))
+        return true;
+  return false;
 }
 
 void map_clock(const Table& table, std::size_t c, Mapping& mapping) {

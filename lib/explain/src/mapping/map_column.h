@@ -3,6 +3,7 @@
 
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "explain/mapping.h"
@@ -12,6 +13,9 @@ namespace explain {
 
 /// Every channel the analysis reads.
 const std::vector<std::string>& analysed_channels();
+
+/// Whether a column has a name of the channel that other loggers use.
+bool is_called(const std::string& column, std::string_view channel);
 
 /// Takes column `c` of the table into the mapping, or leaves it out; a note says why. `taken` has
 /// the channels that other columns gave. The pressure of an axle gives the channels of both wheels.

@@ -74,12 +74,9 @@ std::string from_utf16(std::string_view bytes) {
 /// write them: behind each stands another, or the end of a cell.
 bool fills_cells_with_zeros(std::string_view text) {
   std::size_t zeros = 0;
-  for (std::size_t k = 0; k < text.size(); ++k) {
-    if (text[k] != '\0') continue;
-    ++zeros;
+  for (std::size_t k = text.find('\0'); k != text.npos; k = text.find('\0', k + 1), ++zeros)
     if (k + 1 < text.size() && std::string_view("\0,;\t\r\n", 6).find(text[k + 1]) == text.npos)
       return false;
-  }
   return zeros > 0 && 2 * zeros < text.size();
 }
 
