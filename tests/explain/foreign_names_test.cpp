@@ -283,6 +283,31 @@ TEST(ForeignNames, ColumnsOfOneKindHaveOneUnit) {
   EXPECT_NEAR(scale_of(speeds, "vy_mps"), 1 / 3.6, 1e-9);
 }
 
+TEST(ForeignNames, VelocitiesAlongTheAxesOfThePlaneAreNoneOfTheCar) {
+  std::vector<Moment> round = drive(20, 60);  // a circle of 40 m
+  for (Moment& m : round) {
+    m.v_mps = 10 + std::sin(m.t_s / 3), m.yaw_rate_radps = 0.25;
+    const double turned = (10 * m.t_s - 3 * std::cos(m.t_s / 3)) / 40;
+    m.x_m = 40 * std::cos(turned), m.y_m = 40 * std::sin(turned);
+    m.ax_mps2 = -m.v_mps * std::sin(turned), m.ay_mps2 = m.v_mps * std::cos(turned);
+  }
+  const auto draft = [&](const std::function<double(const Moment&)>& vx,
+                         const std::function<double(const Moment&)>& vy) {
+    return propose_mapping(table_of(round, {{"time", t},
+                                            {"x", [](const Moment& m) { return m.x_m; }},
+                                            {"y", [](const Moment& m) { return m.y_m; }},
+                                            {"vx", vx},
+                                            {"vy", vy}}),
+                           "log");
+  };
+  const Mapping plane =
+      draft([](const Moment& m) { return m.ax_mps2; }, [](const Moment& m) { return m.ay_mps2; });
+  EXPECT_EQ(of(plane, "vx_mps"), nullptr);
+  EXPECT_EQ(of(plane, "vy_mps"), nullptr);
+  EXPECT_THAT(plane.notes, testing::Contains(HasSubstr("'vx' is not used: the path says")));
+  EXPECT_EQ(column_of(draft(v, [](const Moment&) { return 0.2; }), "vx_mps"), "vx");
+}
+
 TEST(ForeignNames, AShareOfTheLockIsNoAngle) {
   for (const auto& [full_lock, used] :
        std::vector<std::pair<double, bool>>{{1.0, true}, {0.37, false}}) {

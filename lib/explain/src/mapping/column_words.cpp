@@ -170,7 +170,7 @@ std::vector<Alias> aliases_of_places_and_speeds() {
         "spd",
         "vel",
         "gps2dspeed"}},
-      {"vx_mps", "speed", {"speedx", "velocidadedoveculo", "velocidaddelvehculo"}},
+      {"vx_mps", "speed", {"speedx", "vego", "velocidadedoveculo", "velocidaddelvehculo"}},
       {"vy_mps", "speed", {"vy", "vely", "lineary", "vlat", "velocityy", "speedy"}},
       {"yaw_rate_radps",
        "rate",

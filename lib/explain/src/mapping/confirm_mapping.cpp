@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "column_words.h"
+#include "level_axes.h"
 #include "path_fit.h"
 
 namespace explain {
@@ -363,9 +364,10 @@ void confirm_mapping(const Table& table, const std::vector<double>& t, const std
     confirm(table, t, channel, reference, what, mapping);
   };
   against("yaw_rate_radps", path.rate, "the turning of the path");
-  against("vx_mps", path.speed, "the speed of the path");
   std::vector<double> lateral(t.size());
   for (std::size_t i = 0; i < t.size(); ++i) lateral[i] = path.speed[i] * path.rate[i];
+  leave_out_axes_of_plane(table, path, lateral, mapping);
+  against("vx_mps", path.speed, "the speed of the path");
   exchange_accelerations(table, path.acceleration, lateral, mapping);
   against("ax_mps2", path.acceleration, "the path's acceleration");
   against("ay_mps2", lateral, "speed times turning of the path");

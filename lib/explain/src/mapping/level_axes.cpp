@@ -93,4 +93,28 @@ void settle_level_axes(const Table& table, const std::vector<double>& t, Mapping
   }
 }
 
+void leave_out_axes_of_plane(const Table& table, const Path& path,
+                             const std::vector<double>& lateral, Mapping& mapping) {
+  const std::vector<double> x = mapped_values(mapping, table, "vx_mps");
+  std::vector<double> both = mapped_values(mapping, table, "vy_mps");
+  if (x.empty() || both.empty()) return;
+  for (std::size_t i = 0; i < x.size(); ++i) both[i] = std::hypot(x[i], both[i]);
+  const auto goes = [](const std::vector<double>& reference, const std::vector<double>& values) {
+    return std::abs(through_zero(reference, values).correlation);
+  };
+  if (goes(path.speed, x) > 0.9 || goes(path.speed, both) < 0.95) return;
+  const bool ax = goes(path.acceleration, mapped_values(mapping, table, "ax_mps2")) > 0.5;
+  const bool ay = goes(lateral, mapped_values(mapping, table, "ay_mps2")) > 0.5;
+  std::erase_if(mapping.columns, [&](const ColumnMapping& m) {
+    const bool of_plane = m.channel == "vx_mps" || m.channel == "vy_mps" ||
+                          (m.channel == "ax_mps2" && !ax) || (m.channel == "ay_mps2" && !ay);
+    if (of_plane)
+      mapping.notes.push_back(fmt::format(
+          "column '{}' is not used: the path says that it lies along an axis of the plane and not "
+          "of the car",
+          m.column));
+    return of_plane;
+  });
+}
+
 }  // namespace explain

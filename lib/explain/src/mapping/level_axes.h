@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "explain/mapping.h"
+#include "path_fit.h"
 
 namespace explain {
 
@@ -14,5 +15,10 @@ namespace explain {
 /// speed decides.
 void settle_level_axes(const recording::Table& table, const std::vector<double>& t,
                        Mapping& mapping);
+
+/// Velocities that together are as fast as the path, and x alone is not, lie along the axes of the
+/// plane: no channels of the car. So do accelerations beside them that the path does not confirm.
+void leave_out_axes_of_plane(const recording::Table& table, const Path& path,
+                             const std::vector<double>& lateral, Mapping& mapping);
 
 }  // namespace explain
