@@ -339,6 +339,14 @@ TEST(ForeignNames, AUnitThatIsNotKnownIsNotGuessed) {
                          "vx_mps"),
                 scale, 1e-12)
         << name;
+  const Mapping shares = propose_mapping(
+      table_of(drive(20, 20), {{"time", t},
+                               {"KPH", v},
+                               {"Brake", [](const Moment& m) { return 3 * m.v_mps; }},
+                               {"Throttle", [](const Moment& m) { return 30 * m.v_mps; }}}),
+      "log");
+  EXPECT_EQ(of(shares, "brake_pa"), nullptr) << "per cent or bar";
+  EXPECT_EQ(of(shares, "throttle"), nullptr) << "of a converter of 10 bits";
   // Whole numbers of a bus: m/s or km/h, nothing says.
   const Mapping bus = propose_mapping(
       table_of(drive(20, 20),

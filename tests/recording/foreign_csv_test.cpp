@@ -183,6 +183,8 @@ TEST(ForeignCsv, ClocksAreDurationsAndHaveManyUnits) {
     EXPECT_NEAR(of(read(std::string(header) + "\n0,1\n4,2\n8,3\n"), "v").rate_hz, 250.0, 1e-6)
         << header;
   EXPECT_NEAR(of(read("SECONDS,v\n0,1\n4,2\n8,3\n"), "v").rate_hz, 0.25, 1e-9);
+  EXPECT_NEAR(of(read("time,v\n0,1\n12.5,2\n25,3\n"), "v").rate_hz, 80.0, 1e-9) << "ms";
+  EXPECT_NEAR(of(read("time,v\n1700000000.5,1\n1700000010.5,2\n"), "v").rate_hz, 0.1, 1e-9);
   EXPECT_NEAR(of(read("v,(UTC)TimeInMs\n1,1700000000000\n2,1700000000500\n"), "v").rate_hz, 2.0,
               1e-9);
 }

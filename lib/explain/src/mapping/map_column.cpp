@@ -161,8 +161,8 @@ void put_scale(const std::vector<double>& values, double most, const std::string
     // No brake is colder than 200 K, and hardly one never cooler than 200 C.
     if (quantity == "temperature" && least(values) < 200.0) m.offset = 273.15;
     mapping.notes.push_back(fmt::format(
-        "{} from '{}': no unit known ('{}'); largest value {:g}, factor {:g}{} guessed: check",
-        m.channel, column, unit, most, m.scale,
+        "{} from '{}': no unit known ('{}'); largest value {:g}{}, factor {:g}{} guessed: check",
+        m.channel, column, unit, most, most > largest(values) ? " of its kind" : "", m.scale,
         m.offset != 0.0 ? fmt::format(" and zero {:g}", m.offset) : ""));
     mapping.guessed.insert(m.channel);
   }
@@ -196,8 +196,14 @@ std::string doubt(const Table& table, std::size_t c, const Guess& guess, const s
   }
   const std::vector<double>& values = table.columns[c];
   const double most = largest(values);
-  if (guess.word == "brake" && !is_unit(unit) && (most <= 1.0 || most == 100.0 || most == 255.0))
-    return "a pedal's share or a switch, no pressure";
+  if (guess.word == "brake" && !is_unit(unit))
+    return most <= 1.0 || most == 100.0 || most == 255.0
+               ? "a pedal's share or a switch, no pressure"
+               : fmt::format("up to {:g} without a unit, it may be a pedal's share or a pressure",
+                             most);
+  constexpr double kByte = 255.0;
+  if (guess.quantity == "share" && !is_unit(unit) && most > kByte)
+    return fmt::format("up to {:g}, it is no share of 1, 100 or 255", most);
   if (guess.word == "fuel" && unit != "kg")
     return "its unit is not known: kg, litres or a share of the tank";
   if (guess.quantity == "speed" && !is_unit(unit) && most * (1 / 3.6) > kFastest_mps)

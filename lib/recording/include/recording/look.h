@@ -37,9 +37,9 @@ double share_held(const std::vector<double>& values);
 bool is_dead(const std::vector<double>& values);
 
 /// Seconds per unit of moments whose unit is not named. By the largest: of years 1990 to 2100 or
-/// so, counted from 1970 in nanoseconds, microseconds or milliseconds. By the usual step of whole
-/// numbers: from 5 on they are milliseconds, from 5,000 on microseconds, from 5e6 on nanoseconds.
-/// Else 1.
+/// so, counted from 1970 in nanoseconds, microseconds or milliseconds, or with decimals in seconds.
+/// By the usual step: from 5 on they are milliseconds, from 5,000 on microseconds, from 5e6 on
+/// nanoseconds. Else 1.
 double scale_of_moments(const std::vector<double>& moments);
 
 /// Seconds per unit of a clock whose unit is given, or stands in its name.

@@ -102,7 +102,8 @@ double scale_of_moments(const std::vector<double>& moments) {
   if (largest > 6e17) return 1e-9;
   if (largest > 6e14) return 1e-6;
   if (largest > 6e11) return 1e-3;
-  if (!whole || steps.empty()) return 1.0;
+  const bool since_1970 = !whole && largest > 6e8;  // in seconds, however far apart
+  if (since_1970 || steps.empty()) return 1.0;
   const double step = base::median(std::move(steps));
   // No logger writes a row every five seconds.
   return step < 5.0 ? 1.0 : step < 5e3 ? 1e-3 : step < 5e6 ? 1e-6 : 1e-9;
