@@ -112,6 +112,7 @@ TEST(ForeignCsv, NamesThatComeAgainAreNumbered) {
   EXPECT_THAT(of(log, "Cl #2").values, ElementsAre(4, 5));
   EXPECT_EQ(read(",Time,v\n0,0.0,5\n1,0.1,6\n").channels[0].name, "unnamed #1")
       << "a first column that counts the rows";
+  EXPECT_EQ(of(read(",Stamp,,TimeUS\n7,a,IMU,100\n8,b,IMU,200\n"), "unnamed #2").words, 2u);
   EXPECT_THAT(refusal("time_s,vx_mps,vx_mps\n0,1,2\n"),
               HasSubstr("x.csv:1: column 'vx_mps' twice"));
   EXPECT_EQ(of(read("t,gear,gear\n0,1,2\n"), "gear #2").values[0], 2.0) << "no table of ours";

@@ -451,7 +451,7 @@ TEST(Log, SeparatorsBehindTheNamesArePassedOver) {
   for (const char* text : {"t,v,,\n0,1\n1,2\n", "t,v,\n0,1,\n1,2,\n"})
     EXPECT_EQ(parse_log(text, "x.csv").channels.size(), 2u) << text;
   EXPECT_THAT(refusal_of("t,v,\n0,1,2\n"), testing::HasSubstr("x.csv:2: 3 cells"));
-  EXPECT_THAT(refusal_of("t,,v\n0,1,2\n"), testing::HasSubstr("x.csv:1: a column without"));
+  EXPECT_THAT(refusal_of("time_s,,v\n0,1,2\n"), testing::HasSubstr("x.csv:1: a column without"));
 }
 
 TEST(Log, MutantsAreReadOrRefused) {

@@ -123,10 +123,12 @@ std::vector<Alias> aliases_of_places_and_speeds() {
                           "offset",      "interval",    "utctimeinms"}},
       {"x_m",
        "length",
-       {"x", "tx", "posx", "xposition", "positionx", "worldpositionx", "east", "easting"}},
+       {"x", "tx", "posx", "xposition", "positionx", "worldpositionx", "locationx", "east",
+        "easting"}},
       {"y_m",
        "length",
-       {"y", "ty", "posy", "yposition", "positiony", "worldpositiony", "north", "northing"}},
+       {"y", "ty", "posy", "yposition", "positiony", "worldpositiony", "locationy", "north",
+        "northing"}},
       {"latitude_rad",
        "angle",
        {"latitude", "lat", "latitudens", "gpslatitude", "gpslat", "vboxlatmin", "breitengrad"}},
@@ -364,8 +366,7 @@ std::string unit_by_word(const std::string& word) {
     return "rpm";
   if (is_one_of({"kph", "kmh"})) return "km/h";
   if (word == "mph") return "mph";
-  if (word.starts_with("linearacceleration")) return "m/s2";  // of ROS, as the next
-  if (word.starts_with("angularvelocity")) return "rad/s";
+  if (word.starts_with("linearacceleration")) return "m/s2";  // of ROS and Android
   if (word == "seconds") return "s";
   if (is_one_of({"timestampms", "timems", "cts"})) return "ms";
   return "";
@@ -382,9 +383,8 @@ std::vector<std::string> words_of(const std::string& stem) {
     // Of a bus with its message, of a program's variables: "ABS::CarSpeed", "m_speed".
     if (const std::size_t colons = stem.rfind("::"); colons != std::string::npos)
       out.push_back(base::letters_and_digits_of(stem.substr(colons)));
-    if (stem.starts_with("m_")) out.push_back(base::letters_and_digits_of(stem.substr(2)));
     // What an engine's controller has at its top: "engine/rpm", "sensors/gear".
-    for (const std::string_view group : {"engine/", "sensors/", "vehicle/", "gps/", "imu/"})
+    for (const std::string_view group : {"m_", "engine/", "sensors/", "vehicle/", "gps/", "imu/"})
       if (stem.starts_with(group))
         out.push_back(base::letters_and_digits_of(stem.substr(group.size())));
     return out;

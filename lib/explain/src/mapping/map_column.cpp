@@ -110,6 +110,16 @@ Guess guess_channel(const std::string& column, const std::string& stem, const st
   return guess;
 }
 
+/// The unit that is written, or that the name says itself; topics of ROS turn in rad/s.
+std::string unit_of(const std::string& column, const std::string& word,
+                    const std::string& written) {
+  if (is_unit(written)) return written;
+  const bool of_topic = column.starts_with('/') || column.starts_with("field.");
+  if (of_topic && word.starts_with("angularvelocity")) return "rad/s";
+  const std::string of_word = unit_by_word(word);
+  return of_word.empty() ? written : of_word;
+}
+
 /// The largest number of a column and of those that are in its unit, whatever that is: the other
 /// accelerations or turning rates without one, the other half of a place on Earth. A longitude near
 /// Greenwich would be radians by itself, and a gentle ax g beside an ay in m/s^2.
@@ -125,7 +135,7 @@ double largest_of_kind(const Table& table, std::size_t c, const Guess& guess) {
   for (std::size_t k = 0; k < table.names.size(); ++k) {
     const auto [stem, unit] = split_unit(table.names[k]);
     const Guess other = guess_channel(table.names[k], stem, unit);
-    if (kind_of(other) == kind && !is_unit(unit) && unit_by_word(other.word).empty() &&
+    if (kind_of(other) == kind && !is_unit(unit_of(table.names[k], other.word, unit)) &&
         seen.insert(other.channel).second)
       most = std::max(most, largest(table.columns[k]));
   }
@@ -269,8 +279,7 @@ void map_column(const Table& table, std::size_t c, std::set<std::string>& taken,
   const std::string& column = table.names[c];
   const auto [stem, written] = split_unit(column);
   const Guess guess = guess_channel(column, stem, written);
-  const std::string of_word = is_unit(written) ? "" : unit_by_word(guess.word);
-  const std::string& unit = of_word.empty() ? written : of_word;
+  const std::string unit = unit_of(column, guess.word, written);
   ColumnMapping m{column, guess.channel};
   const std::string why = guess.word == "yaw" && north_yaw(table) ? "its name says nothing known"
                                                                   : doubt(table, c, guess, unit);

@@ -221,17 +221,17 @@ bool exported_shape(const std::vector<NumberedLine>& head, Shape& shape) {
   return false;
 }
 
-/// The names of a plain header: each column has one, but for a first one that counts the rows, and
-/// none is a number. A channel of our own tables stands there once.
+/// The names of a plain header: not most of them are numbers. In a table of ours each column has a
+/// name, but for a first one that counts the rows, and a channel stands there once.
 void check_names(const Shape& shape, const std::string& name) {
   std::set<std::string_view> seen;
   const std::vector<std::string>& own = canonical_channels();
   const bool is_own =
       std::find(shape.names.begin(), shape.names.end(), "time_s") != shape.names.end();
   for (const std::string& column : shape.names) {
-    if (column.empty() && &column != &shape.names.front())
+    if (column.empty() && is_own && &column != &shape.names.front())
       throw base::Error(fmt::format("{}:{}: a column without a name", name, shape.header_line));
-    if (seen.insert(column).second) continue;
+    if (column.empty() || seen.insert(column).second) continue;
     if (std::isfinite(number(column, true)))
       throw base::Error(fmt::format(
           "{}:{}: '{:.40}' twice in the first line, where names of columns are wanted: rows of "
