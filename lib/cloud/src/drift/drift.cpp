@@ -171,8 +171,10 @@ Move largest_move(const Sections& sections, const std::vector<Correction>& last,
   return move;
 }
 
-bool is_still(const Move& move, const MapOptions& options) {
-  if (options.trust_base) return move.height_m < 2e-4 && move.turn_rad < 2e-5;
+/// Sections of a registered cloud share no ground: a roll of theirs and a cross slope that the base
+/// lacks look alike, and by a twentieth a round the one goes on taking from the other.
+bool is_still(const Move& move, bool registered, const MapOptions& options) {
+  if (options.trust_base) return move.height_m < 2e-4 && move.turn_rad < (registered ? 1e-4 : 2e-5);
   return move.height_m < std::max(2e-4, kMovesWithoutBase * options.drift_m_per_100m) &&
          move.turn_rad < std::max(2e-5, kMovesWithoutBase * options.drift_rad_per_100m);
 }
@@ -285,6 +287,7 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
                      const std::vector<Correction>& before, MapReport& report,
                      std::optional<double> base_tilt) {
   const bool again = !before.empty();
+  const bool registered = !sections.list.empty() && sections.list.front().ahead.isZero();
   Drift drift;
   drift.correction.assign(sections.list.size(), Correction::Zero());
   JointProblem problem(sections, frame, options, before);
@@ -331,7 +334,7 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
     if (again && !fine && round >= kSchedule && move.height_m < kNearly_m)
       problem.refine(), end = std::max(end, round + kRoundsRefined);
     report.converged = fine && round > (options.trust_base ? kSchedule : kLeastWithoutBase) &&
-                       is_still(move, options);
+                       is_still(move, registered, options);
   }
   if (!again) return drift;
   const JointFacts facts = problem.facts(drift.correction, scales);
