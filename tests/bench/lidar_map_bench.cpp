@@ -1,5 +1,6 @@
 // Two synthetic laps refine a wrong base: errors against the truth, and seconds by stage.
 //   lidar_map_bench FOLDER [u_begin u_end [azimuths [seed [threads [times [laps]]]]]]
+// Ten passes, 17.8 million points: 180 420 278 1 0 1 10; two, for the time of a point: ... 1 2.
 // Scans stay in FOLDER. `times` hands out every point so many times in a row, as a scanner of so
 // many times the points would: to load time and memory with more points than the disk holds.
 #include <fmt/format.h>
