@@ -162,14 +162,36 @@ void check_drift(Channels& channels) {
                                              drift->before, drift->after));
 }
 
+/// Behind a filter of the first order.
+std::vector<double> behind_filter(const std::vector<double>& x, double time_s) {
+  std::vector<double> out(x.size(), kNaN);
+  const double share = 1 - std::exp(-Signals::kStep_s / time_s);
+  for (std::size_t i = 0; i < x.size(); ++i)
+    out[i] = i > 0 && std::isfinite(out[i - 1]) ? out[i - 1] + share * (x[i] - out[i - 1]) : x[i];
+  return out;
+}
+
+/// A slow filter makes an acceleration late and flat, which is no other clock and no other unit.
+bool is_slowly_filtered(const std::vector<double>& ax, const std::vector<double>& along_mps2,
+                        const Match& unfiltered) {
+  constexpr double kSwing_mps2 = 0.15, kLate_s = 0.05, kLate = 0.15, kLow = 0.85, kHigh = 1.2;
+  for (double time_s = 0.2; time_s < 5.0; time_s *= 1.2) {
+    const Match m = match(ax, behind_filter(along_mps2, time_s), kSwing_mps2);
+    if (m.known && std::abs(m.lag_s) <= kLate_s + kLate * time_s && m.slope > kLow &&
+        m.slope < kHigh && m.correlation > unfiltered.correlation)
+      return true;
+  }
+  return false;
+}
+
 void check_motion(Channels& channels, const PathSays& path) {
   Signals& s = channels.s;
   channels.check(kYawRate, s.x[kYawRate], {path.turn_radps, 0.02, "the turning", 0.67, 1.5, 0.7});
   check_yaw(channels, path);
   check_drift(channels);
   const Match flattened = match(s.x[kAx], path.along_mps2, 0.5);
-  // The flattening of a slow filter is no unit either; only a sign or a g is.
-  if (flattened.correlation < 0 || std::abs(flattened.correlation) > 0.9)
+  if ((flattened.correlation < 0 || std::abs(flattened.correlation) > 0.9) &&
+      !is_slowly_filtered(s.x[kAx], path.along_mps2, flattened))
     channels.check(kAx, s.x[kAx], {path.along_mps2, 0.5, "the acceleration along", 0.5, 1.6, 0.3});
   channels.check(kAy, s.x[kAy], {path.across_mps2, 0.5, "the acceleration across", 0.67, 1.5, 0.7});
   if (s.present[kVy] && s.present[kYaw]) {
