@@ -72,7 +72,7 @@ TEST(BankingByTurning, AFlatRoadGetsALimitWhateverTheGainOfTheGyro) {
     const BankingByTurning b = found(d);
     EXPECT_FALSE(b.counts) << b.saved << " of " << b.threshold;
     if (gain == 0) {
-      EXPECT_LT(degrees(b.limit), 8);
+      EXPECT_LT(degrees(b.limit), 9);
     }
   }
 }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "explain/gyro_or_banking.h"
 
 namespace explain {
@@ -42,6 +44,9 @@ TEST(Judge, AGyroThatShowsTooLittleMayBeARoadThatLeans) {
   tie_gain_with_banking(log, all);
   EXPECT_EQ(judge(all), Verdict::kTie) << "the lateral speed is not logged";
   EXPECT_FALSE(all.findings[0].not_used.empty());
+  EXPECT_EQ(all.findings[0].mechanism, "road.banking");
+  EXPECT_EQ(all.findings[0].rivals.at(0).mechanism, "sensor.gain");
+  EXPECT_NEAR(std::cos(std::atan(all.findings[0].parameters[0].value)), 1 - 0.047, 1e-9);
   // No road makes a gyro show more, and with all channels the bank shows by itself.
   all.findings = {gain};
   all.findings[0].parameters[0].value = 0.047;

@@ -24,9 +24,9 @@ const char* name_of(TurningBy by);
 struct Turning {
   TurningBy by = TurningBy::kNone;
   std::vector<double> gyro_radps, dgyro_radps2;
-  std::vector<double> turned_rad;  ///< on the map, without jumps
-  std::vector<double> cosine;      ///< of the stated slopes under the car
-  std::vector<double> bank;        ///< stated rise to the left, m/m
+  std::vector<double> turned_rad;   ///< on the map, without jumps
+  std::vector<double> cosine;       ///< of the stated slopes under the car
+  std::vector<double> bank, grade;  ///< stated rise to the left, and along the car, m/m
   std::vector<double> u_m, v_m, speed_mps;
   std::vector<int> lap;
 };
@@ -35,9 +35,9 @@ Turning turning_of(const Signals& s);
 /// One place of a road.
 struct BankingPlace {
   double u_m = 0.0;
-  double added = 0.0;       ///< rise to the left beyond the file's, m/m
-  double ci90 = 0.0;        ///< half of its 90 % interval
-  double driven_v_m = 0.0;  ///< mean place of the cars beside the reference line
+  double added = 0.0;      ///< rise to the left beyond the file's, m/m
+  double ci90 = 0.0;       ///< half of its 90 % interval
+  double pivot_v_m = 0.0;  ///< about which it leans, beside the reference line
 };
 
 struct BankingByTurning {
@@ -45,12 +45,18 @@ struct BankingByTurning {
   std::vector<BankingPlace> places;  ///< equally far apart; of a closed road without its end
   double delay_s = 0.0, gain = 0.0, bias_radps = 0.0;  ///< of the gyro
   std::size_t windows = 0;
-  /// Loss on half laps left out that the lean saves, against the stated road and a gyro whose gain
-  /// is free; what it must be: selection::kProfileGain, and three standard errors between half
+  /// Loss on half laps left out that the lean saves, against the stated road and a gyro as it is
+  /// usual; it must be selection::kProfileGain, and selection::kSure standard errors between half
   /// laps.
   double saved = 0.0, threshold = 0.0;
   bool counts = false;
-  std::vector<std::pair<double, double>> where_m;  ///< leans for sure, and half of the most or more
+  /// The same against a gyro whose gain is free. Below the threshold such a gain would do as well:
+  /// selection::kProfileGain, and three standard errors between half laps. One beyond
+  /// selection::kMostGyroGain is none of a gyro.
+  double any_gain = 0.0, saved_beside_gain = 0.0, gain_threshold = 0.0;
+  bool may_be_gain = false;
+  /// Leans for sure, and takes from the cosine half of the most or more.
+  std::vector<std::pair<double, double>> where_m;
   /// There, the median by how much the road turns: lean into the turns beyond the file's, m/m, and
   /// half of its 90 % interval.
   double lean = 0.0, lean_ci90 = 0.0;
@@ -59,12 +65,12 @@ struct BankingByTurning {
 };
 
 /// Windows of 3 s of all recordings. The profile is periodic on a closed road, as rough as makes
-/// the recordings most likely, and leans into the turns. A gyro's gain is within 0.35 % (one
-/// standard deviation), as such sensors are; how late it is, up to 1 s, is found. That its nose
-/// pitches where banking changes is left out: ends of turns come out up to a fifth too high or low.
-/// Intervals count noise as what is left of half laps left out, as correlated as that is; where the
-/// road does not turn they reach to nothing. No places: less than 30 windows, or a road that does
-/// not turn.
+/// the recordings most likely, and leans into the turns, about a line that is found beside it. A
+/// gyro's gain is within 0.35 % (one standard deviation), as such sensors are; how late it is, up
+/// to 1 s, is found. Intervals count noise as what is left of half laps left out, as correlated as
+/// that is; where the road does not turn they reach to nothing. It counts if it leans by more than
+/// twice what such a gain takes from the cosine. No places: less than 30 windows, or a road that
+/// does not turn.
 BankingByTurning banking_by_turning(const std::vector<Turning>& logs, double length_m, bool closed);
 
 }  // namespace explain

@@ -47,6 +47,7 @@ Turning turning_of(const Signals& s) {
     out.cosine.push_back(1 /
                          std::sqrt((1 + s.bank[i] * s.bank[i]) * (1 + s.grade[i] * s.grade[i])));
   out.bank = s.bank;
+  out.grade = s.grade;
   out.u_m = s.u_m;
   out.v_m = s.v_m;
   out.speed_mps = s.x[kVx];

@@ -50,8 +50,14 @@ struct Cutting {
 struct Window {
   double more_rad = 0.0;
   std::array<double, kErrors> error{};
-  VectorXd turned_rad;
+  VectorXd turned_rad, went_m;
 };
+
+/// Along the road, over the line of a closed one too.
+double went(const Turning& log, std::size_t i, double length_m, bool closed) {
+  const double way = log.u_m[i + 1] - log.u_m[i];
+  return closed && way < -0.5 * length_m ? way + length_m : way;
+}
 
 bool is_known(const Cutting& c, std::size_t first) {
   for (std::size_t i = first; i <= first + kAll; ++i) {
@@ -66,7 +72,7 @@ bool is_known(const Cutting& c, std::size_t first) {
 
 Window window_at(const Cutting& c, std::size_t first) {
   Window w;
-  w.turned_rad = VectorXd::Zero(c.places);
+  w.turned_rad = w.went_m = VectorXd::Zero(c.places);
   double stated_rad = 0.0, gyro_rad = 0.0;
   for (std::size_t k = 0; k < kAll; ++k) {
     const std::size_t i = first + k;
@@ -78,6 +84,9 @@ Window window_at(const Cutting& c, std::size_t first) {
     const Beside b = beside(c.log.u_m[i], c.length_m, c.closed, c.places);
     w.turned_rad[b.first] += (1 - b.share) * turned;
     w.turned_rad[b.second] += b.share * turned;
+    const double way_m = share * went(c.log, i, c.length_m, c.closed);
+    w.went_m[b.first] += (1 - b.share) * way_m;
+    w.went_m[b.second] += b.share * way_m;
     const double begin = static_cast<double>(i) + c.delay_steps;
     const auto mean = [&](const std::vector<double>& x) {
       return 0.5 * (at_time(x, begin) + at_time(x, begin + 1));
@@ -88,6 +97,8 @@ Window window_at(const Cutting& c, std::size_t first) {
     w.error[kDelay] -= of * mean(c.log.dgyro_radps2);
     w.error[kFilter] +=
         share * (at_time(c.log.dgyro_radps2, begin + 1) - at_time(c.log.dgyro_radps2, begin));
+    w.error[kSlip] += share * (c.log.speed_mps[i + 1] * at_time(c.log.gyro_radps, begin + 1) -
+                               c.log.speed_mps[i] * at_time(c.log.gyro_radps, begin));
   }
   w.more_rad = gyro_rad - stated_rad;
   w.error[kGain] = stated_rad;
@@ -133,12 +144,13 @@ TurningWindows turning_windows(const std::vector<Turning>& logs, double length_m
   }
   const auto rows = static_cast<Index>(windows.size());
   out.more_rad = VectorXd(rows);
-  out.turned_rad = MatrixXd(rows, places);
+  out.turned_rad = out.went_m = MatrixXd(rows, places);
   out.errors = MatrixXd(rows, Index{kErrors});
   for (Index i = 0; i < rows; ++i) {
     const Window& w = windows[static_cast<std::size_t>(i)];
     out.more_rad[i] = w.more_rad;
     out.turned_rad.row(i) = w.turned_rad.transpose();
+    out.went_m.row(i) = w.went_m.transpose();
     for (Index k = 0; k < kErrors; ++k) out.errors(i, k) = w.error[static_cast<std::size_t>(k)];
   }
   number_folds(out);
@@ -148,7 +160,7 @@ TurningWindows turning_windows(const std::vector<Turning>& logs, double length_m
 TurnedPlaces turned_places(const std::vector<Turning>& logs, double length_m, bool closed,
                            Index places) {
   TurnedPlaces out;
-  for (VectorXd* v : {&out.turned_rad, &out.bank, &out.deficit, &out.v_m})
+  for (VectorXd* v : {&out.turned_rad, &out.went_m, &out.bank, &out.grade, &out.v_m})
     *v = VectorXd::Zero(places);
   VectorXd count = VectorXd::Zero(places);
   for (const Turning& log : logs) {
@@ -160,8 +172,9 @@ TurnedPlaces turned_places(const std::vector<Turning>& logs, double length_m, bo
       for (const auto& [k, share] : {std::pair{b.first, 1 - b.share}, {b.second, b.share}}) {
         count[k] += share;
         out.turned_rad[k] += share * turned;
+        out.went_m[k] += share * went(log, i, length_m, closed);
         out.bank[k] += share * log.bank[i];
-        out.deficit[k] += share * (1 - log.cosine[i]);
+        out.grade[k] += share * log.grade[i];
         out.v_m[k] += share * log.v_m[i];
       }
     }
@@ -171,10 +184,10 @@ TurnedPlaces turned_places(const std::vector<Turning>& logs, double length_m, bo
   if (last == places) return out;
   for (Index k = last, n = 0; n < places; k = (k + 1) % places, ++n) {
     if (count[k] > 0) {
-      for (VectorXd* v : {&out.bank, &out.deficit, &out.v_m}) (*v)[k] /= count[k];
+      for (VectorXd* v : {&out.bank, &out.grade, &out.v_m}) (*v)[k] /= count[k];
       last = k;
     } else {
-      for (VectorXd* v : {&out.bank, &out.deficit, &out.v_m}) (*v)[k] = (*v)[last];
+      for (VectorXd* v : {&out.bank, &out.grade, &out.v_m}) (*v)[k] = (*v)[last];
     }
   }
   return out;

@@ -9,24 +9,26 @@
 namespace explain {
 
 /// Of each window: what the gyro turned (read `delay_s` later) less what map and stated road say,
-/// rad; how far the car turned at each place on the map, rad; what errors of the gyro would make.
+/// rad; how far the car turned at each place on the map, rad, and went there, m; what errors of the
+/// gyro would make.
 struct TurningWindows {
-  Eigen::VectorXd more_rad;    ///< gyro less stated
-  Eigen::MatrixXd turned_rad;  ///< windows x places
-  Eigen::MatrixXd errors;      ///< windows x kErrors
-  std::vector<int> fold;       ///< half laps, from 0; small ones join the one before
+  Eigen::VectorXd more_rad;            ///< gyro less stated
+  Eigen::MatrixXd turned_rad, went_m;  ///< windows x places
+  Eigen::MatrixXd errors;              ///< windows x kErrors
+  std::vector<int> fold;               ///< half laps, from 0; small ones join the one before
   int folds = 0;
 };
-/// Columns of errors: per unit of gain and bias; of more delay; of what a filter is beyond a delay.
-enum GyroError : Eigen::Index { kGain, kBias, kDelay, kFilter, kErrors };
+/// Columns of errors: per unit of gain and bias; of more delay; of what a filter is beyond a delay;
+/// of side slip per lateral acceleration.
+enum GyroError : Eigen::Index { kGain, kBias, kDelay, kFilter, kSlip, kErrors };
 
 TurningWindows turning_windows(const std::vector<Turning>& logs, double length_m, bool closed,
                                Eigen::Index places, double delay_s);
 
-/// Of the recordings at each place: how far was turned in all, rad; mean stated bank and its
-/// deficit of the cosine; mean v. Places where nobody drove have what lies before them.
+/// Of the recordings at each place: how far was turned and gone in all; mean stated bank and grade;
+/// mean v. Places where nobody drove have what lies before them.
 struct TurnedPlaces {
-  Eigen::VectorXd turned_rad, bank, deficit, v_m;
+  Eigen::VectorXd turned_rad, went_m, bank, grade, v_m;
 };
 TurnedPlaces turned_places(const std::vector<Turning>& logs, double length_m, bool closed,
                            Eigen::Index places);

@@ -274,7 +274,7 @@ class Analysis {
   Eigen::VectorXd amounts_;  ///< of refit_, then of accepted_ that act everywhere
   std::vector<Accepted> accepted_;
   std::optional<Finding> by_turning_;  ///< banking: stays as it was found
-  RoadProfiles turning_road_;          ///< that banking, with grade that leaves the driven height
+  RoadProfiles turning_road_;          ///< that banking, with the grade of the line v = 0
   Eigen::VectorXd r_;                  ///< rows at the current setting, not whitened
   std::vector<KnownDrive> drives_;     ///< of the recordings there
   Eigen::VectorXd stated_rows_;

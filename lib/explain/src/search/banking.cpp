@@ -6,16 +6,17 @@
 
 #include "analysis.h"
 #include "explain/banking_by_turning.h"
+#include "explain/gyro_or_banking.h"
 
 namespace explain {
 namespace {
 
 double degrees_of(double slope) { return std::atan(slope) * 180 / std::numbers::pi; }
 
-/// What leaves the height where the cars drove as it was stated, at every place.
+/// What leaves the height of the line about which it leans as it was stated, at every place.
 std::vector<double> kept_heights(const BankingByTurning& b) {
   std::vector<double> out;
-  for (const BankingPlace& p : b.places) out.push_back(-p.added * p.driven_v_m);
+  for (const BankingPlace& p : b.places) out.push_back(-p.added * p.pivot_v_m);
   return out;
 }
 
@@ -30,13 +31,10 @@ std::vector<double> derivative_of(const std::vector<double>& z_m, double place_m
   return out;
 }
 
-Finding banking_finding(const BankingByTurning& b) {
+Finding banking_finding(const BankingByTurning& b, const std::string& yaw_rate) {
   const RoadKind& kind = kRoad[0];
   Finding f;
-  f.mechanism = kind.id;
-  f.kind = "road";
-  f.physics = "the road leans into its turns more (or less) than the file says";
-  f.equation = "yaw rate = d(heading)/dt cos(banking)";
+  call_banking(f);
   f.cv_gain = b.saved;
   f.threshold = std::sqrt(b.threshold);
   f.statistic = std::sqrt(b.saved);
@@ -51,6 +49,7 @@ Finding banking_finding(const BankingByTurning& b) {
   const double lean = std::copysign(b.lean, sum);
   f.parameters.push_back({std::string(kind.name) + ", in the turns", kind.unit, lean,
                           lean - b.lean_ci90, lean + b.lean_ci90});
+  if (b.may_be_gain) add_gain_as_equal(f, yaw_rate, b.any_gain, b.saved - b.saved_beside_gain);
   return f;
 }
 
@@ -75,13 +74,13 @@ void Analysis::find_banking_by_turning(Findings& out) {
         name_of(b.by), std::ceil(degrees_of(b.limit))));
     return;
   }
-  by_turning_ = banking_finding(b);
+  by_turning_ = banking_finding(b, first.column[kYawRate]);
   for (const BankingPlace& p : b.places) turning_road_.bank.push_back(p.added);
   turning_road_.grade = derivative_of(kept_heights(b), b.places[1].u_m, first.closed);
   out.remarks.push_back(fmt::format(
       "banking was told by {} in {} windows of 3 s: {:.1f} to {:.1f} degrees more than the file in "
       "the turns. Its side is that to which they turn; where the road does not turn nothing tells "
-      "it; heights stay where the cars drove",
+      "it",
       name_of(b.by), b.windows, degrees_of(b.lean - b.lean_ci90),
       degrees_of(b.lean + b.lean_ci90)));
 }

@@ -1,0 +1,390 @@
+#include "leaning_road.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "lap_waves.h"
+#include "turns_along.h"
+#include "window_fit.h"
+
+namespace explain {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kPlace_m = 10.0;         ///< between places, about
+constexpr double kShortestWave_m = 80.0;  ///< of the profile
+constexpr std::size_t kMostColumns = 121;
+constexpr Index kLeastWindows = 30;
+/// Ramps of a turn's lean: how long, and how far outside the turn their middle lies, to begin with;
+/// about which line inside the middle.
+constexpr std::array<double, 4> kRamps_m{40.0, 70.0, 110.0, 160.0}, kOutside_m{-10, 15, 40, 65};
+constexpr std::array<double, 2> kInside_m{-6.0, 6.0};
+/// Sizes of waves of the lean, m/m, and lengths over which they stay alike.
+constexpr std::array<double, 4> kSizes{0.003, 0.006, 0.015, 0.03};
+constexpr std::array<double, 3> kLengths_m{80.0, 200.0, 500.0};
+/// One standard deviation of errors of a gyro as they are usual: gain, bias, delay, filter; side
+/// slip per lateral acceleration, where the path's course stands for the heading.
+constexpr std::array<double, kErrors> kUsual{0.0035, 0.0007, 0.5, 0.05, 1e-3};
+constexpr double kAnyGain = 0.2, kNoSlip = 1e-6;
+/// One standard deviation of leans, between turns, in them, of each; of ramps' places; of the
+/// pivot, for all turns alike and inside of them.
+constexpr double kBetween = 0.3, kLean = 0.6, kOfTurn = 0.08, kRamp_m = 25.0, kPivot_m = 5.0,
+                 kInner_m = 8.0;
+constexpr double kMostDelay_s = 1.0;
+/// Noise of a window to begin with, rad: a fit that begins with too much takes the road for noise.
+constexpr double kFirst_rad = 0.002, kRough_rad = 0.003;
+/// The driven line is taken as smooth: the wiggles of a reference line are none of the car's.
+constexpr double kSmoothLine_m = 60.0;
+
+double step_up(double t) {
+  t = std::clamp(t, 0.0, 1.0);
+  return t * t * t * (10 - 15 * t + 6 * t * t);
+}
+
+/// Amounts in this order: lean between the turns; of all turns; how far their ramps lie outside, at
+/// begin and end; what each turn leans more; waves; errors of the gyro; the pivot, of all turns
+/// alike and to the inside.
+enum : Index { kBetweenAt, kLeanAt, kBeginAt, kEndAt, kTurnsAt };
+struct Prior {
+  VectorXd centre, precision;
+};
+
+class Fitting {
+ public:
+  Fitting(const std::vector<Turning>& logs, double length_m, bool closed)
+      : logs_(logs), length_m_(length_m), closed_(closed) {
+    const auto spaces = static_cast<Index>(std::max(8.0, std::round(length_m / kPlace_m)));
+    places_ = closed ? spaces : spaces + 1;
+    out.place_m = length_m / static_cast<double>(spaces);
+    out.turned = turned_places(logs, length_m, closed, places_);
+    out.side = side_of(out.turned.turned_rad, out.place_m, closed, out.turns);
+    const VectorXd curvature =
+        smooth(out.turned.turned_rad.cwiseQuotient(out.turned.went_m.cwiseMax(1.0)), out.place_m,
+               closed, 2, 1e9);
+    turns_ = turns_of(curvature, out.place_m, closed);
+    line_v_m_ = smooth(out.turned.v_m, out.place_m, closed,
+                       static_cast<Index>(3 * kSmoothLine_m / out.place_m), kSmoothLine_m);
+    const auto columns = std::min({static_cast<std::size_t>(2 * length_m / kShortestWave_m) | 1U,
+                                   kMostColumns, static_cast<std::size_t>(places_ - 1) | 1U});
+    waves_ = waves(static_cast<std::size_t>(places_), columns, closed)
+                 .rightCols(static_cast<Index>(columns) - 1);
+    usual_ = Eigen::Map<const VectorXd>(kUsual.data(), kErrors);
+    for (const Turning& log : logs)
+      if (log.by == TurningBy::kHeading || log.by == TurningBy::kCourseAndSlip)
+        usual_[kSlip] = kNoSlip;
+  }
+
+  bool run();
+  LeaningRoad out;
+
+ private:
+  struct State {
+    VectorXd amount, bank, base;
+    MatrixXd moves, jacobian;  ///< of bank and base
+    double loss = std::numeric_limits<double>::infinity();
+  };
+  struct Refined {
+    State state;
+    Prior prior;
+    VectorXd weight, linear, left_rad;  ///< the problem at the state, about the prior's centre
+  };
+
+  Index count() const { return static_cast<Index>(turns_.size()); }
+  Index error_at(Index waves) const { return kTurnsAt + count() + waves; }
+  Index pivot_at(Index waves) const { return error_at(waves) + kErrors; }
+  void cut() {
+    out.windows = turning_windows(logs_, length_m_, closed_, places_, out.delay_s);
+    // The nose that pitches on the stated road.
+    const VectorXd pitch = derivative(out.turned.grade), sine = sine_of(out.turned.bank);
+    y_ = out.windows.more_rad - out.windows.went_m * pitch.cwiseProduct(sine);
+  }
+  static VectorXd cosine_of(const VectorXd& bank) {
+    return (1 + bank.array().square()).rsqrt().matrix();
+  }
+  static VectorXd sine_of(const VectorXd& bank) { return bank.cwiseProduct(cosine_of(bank)); }
+  VectorXd derivative(const VectorXd& x) const;
+  VectorXd second(const VectorXd& x) const;
+  MatrixXd second_of_columns(MatrixXd a) const;
+  MatrixXd ramps(double ramp_m, double begin_m, double end_m) const;
+  State state(const VectorXd& amount, double ramp_m, Index waves) const;
+  Prior prior(Index waves, double size, double alike_m, double outside_m) const;
+  double loss(const State& s, const Prior& p, const VectorXd& weight) const;
+  State improve(const VectorXd& amount, double ramp_m, Index waves, const Prior& p,
+                const VectorXd& weight, int rounds) const;
+  VectorXd find_delay();
+  VectorXd start(const VectorXd& leans, double ramp_m) const;
+  Refined refine(const VectorXd& from, double ramp_m) const;
+  void tell(const Refined& r);
+
+  const std::vector<Turning>& logs_;
+  double length_m_;
+  bool closed_;
+  Index places_ = 0;
+  std::vector<Turn> turns_;
+  VectorXd line_v_m_, usual_, y_;
+  MatrixXd waves_;
+};
+
+VectorXd Fitting::derivative(const VectorXd& x) const {
+  VectorXd d = VectorXd::Zero(places_);
+  for (Index k = closed_ ? 0 : 1; k < (closed_ ? places_ : places_ - 1); ++k)
+    d[k] = (x[(k + 1) % places_] - x[(k + places_ - 1) % places_]) / (2 * out.place_m);
+  return d;
+}
+
+VectorXd Fitting::second(const VectorXd& x) const {
+  VectorXd d = VectorXd::Zero(places_);
+  for (Index k = closed_ ? 0 : 1; k < (closed_ ? places_ : places_ - 1); ++k)
+    d[k] = (x[(k + 1) % places_] - 2 * x[k] + x[(k + places_ - 1) % places_]) /
+           (out.place_m * out.place_m);
+  return d;
+}
+
+/// Rows times the matrix of second().
+MatrixXd Fitting::second_of_columns(MatrixXd a) const {
+  if (!closed_) a.col(0).setZero(), a.col(places_ - 1).setZero();
+  MatrixXd d = -2 * a;
+  for (Index k = 0; k < places_; ++k) {
+    if (closed_ || k > 0) d.col(k) += a.col((k + places_ - 1) % places_);
+    if (closed_ || k + 1 < places_) d.col(k) += a.col((k + 1) % places_);
+  }
+  return d / (out.place_m * out.place_m);
+}
+
+/// Of each turn, the rise to the left where it leans by one.
+MatrixXd Fitting::ramps(double ramp_m, double begin_m, double end_m) const {
+  MatrixXd m = MatrixXd::Zero(places_, count());
+  for (Index t = 0; t < count(); ++t) {
+    const Turn& turn = turns_[static_cast<std::size_t>(t)];
+    for (Index k = 0; k < places_; ++k)
+      for (const double lap_m : {-length_m_, 0.0, length_m_}) {
+        if (!closed_ && lap_m != 0) continue;
+        const double at = static_cast<double>(k) * out.place_m + lap_m;
+        m(k, t) += turn.side * (step_up((at - turn.begin_m + begin_m) / ramp_m + 0.5) -
+                                step_up((at - turn.end_m - end_m) / ramp_m + 0.5));
+      }
+  }
+  return m;
+}
+
+Fitting::State Fitting::state(const VectorXd& amount, double ramp_m, Index waves) const {
+  const Index n = count();
+  const VectorXd leans = amount.segment(kTurnsAt, n).array() + amount[kLeanAt];
+  const double begin_m = amount[kBeginAt], end_m = amount[kEndAt];
+  const MatrixXd r = ramps(ramp_m, begin_m, end_m);
+  constexpr double kStep_m = 4.0;
+  State s;
+  s.amount = amount;
+  s.moves.resize(places_, kTurnsAt + n + waves);
+  s.moves << out.side, r.rowwise().sum(),
+      (ramps(ramp_m, begin_m + kStep_m, end_m) - ramps(ramp_m, begin_m - kStep_m, end_m)) * leans /
+          (2 * kStep_m),
+      (ramps(ramp_m, begin_m, end_m + kStep_m) - ramps(ramp_m, begin_m, end_m - kStep_m)) * leans /
+          (2 * kStep_m),
+      r, out.side.asDiagonal() * waves_.leftCols(waves);
+  VectorXd added = amount[kBetweenAt] * out.side + r * leans;
+  if (waves > 0) added += s.moves.rightCols(waves) * amount.segment(kTurnsAt + n, waves);
+  s.bank = out.turned.bank + added;
+  const VectorXd cosine = cosine_of(s.bank), sine = sine_of(s.bank), cube = cosine.array().cube(),
+                 stated = out.turned.bank;
+  const VectorXd beside =
+      line_v_m_.array() - amount[pivot_at(waves)] + amount[pivot_at(waves) + 1] * out.side.array();
+  const VectorXd stated_pitch = derivative(out.turned.grade),
+                 pitch = stated_pitch + second(added.cwiseProduct(beside));
+  const MatrixXd &turned = out.windows.turned_rad, &went = out.windows.went_m;
+  s.base = turned * (cosine - cosine_of(stated)) +
+           went * (pitch.cwiseProduct(sine) - stated_pitch.cwiseProduct(sine_of(stated))) +
+           out.windows.errors * amount.segment(error_at(waves), kErrors);
+  const MatrixXd felt = went * sine.asDiagonal();
+  const MatrixXd by_bank = turned * VectorXd(-s.bank.cwiseProduct(cube)).asDiagonal() +
+                           second_of_columns(felt) * beside.asDiagonal() +
+                           went * pitch.cwiseProduct(cube).asDiagonal();
+  s.jacobian.resize(y_.size(), amount.size());
+  s.jacobian << by_bank * s.moves, out.windows.errors, felt * second(-added),
+      felt * second(added.cwiseProduct(out.side));
+  return s;
+}
+
+Prior Fitting::prior(Index waves, double size, double alike_m, double outside_m) const {
+  Prior p{VectorXd::Zero(pivot_at(waves) + 2), VectorXd(pivot_at(waves) + 2)};
+  const auto precision = [](double sd) { return 1 / (sd * sd); };
+  p.centre.segment(kBeginAt, 2).setConstant(outside_m);
+  VectorXd variance(waves);
+  for (Index k = 0; k < waves; ++k) {
+    const double ratio = wave_turns(static_cast<std::size_t>(k + 1), closed_) * alike_m / length_m_;
+    variance[k] = 1 / (1 + ratio * ratio * ratio * ratio);
+  }
+  if (waves > 0) variance *= size * size / (0.5 * variance.sum());
+  p.precision << precision(kBetween), precision(kLean),
+      VectorXd::Constant(2, precision(waves > 0 ? kRamp_m : 0.2 * kRamp_m)),
+      VectorXd::Constant(count(), precision(kOfTurn)), variance.cwiseInverse(),
+      usual_.cwiseAbs2().cwiseInverse(), precision(kPivot_m), precision(kInner_m);
+  return p;
+}
+
+double Fitting::loss(const State& s, const Prior& p, const VectorXd& weight) const {
+  double sum = p.precision.dot((s.amount - p.centre).cwiseAbs2());
+  const VectorXd e = weight.cwiseProduct(y_ - s.base).cwiseAbs();
+  for (const double x : e) sum += x < 3 ? x * x : 6 * x - 9;
+  return sum;
+}
+
+/// Levenberg and Marquardt; outliers count as three standard deviations.
+Fitting::State Fitting::improve(const VectorXd& amount, double ramp_m, Index waves, const Prior& p,
+                                const VectorXd& weight, int rounds) const {
+  State now = state(amount, ramp_m, waves);
+  now.loss = loss(now, p, weight);
+  double damping = 1e-2;
+  for (int round = 0; round < rounds; ++round) {
+    const VectorXd e = y_ - now.base;
+    const VectorXd w =
+        weight.array() *
+        (3 / weight.cwiseProduct(e).cwiseAbs().cwiseMax(1e-9).array()).min(1.0).sqrt();
+    const MatrixXd a = w.asDiagonal() * now.jacobian;
+    MatrixXd normal = a.transpose() * a;
+    normal.diagonal() += p.precision;
+    const VectorXd down =
+        a.transpose() * w.cwiseProduct(e) - p.precision.cwiseProduct(now.amount - p.centre);
+    const double before = now.loss;
+    for (int again = 0; again < 6 && now.loss == before; ++again) {
+      MatrixXd damped = normal;
+      damped.diagonal() *= 1 + damping;
+      State next = state(now.amount + damped.llt().solve(down), ramp_m, waves);
+      next.loss = loss(next, p, weight);
+      damping *= next.loss < now.loss ? 0.2 : 6.0;
+      if (next.loss < now.loss) now = std::move(next);
+    }
+    if (before - now.loss < 1e-3 * std::max(1.0, before)) break;
+  }
+  return now;
+}
+
+/// By turns that each take a share of their own from the turning: no road is linear in its delay.
+VectorXd Fitting::find_delay() {
+  VectorXd leans = VectorXd::Zero(count());
+  for (int round = 0; round < 5; ++round) {
+    cut();
+    if (y_.size() < kLeastWindows) return leans;
+    const MatrixXd r = ramps(80.0, 0.0, 0.0).cwiseAbs();
+    MatrixXd x(y_.size(), count() + kErrors);
+    x << -(out.windows.turned_rad * r), out.windows.errors;
+    VectorXd precision(x.cols());
+    constexpr double kShare = 0.05;
+    precision << VectorXd::Constant(count(), 1 / (kShare * kShare)),
+        usual_.cwiseAbs2().cwiseInverse();
+    if (out.weight.size() != y_.size()) out.weight = VectorXd::Constant(y_.size(), 1 / kFirst_rad);
+    out.weight = weights_of(y_ - x * solve(x, y_, out.weight, precision).amount);
+    const VectorXd amount = solve(x, y_, out.weight, precision).amount;
+    for (Index t = 0; t < count(); ++t) {
+      const double stated = r.col(t).dot(out.turned.bank) / std::max(1e-9, r.col(t).sum());
+      const double cosine =
+          std::clamp(1 - amount[t] - (1 - 1 / std::hypot(1, stated)), 0.7, 0.9995);
+      leans[t] = std::sqrt(1 - cosine * cosine) / cosine -
+                 stated * turns_[static_cast<std::size_t>(t)].side;
+    }
+    if (round < 4)
+      out.delay_s = std::clamp(out.delay_s + amount[count() + kDelay], -kMostDelay_s, kMostDelay_s);
+  }
+  return leans;
+}
+
+/// The best of several starts, without waves: a cosine has no slope at nothing.
+VectorXd Fitting::start(const VectorXd& leans, double ramp_m) const {
+  const VectorXd weight = VectorXd::Constant(y_.size(), 1 / kRough_rad);
+  State best;
+  for (const double outside_m : kOutside_m)
+    for (const double inside_m : kInside_m) {
+      const Prior p = prior(0, 0.0, 1.0, outside_m);
+      VectorXd amount = p.centre;
+      amount[kLeanAt] = leans.mean();
+      amount.segment(kTurnsAt, count()) = leans.array() - leans.mean();
+      amount[pivot_at(0) + 1] = inside_m;
+      State s = improve(amount, ramp_m, 0, p, weight, 8);
+      if (s.loss < best.loss) best = std::move(s);
+    }
+  VectorXd amount = VectorXd::Zero(pivot_at(waves_.cols()) + 2);
+  amount.head(kTurnsAt + count()) = best.amount.head(kTurnsAt + count());
+  amount.tail(kErrors + 2) = best.amount.tail(kErrors + 2);
+  return amount;
+}
+
+/// With waves as rough as makes the recordings most likely.
+Fitting::Refined Fitting::refine(const VectorXd& from, double ramp_m) const {
+  constexpr double kUsuallyOutside_m = 20.0;
+  const Index waves = waves_.cols();
+  Refined r;
+  r.prior = prior(waves, kSizes[2], kLengths_m[1], kUsuallyOutside_m);
+  r.weight = VectorXd::Constant(y_.size(), 1 / kFirst_rad);
+  r.state.amount = from;
+  for (int round = 0; round < 5; ++round) {
+    r.state = improve(r.state.amount, ramp_m, waves, r.prior, r.weight, 12);
+    const State& s = r.state;
+    r.linear = y_ - s.base + s.jacobian * (s.amount - r.prior.centre);
+    if (round == 4) break;
+    double most = -std::numeric_limits<double>::infinity();
+    for (const double size : kSizes)
+      for (const double alike_m : kLengths_m) {
+        const Prior other = prior(waves, size, alike_m, kUsuallyOutside_m);
+        const double e = solve(s.jacobian, r.linear, r.weight, other.precision).evidence;
+        if (e > most) most = e, r.prior = other;
+      }
+    r.weight = weights_of(left_out(s.jacobian, r.linear, r.weight, r.prior.precision, out.windows));
+  }
+  r.left_rad = left_out(r.state.jacobian, r.linear, r.weight, r.prior.precision, out.windows);
+  return r;
+}
+
+void Fitting::tell(const Refined& r) {
+  const State& s = r.state;
+  const Index waves = waves_.cols(), shapes = kTurnsAt + count() + waves;
+  // The cosine says nothing about the sign.
+  const VectorXd sign = (s.bank.array() * out.side.array() < 0)
+                            .select(VectorXd::Constant(places_, -1), VectorXd::Ones(places_));
+  out.added = s.bank.cwiseProduct(sign) - out.turned.bank;
+  out.moves = sign.asDiagonal() * s.moves;
+  out.covariance = solve(s.jacobian, r.linear, r.weight, r.prior.precision)
+                       .covariance.topLeftCorner(shapes, shapes);
+  out.pivot_v_m = s.amount[pivot_at(waves)] - s.amount[pivot_at(waves) + 1] * out.side.array();
+  out.gain = s.amount[error_at(waves) + kGain];
+  out.bias_radps = s.amount[error_at(waves) + kBias];
+  out.weight = r.weight;
+  out.left_rad = r.left_rad;
+  VectorXd alone = usual_.cwiseAbs2().cwiseInverse();
+  out.left_stated_rad = left_out(out.windows.errors, y_, out.weight, alone, out.windows);
+  alone[kGain] = 1 / (kAnyGain * kAnyGain);
+  out.left_any_gain_rad = left_out(out.windows.errors, y_, out.weight, alone, out.windows);
+  out.any_gain = solve(out.windows.errors, y_, out.weight, alone).amount[kGain];
+}
+
+bool Fitting::run() {
+  if (turns_.empty()) return false;
+  const VectorXd leans = find_delay();
+  if (y_.size() < kLeastWindows) return false;
+  std::optional<Refined> best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const double ramp_m : kRamps_m) {
+    Refined r = refine(start(leans, ramp_m), ramp_m);
+    double left = 0.0;
+    for (const double e : r.left_rad) left += std::min(std::abs(e), 3 * kFirst_rad) * std::abs(e);
+    if (left < least) least = left, best = std::move(r);
+  }
+  tell(*best);
+  return true;
+}
+
+}  // namespace
+
+std::optional<LeaningRoad> fit_leaning_road(const std::vector<Turning>& logs, double length_m,
+                                            bool closed) {
+  Fitting f(logs, length_m, closed);
+  if (!f.run()) return std::nullopt;
+  return std::move(f.out);
+}
+
+}  // namespace explain
