@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "brake_axles.h"
+#include "changes_in_time.h"
 #include "explain/columns.h"
 #include "explain/judge.h"
 #include "good_log.h"
@@ -235,9 +236,30 @@ TEST_F(BrokenColumns, ColumnsThatAreRightForAPartAreNamed) {
     column(t, "yaw_rate_radps")[i] += 1e-4 * column(t, "time_s")[i];
   EXPECT_THAT(said(t), HasSubstr("'yaw_rate_radps' has a zero that drifts"));
   t = *log_;
+  t = *log_;
+  for (std::size_t i = 4000; i < t.rows(); ++i) column(t, "vx_mps")[i] *= 0.5;
+  EXPECT_THAT(said(t), ::testing::ContainsRegex("as fast as the path until about [789]0 s"));
+  t = *log_;
+  for (std::size_t i = 0; i < t.rows(); ++i)
+    column(t, "ax_mps2")[i] = 3.0 * std::sin(0.37 * static_cast<double>(i * i % 1009));
+  EXPECT_THAT(said(t), HasSubstr("'ax_mps2' does not follow"));
+  t = *log_;
   std::fill(column(t, "yaw_rate_radps").begin() + 4000, column(t, "yaw_rate_radps").end(),
             std::nan(""));
   EXPECT_THAT(said(t), HasSubstr("'yaw_rate_radps' has nothing for"));
+}
+
+TEST(Drifts, AreSeenBesideAWindowInWhichTheHeadingLeaps) {
+  std::vector<double> turning, gyro;
+  for (std::size_t i = 0; i < 8000; ++i) {
+    const double time_s = Signals::kStep_s * static_cast<double>(i);
+    turning.push_back(0.2 * std::sin(time_s / 7.0));
+    gyro.push_back(turning[i] + 0.004 * std::sin(time_s * time_s) + 1e-4 * time_s);
+  }
+  for (std::size_t i = 200; i < 400; ++i) turning[i] -= 0.16;
+  const auto drift = drifts(gyro, turning);
+  ASSERT_TRUE(drift.has_value());
+  EXPECT_NEAR(drift->after - drift->before, 0.04, 0.004);
 }
 
 TEST_F(BrokenColumns, ExchangedAndStuckWheelsAreNamed) {

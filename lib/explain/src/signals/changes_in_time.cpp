@@ -61,17 +61,19 @@ std::optional<Change> slope_changes(const std::vector<double>& x,
   const std::vector<Window> windows = slopes(x, reference, least_swing, lag_s);
   std::optional<Change> best;
   double least = HUGE_VAL;
-  for (std::size_t k = kEachSide; k + kEachSide <= windows.size(); ++k) {
-    std::vector<double> before, after;
-    for (std::size_t j = 0; j < windows.size(); ++j)
-      (j < k ? before : after).push_back(windows[j].value);
-    const double a = median(before), b = median(after);
-    const double scatter = std::max(farthest(before, a), farthest(after, b));
-    if (std::max(a, b) < kCounts * std::min(a, b) || scatter > 0.5 * std::abs(b - a)) continue;
-    if (scatter < least)
-      least = scatter,
-      best = Change{static_cast<double>(windows[k].begin) * Signals::kStep_s, a, b};
-  }
+  // Else the window in which it changes is neither before nor after.
+  for (std::size_t between = 0; between < 2 && !best; ++between)
+    for (std::size_t k = kEachSide; k + between + kEachSide <= windows.size(); ++k) {
+      std::vector<double> before, after;
+      for (std::size_t j = 0; j < windows.size(); ++j)
+        if (j < k || j >= k + between) (j < k ? before : after).push_back(windows[j].value);
+      const double a = median(before), b = median(after);
+      const double scatter = std::max(farthest(before, a), farthest(after, b));
+      if (std::max(a, b) < kCounts * std::min(a, b) || scatter > 0.5 * std::abs(b - a)) continue;
+      if (scatter < least)
+        least = scatter,
+        best = Change{static_cast<double>(windows[k].begin) * Signals::kStep_s, a, b};
+    }
   return best;
 }
 
@@ -93,13 +95,26 @@ std::optional<Change> drifts(const std::vector<double>& x, const std::vector<dou
     apart[count++] = sum / n;
   }
   if (count < 2 * kTerms) return std::nullopt;
-  const auto used = terms.topRows(count);
-  Eigen::Matrix3d normal = used.transpose() * used;
-  normal.diagonal() *= 1 + 1e-9;
-  const Eigen::Matrix3d inverse = normal.inverse();
-  const Eigen::Vector3d fitted = inverse * (used.transpose() * apart.head(count));
-  const double left = (apart.head(count) - used * fitted).squaredNorm(),
-               deviation = std::sqrt(left / static_cast<double>(count - kTerms) * inverse(1, 1));
+  // A window in which one of them leaps says nothing: left out beyond four standard deviations.
+  constexpr double kLeap = 4.0;
+  Eigen::VectorXd used = Eigen::VectorXd::Ones(count);
+  Eigen::Vector3d fitted;
+  double deviation = 0.0;
+  for (int round = 0; round < 4; ++round) {
+    const Eigen::MatrixXd in = used.asDiagonal() * terms.topRows(count);
+    Eigen::Matrix3d normal = in.transpose() * in;
+    normal.diagonal() *= 1 + 1e-9;
+    const Eigen::Matrix3d inverse = normal.inverse();
+    fitted = inverse * (in.transpose() * apart.head(count));
+    const Eigen::VectorXd e = apart.head(count) - terms.topRows(count) * fitted;
+    const double n = used.sum();
+    if (n < 2 * kTerms) return std::nullopt;
+    deviation = std::sqrt(used.cwiseProduct(e).squaredNorm() / (n - kTerms) * inverse(1, 1));
+    std::vector<double> sizes;
+    for (const double far : e) sizes.push_back(std::abs(far));
+    const double sigma = 1.4826 * median(sizes);
+    used = (e.array().abs() <= kLeap * sigma).cast<double>();
+  }
   if (!(std::abs(fitted[1]) > 10 * deviation)) return std::nullopt;
   return Change{end_s, fitted[0], fitted[0] + fitted[1]};
 }

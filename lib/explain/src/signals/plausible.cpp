@@ -190,9 +190,11 @@ void check_motion(Channels& channels, const PathSays& path) {
   check_yaw(channels, path);
   check_drift(channels);
   const Match flattened = match(s.x[kAx], path.along_mps2, 0.5);
-  if ((flattened.correlation < 0 || std::abs(flattened.correlation) > 0.9) &&
+  constexpr double kFollows = 0.3, kIsTheSame = 0.9;
+  if ((flattened.correlation < kFollows || flattened.correlation > kIsTheSame) &&
       !is_slowly_filtered(s.x[kAx], path.along_mps2, flattened))
-    channels.check(kAx, s.x[kAx], {path.along_mps2, 0.5, "the acceleration along", 0.5, 1.6, 0.3});
+    channels.check(kAx, s.x[kAx],
+                   {path.along_mps2, 0.5, "the acceleration along", 0.5, 1.6, kFollows});
   channels.check(kAy, s.x[kAy], {path.across_mps2, 0.5, "the acceleration across", 0.67, 1.5, 0.7});
   if (s.present[kVy] && s.present[kYaw]) {
     const Match m = match(s.x[kVy], path.slip_mps, 0.1);

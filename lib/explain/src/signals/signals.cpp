@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "antenna.h"
+#include "changes_in_time.h"
 #include "late_together.h"
 #include "not_known.h"
 #include "place_on_road.h"
@@ -284,11 +285,18 @@ void leave_out_constant(Signals& s) {
 /// Swapped or in wrong units: speed against the path.
 void refuse_another_unit(const Signals& s) {
   double vv = 0, vp = 0;
+  std::vector<double> path(s.n);
   for (std::size_t i = 0; i < s.n; ++i) {
-    const double path = std::hypot(s.dx[kX][i], s.dx[kY][i]);
-    if (std::isfinite(path) && std::isfinite(s.x[kVx][i]))
-      vv += s.x[kVx][i] * s.x[kVx][i], vp += s.x[kVx][i] * path;
+    path[i] = std::hypot(s.dx[kX][i], s.dx[kY][i]);
+    if (std::isfinite(path[i]) && std::isfinite(s.x[kVx][i]))
+      vv += s.x[kVx][i] * s.x[kVx][i], vp += s.x[kVx][i] * path[i];
   }
+  constexpr double kSwing_mps = 1.0;
+  if (const auto change = slope_changes(s.x[kVx], path, kSwing_mps, 0.0))
+    throw Error(fmt::format(
+        "{}: '{}' is {:.2f} times as fast as the path until about {:.0f} s, and {:.2f} times after "
+        "it: one unit throughout is wanted; mend the column, or cut the log there",
+        s.name, s.column[kVx], change->before, change->time_s, change->after));
   const double ratio = vv > 0 ? vp / vv : 0.0;
   if (ratio < 0.7 || ratio > 1.4)
     throw Error(fmt::format(
