@@ -118,7 +118,7 @@ class Fitting {
   State improve(const VectorXd& amount, double ramp_m, Index waves, const Prior& p,
                 const VectorXd& weight, int rounds) const;
   VectorXd find_delay();
-  VectorXd start(const VectorXd& leans, double ramp_m) const;
+  VectorXd start(const VectorXd& leans, double ramp_m, double inside_m) const;
   Refined refine(const VectorXd& from, double ramp_m) const;
   void tell(const Refined& r);
 
@@ -295,19 +295,18 @@ VectorXd Fitting::find_delay() {
 }
 
 /// The best of several starts, without waves: a cosine has no slope at nothing.
-VectorXd Fitting::start(const VectorXd& leans, double ramp_m) const {
+VectorXd Fitting::start(const VectorXd& leans, double ramp_m, double inside_m) const {
   const VectorXd weight = VectorXd::Constant(y_.size(), 1 / kRough_rad);
   State best;
-  for (const double outside_m : kOutside_m)
-    for (const double inside_m : kInside_m) {
-      const Prior p = prior(0, 0.0, 1.0, outside_m);
-      VectorXd amount = p.centre;
-      amount[kLeanAt] = leans.mean();
-      amount.segment(kTurnsAt, count()) = leans.array() - leans.mean();
-      amount[pivot_at(0) + 1] = inside_m;
-      State s = improve(amount, ramp_m, 0, p, weight, 8);
-      if (s.loss < best.loss) best = std::move(s);
-    }
+  for (const double outside_m : kOutside_m) {
+    const Prior p = prior(0, 0.0, 1.0, outside_m);
+    VectorXd amount = p.centre;
+    amount[kLeanAt] = leans.mean();
+    amount.segment(kTurnsAt, count()) = leans.array() - leans.mean();
+    amount[pivot_at(0) + 1] = inside_m;
+    State s = improve(amount, ramp_m, 0, p, weight, 8);
+    if (s.loss < best.loss) best = std::move(s);
+  }
   VectorXd amount = VectorXd::Zero(pivot_at(waves_.cols()) + 2);
   amount.head(kTurnsAt + count()) = best.amount.head(kTurnsAt + count());
   amount.tail(kErrors + 2) = best.amount.tail(kErrors + 2);
@@ -368,12 +367,13 @@ bool Fitting::run() {
   if (y_.size() < kLeastWindows) return false;
   std::optional<Refined> best;
   double least = std::numeric_limits<double>::infinity();
-  for (const double ramp_m : kRamps_m) {
-    Refined r = refine(start(leans, ramp_m), ramp_m);
-    double left = 0.0;
-    for (const double e : r.left_rad) left += std::min(std::abs(e), 3 * kFirst_rad) * std::abs(e);
-    if (left < least) least = left, best = std::move(r);
-  }
+  for (const double ramp_m : kRamps_m)
+    for (const double inside_m : kInside_m) {
+      Refined r = refine(start(leans, ramp_m, inside_m), ramp_m);
+      double left = 0.0;
+      for (const double e : r.left_rad) left += std::min(std::abs(e), 3 * kFirst_rad) * std::abs(e);
+      if (left < least) least = left, best = std::move(r);
+    }
   tell(*best);
   return true;
 }
