@@ -174,7 +174,7 @@ std::vector<double> behind_filter(const std::vector<double>& x, double time_s) {
 /// A slow filter makes an acceleration late and flat, which is no other clock and no other unit.
 bool is_slowly_filtered(const std::vector<double>& ax, const std::vector<double>& along_mps2,
                         const Match& unfiltered) {
-  constexpr double kSwing_mps2 = 0.15, kLate_s = 0.05, kLate = 0.15, kLow = 0.85, kHigh = 1.2;
+  constexpr double kSwing_mps2 = 0.03, kLate_s = 0.05, kLate = 0.15, kLow = 0.85, kHigh = 1.2;
   for (double time_s = 0.2; time_s < 5.0; time_s *= 1.2) {
     const Match m = match(ax, behind_filter(along_mps2, time_s), kSwing_mps2);
     if (m.known && std::abs(m.lag_s) <= kLate_s + kLate * time_s && m.slope > kLow &&
