@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "lap_waves.h"
 #include "turns_along.h"
@@ -34,7 +35,7 @@ constexpr std::array<double, kErrors> kUsual{0.0035, 0.0007, 0.5, 0.05, 1e-3};
 constexpr double kAnyGain = 0.2, kNoSlip = 1e-6;
 /// One standard deviation of leans, between turns, in them, of each; of ramps' places; of the
 /// pivot, for all turns alike and inside of them.
-constexpr double kBetween = 0.3, kLean = 0.6, kOfTurn = 0.08, kRamp_m = 25.0, kPivot_m = 5.0,
+constexpr double kBetween = 0.1, kLean = 0.6, kOfTurn = 0.08, kRamp_m = 25.0, kPivot_m = 5.0,
                  kInner_m = 8.0;
 constexpr double kMostDelay_s = 1.0;
 /// Noise of a window to begin with, rad: a fit that begins with too much takes the road for noise.
@@ -365,14 +366,16 @@ bool Fitting::run() {
   if (turns_.empty()) return false;
   const VectorXd leans = find_delay();
   if (y_.size() < kLeastWindows) return false;
+  // No road leans more between its turns than in them: such a fit makes do with the wrong pivot.
   std::optional<Refined> best;
-  double least = std::numeric_limits<double>::infinity();
+  std::pair<bool, double> least{true, std::numeric_limits<double>::infinity()};
   for (const double ramp_m : kRamps_m)
     for (const double inside_m : kInside_m) {
       Refined r = refine(start(leans, ramp_m, inside_m), ramp_m);
       double left = 0.0;
       for (const double e : r.left_rad) left += std::min(std::abs(e), 3 * kFirst_rad) * std::abs(e);
-      if (left < least) least = left, best = std::move(r);
+      const std::pair<bool, double> now{r.state.amount[kLeanAt] < 0, left};
+      if (!best || now < least) least = now, best = std::move(r);
     }
   tell(*best);
   return true;
