@@ -202,9 +202,9 @@ void check_motion(Channels& channels, const PathSays& path) {
     const double share = share_of_slip(s.x[kVy], path.slip_mps, path.turn_radps);
     if (m.known && m.correlation < -0.3 && share < 0)
       channels.leave_out(kVy, "has the other sign than the path against the heading");
-    else if (m.known && m.correlation > 0.5 && share > 2)  // positions that jitter make it less
-      channels.leave_out(kVy, fmt::format("is {:.3g} times the path against the heading: another "
-                                          "unit",
+    else if (m.known && m.correlation > 0.5 && share > 2)
+      channels.leave_out(kVy, fmt::format("is {:.3g} times the path against the heading, or more "
+                                          "where positions jitter: another unit",
                                           share));
   }
 }

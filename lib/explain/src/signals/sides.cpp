@@ -183,6 +183,7 @@ struct Axles {
   void driven() const {
     if (!s.present[kWheelFront] || !s.present[kWheelRear]) return;
     constexpr double kSlips_s2pm = 0.001, kOfSpeed_s2pm = 0.0015, kSame = 0.25;
+    constexpr double kMostSlip = 0.05;  // more is a wheel in the air, or over a kerb
     const double front_m = radius_m(kWheelFront), rear_m = radius_m(kWheelRear);
     std::vector<double> pushes(s.n, kNaN), front(s.n, kNaN), rear(s.n, kNaN), path(s.n, kNaN),
         rear_less_front(s.n, kNaN);
@@ -194,6 +195,8 @@ struct Axles {
       rear[i] = rear_m * s.x[kWheelRear][i] / v - 1;
       rear_less_front[i] = rear[i] - front[i];
       path[i] = std::hypot(s.dx[kX][i], s.dx[kY][i]) / v - 1;
+      if (std::abs(front[i]) > kMostSlip || std::abs(path[i]) > kMostSlip)
+        front[i] = path[i] = rear_less_front[i] = kNaN;
     }
     // Only their own speed keeps to wheels while others and the path agree on another one.
     const double of_speed = apart_from_speed(rear);
