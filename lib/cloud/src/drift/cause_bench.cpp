@@ -75,7 +75,7 @@ double distance_m(const std::vector<Sample>& samples, const RoadFrame& frame,
     PosedInstant pose;
     if (!pose_at(poses, sample.time_s + trial.late_s, hint, pose) || rows[hint] < 0.0) continue;
     const Eigen::Vector3d arm = pose.orientation * (local + trial.shift_m),
-                          p = pose.position_m + arm;
+                          p = pose.position_m + trial.poses_shift_m + arm;
     const std::optional<GridPlace> place = frame.project(p.x(), p.y(), rows[hint]);
     if (!place) continue;
     const double above = p.z() - frame.z_origin_m() - frame.height(*place);

@@ -3,6 +3,7 @@
 
 #include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "causes.h"
@@ -26,13 +27,23 @@ struct Samples {
 /// Every so many points that no more than 40,000 are left.
 Samples samples_of(const CloudSource& scans);
 
+inline constexpr double kSweep_s = 1.5;  ///< no scanner takes longer
+
+/// Times that begin again in each sweep; empty: they do not.
+std::string about_sweeps(const Samples& samples);
+/// Times that no clock of all points has; empty: they are as wanted.
+std::string about_times(const Samples& samples, const Trajectory& trajectory);
+/// Poses so far apart that the car's own bumps lie between them, in words.
+std::string about_distance(const Trajectory& trajectory);
+
 /// One change of the inputs.
 struct Trial {
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  ///< of the sensor; or a reflection
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();   ///< of the sensor on the car
   double late_s = 0.0;                                 ///< added to the points' times
   double points_times = 1.0, poses_times = 1.0;
-  void (*poses_otherwise)(Trajectory& poses) = nullptr;  ///< as they may have been meant
+  Eigen::Vector3d poses_shift_m = Eigen::Vector3d::Zero();  ///< of the poses in the map
+  void (*poses_otherwise)(Trajectory& poses) = nullptr;     ///< as they may have been meant
   bool with_planes = true;
 };
 

@@ -11,9 +11,7 @@
 #include <tuple>
 #include <utility>
 
-#include "base/statistics.h"
 #include "cause_bench.h"
-#include "road_trajectory.h"
 
 namespace cloud {
 namespace {
@@ -210,6 +208,20 @@ std::vector<Cause> try_poses(const Bench& bench) {
   return causes;
 }
 
+/// A frame of the poses that lies beside the base's, in steps of 0.5 m.
+Cause try_frame(const Bench& bench) {
+  std::vector<Trial> trials;
+  for (int x = -4; x <= 4; ++x)
+    for (int y = -4; y <= 4; ++y) {
+      if (x == 0 && y == 0) continue;
+      trials.emplace_back();
+      trials.back().poses_shift_m = 0.5 * Eigen::Vector3d(x, y, 0.0);
+    }
+  const Tried best = bench.best_of(trials);
+  return {best, fmt::format("the frame of the poses moved by {:+.1f} {:+.1f} m in x y",
+                            best.trial.poses_shift_m.x(), best.trial.poses_shift_m.y())};
+}
+
 Cause try_place(const Bench& bench, int axis, const char* name) {
   std::vector<Trial> trials;
   for (const double m : {-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0}) {
@@ -246,7 +258,7 @@ std::vector<Cause> try_units(const Bench& bench) {
 
 std::vector<Cause> try_all(const Bench& bench) {
   std::vector<Cause> causes{try_yaw(bench), try_tilt(bench, 0, "roll"), try_tilt(bench, 1, "pitch"),
-                            try_clock(bench, 0.0)};
+                            try_clock(bench, 0.0), try_frame(bench)};
   if (const std::optional<double> late_s = equal_beginnings_s(bench))
     causes.push_back(try_clock(bench, *late_s));
   for (std::vector<Cause>& found :
@@ -290,74 +302,6 @@ std::vector<Cause> much_better(std::vector<Cause> causes, const AsIs& as_is) {
   return causes;
 }
 
-/// Times in another unit than seconds: no car drives as slowly, no scanner turns as slowly.
-std::string about_unit(const Samples& samples, const Trajectory& trajectory) {
-  constexpr double kLeastSpan_s = 2.0, kLeastSpeed_mps = 0.3, kLeastStamps_1ps = 1000.0;
-  const double points_s = samples.end_s - samples.begin_s,
-               poses_s = trajectory.time_s.back() - trajectory.time_s.front();
-  if (std::min(points_s, poses_s) < kLeastSpan_s) return {};
-  double way_m = 0.0;
-  for (std::size_t i = 1; i < trajectory.size(); ++i)
-    way_m += (trajectory.position_m[i] - trajectory.position_m[i - 1]).norm();
-  const bool too_slow[] = {way_m < kLeastSpeed_mps * poses_s,
-                           static_cast<double>(samples.stamps) < kLeastStamps_1ps * points_s};
-  for (const auto& [factor, unit] : {std::pair{1e3, "ms"}, {1e6, "us"}, {1e9, "ns"}})
-    for (const bool of_points : {false, true}) {
-      const double ratio = (of_points ? points_s / poses_s : poses_s / points_s) / factor;
-      if (too_slow[of_points ? 1 : 0] && ratio > 0.3 && ratio < 3.0)
-        return fmt::format("the times of the {} look like {}: seconds are wanted",
-                           of_points ? "points" : "trajectory", unit);
-    }
-  return {};
-}
-
-constexpr double kSweep_s = 1.5;  // no scanner takes longer
-
-/// Times that begin again in each sweep; empty: they do not.
-std::string about_sweeps(const Samples& samples) {
-  constexpr std::size_t kLeastSweeps = 5;
-  if (samples.end_s - samples.begin_s > kSweep_s || samples.falls < kLeastSweeps ||
-      samples.by_rings)
-    return {};
-  return fmt::format(
-      "the times of the points begin again {} times and never pass {:.3f} s: they count within "
-      "each sweep; add to each the time at which its sweep begins",
-      samples.falls, samples.end_s);
-}
-
-/// Times that no clock of all points has; empty: they are as wanted.
-std::string about_times(const Samples& samples, const Trajectory& trajectory) {
-  constexpr double kLeastStamp_s = 0.02, kPointsPerStamp = 500.0, kBent_m = 0.1;
-  const double points_s = samples.end_s - samples.begin_s;
-  if (std::string text = about_sweeps(samples); !text.empty()) return text;
-  if (std::string text = about_unit(samples, trajectory); !text.empty()) return text;
-  if (std::string text = about_rate(trajectory);
-      !text.empty() && !(unknown_between_m(trajectory) < kBent_m))
-    return text;
-  const auto stamps = static_cast<double>(samples.stamps);
-  if (points_s > kLeastStamp_s * stamps &&
-      static_cast<double>(samples.points) > kPointsPerStamp * stamps)
-    return fmt::format(
-        "all points of a sweep have one time, one in {:.3f} s: each needs its own, or the sweeps "
-        "must be made free of the car's motion first",
-        points_s / std::max(1.0, stamps - 1.0));
-  return {};
-}
-
-/// Poses so far apart that the car's own bumps lie between them, in words.
-std::string about_distance(const Trajectory& trajectory) {
-  constexpr double kFew_m = 0.5;
-  std::vector<double> steps_m;
-  for (std::size_t i = 1; i < trajectory.size(); ++i)
-    steps_m.push_back((trajectory.position_m[i] - trajectory.position_m[i - 1]).norm());
-  const double step_m = base::median_or(0.0, std::move(steps_m));
-  if (step_m < kFew_m) return {};
-  return fmt::format(
-      "; none of these: the trajectory has a pose every {:.1f} m, which does not follow the bumps "
-      "between; one every 0.4 m is wanted (fifty a second at 20 m/s)",
-      step_m);
-}
-
 }  // namespace
 
 void want_one_clock(const CloudSource& scans, const Sections& sections,
@@ -378,7 +322,7 @@ std::string likely_causes(const CloudSource& scans, const RoadFrame& frame,
   const std::vector<Cause> causes = much_better(try_all(bench), as_is);
   std::string text = fmt::format(
       "tried with {} points: the sensor turned in yaw, roll and pitch or mirrored, its place by "
-      "1 m, the clock by 5 s, other laps, units, other ways to write poses",
+      "1 m, the frame by 2 m, the clock by 5 s, other laps, units, other ways to write poses",
       bench.samples().list.size());
   if (causes.empty()) {
     const std::string few = about_distance(trajectory);

@@ -12,12 +12,12 @@
 namespace cloud {
 
 /// Tries on a part of the points: yaw of the sensor by 15 degrees all round, roll and pitch by 5
-/// degrees to 20 and by quarter turns, its axes mirrored, its place by 1 m, the clock by +-5 s
-/// (also from equal beginnings and by laps), units of points and poses, and poses written in other
-/// ways. One sentence: what makes the points lie closer on the base, best first, or that nothing of
-/// it does. The measure: median distance from the base, after a plane per 10 m driven (none for
-/// roll, pitch, units and the like). Times that are no clock are told first. Reads the scans once.
-/// Empty where there is nothing to try with.
+/// degrees to 20 and by quarter turns, its axes mirrored, its place by 1 m, the frame by 2 m, the
+/// clock by +-5 s (also from equal beginnings and by laps), units of points and poses, and poses
+/// written in other ways. One sentence: what makes the points lie closer on the base, best first,
+/// or that nothing of it does. The measure: median distance from the base, after a plane per 10 m
+/// driven (none for roll, pitch, units and the like). Times that are no clock are told first. Reads
+/// the scans once. Empty where there is nothing to try with.
 std::string likely_causes(const CloudSource& scans, const RoadFrame& frame,
                           const Trajectory& trajectory, const MapOptions& options);
 
