@@ -160,6 +160,19 @@ TEST(ExportRoad, OpenDriveHasTheLineTheHeightsAndTheWidthsOfTheRoad) {
   EXPECT_THAT(made.lost[0], HasSubstr("kerbs stand in the CRG alone"));
 }
 
+TEST(ExportRoad, LanesEndAtTheEdgesOfTheRoad) {
+  const crg::Surface surface(circuit());
+  const std::size_t rows = surface.grid().rows();
+  const road::RoadEdges edges{std::vector<double>(rows, -4.0), std::vector<double>(rows, 4.5)};
+  pugi::xml_document document;
+  ASSERT_TRUE(document.load_string(road::opendrive(surface, "a", {}, edges).text.c_str()));
+  const pugi::xml_node lanes =
+      document.child("OpenDRIVE").child("road").child("lanes").child("laneSection");
+  for (const auto& [side, width_m] : {std::pair{"right", 4.0}, {"left", 4.5}})
+    EXPECT_NEAR(lanes.child(side).child("lane").child("width").attribute("a").as_double(), width_m,
+                0.02);
+}
+
 TEST(ExportRoad, MapsComeBackAsGuides) {
   const support::TemporaryFolder folder;
   const crg::Surface surface(circuit());

@@ -10,6 +10,8 @@
 
 #include "base/ending.h"
 #include "base/json_text.h"
+#include "base/read_file.h"
+#include "base/sha256.h"
 #include "base/write_file.h"
 #include "commands.h"
 #include "crg/file.h"
@@ -49,8 +51,31 @@ struct Written {
   std::vector<std::string> lost;
 };
 
-Written write_tum(const crg::Surface& road, const std::string& output) {
-  const auto widths = road::track_widths(road.reference_line(), road.grid());
+/// The edges that the build of a road has written beside it; none where the road is another one.
+road::RoadEdges edges_beside(const std::string& crg, std::size_t rows) {
+  const fs::path summary = fs::path(crg).parent_path() / "summary.json";
+  if (!fs::is_regular_file(summary)) return {};
+  const auto told = nlohmann::json::parse(base::read_file(summary.string()), nullptr, false);
+  if (!told.is_object() || !told.contains("road_edges") || !told["road_edges"].is_object())
+    return {};
+  const std::string hash = base::sha256_of_file(crg);
+  const auto is_this = [&](const nlohmann::json& file) { return file.value("sha256", "") == hash; };
+  if (std::none_of(told["outputs"].begin(), told["outputs"].end(), is_this)) return {};
+  const auto every = told["road_edges"]["every_rows"].get<std::size_t>();
+  const auto right_m = told["road_edges"]["right_m"].get<std::vector<double>>(),
+             left_m = told["road_edges"]["left_m"].get<std::vector<double>>();
+  road::RoadEdges edges;
+  for (std::size_t i = 0; i < rows && every > 0 && !left_m.empty(); ++i) {
+    edges.right_m.push_back(right_m[std::min(i / every, right_m.size() - 1)]);
+    edges.left_m.push_back(left_m[std::min(i / every, left_m.size() - 1)]);
+  }
+  return edges;
+}
+
+Written write_tum(const crg::Surface& road, const ExportCommand& command) {
+  const std::string& output = command.output;
+  const auto widths = road::track_widths(road.reference_line(), road.grid(),
+                                         edges_beside(command.crg, road.grid().rows()));
   base::write_file(output, road::track_widths_csv(widths));
   return {fmt::format("{} points; widths end at a column, up to {:.3f} m inside the edge",
                       widths.size(), widest_column_m(road.grid())),
@@ -141,11 +166,13 @@ Written write_text(const crg::Surface& road, const ExportCommand& command) {
   const road::NamedFiles files{seen_from(command.output, command.crg),
                                seen_from(command.output, command.friction_crg)};
   const std::string& format = command.format;
-  const auto made = format == "xodr"      ? road::opendrive(road, name, files)
-                    : format == "rdf"     ? road::road_data_file(files, 1.0)
-                    : format == "geojson" ? road::plan_geojson(road)
-                    : format == "kml"     ? road::plan_kml(road, name)
-                                          : road::plan_svg(road);
+  const auto made =
+      format == "xodr"
+          ? road::opendrive(road, name, files, edges_beside(command.crg, road.grid().rows()))
+      : format == "rdf"     ? road::road_data_file(files, 1.0)
+      : format == "geojson" ? road::plan_geojson(road)
+      : format == "kml"     ? road::plan_kml(road, name)
+                            : road::plan_svg(road);
   base::write_file(command.output, made.text);
   return {fmt::format("{} bytes", made.text.size()), {{"bytes", made.text.size()}}, made.lost};
 }
@@ -173,7 +200,7 @@ int run_export(const ExportCommand& asked, Terminal& terminal) {
   const crg::Surface road(crg::read(command.crg));
   if (!command.friction_crg.empty()) crg::read(command.friction_crg);  // that it is one
   const std::string& format = command.format;
-  const Written written = format == "tum"         ? write_tum(road, command.output)
+  const Written written = format == "tum"         ? write_tum(road, command)
                           : format == "mesh"      ? write_mesh(road, command)
                           : format == "heightmap" ? write_heightmap(road, command)
                           : format == "mat"       ? write_mat(road, command.output)

@@ -6,6 +6,7 @@
 
 #include "crg/surface.h"
 #include "mesh/mesh.h"
+#include "road/road_edges.h"
 
 namespace road {
 
@@ -26,8 +27,10 @@ struct NamedFiles {
 /// of cubics in arc length within 0.5 mm of the nodes, the elevation of cubics within 2 mm, both
 /// superelevation and widths of pieces within 0.1 mrad and 10 mm. Elevation and superelevation are
 /// those of the straight line through each row that fits best; `lost` says how far the surface lies
-/// from them. A closed road is its own successor. Throws Error where the line has no road on it.
-Exported opendrive(const crg::Surface& road, const std::string& name, const NamedFiles& files);
+/// from them. Lanes end at `edges`, as track_widths() has them. A closed road is its own successor.
+/// Throws Error where the line has no road on it.
+Exported opendrive(const crg::Surface& road, const std::string& name, const NamedFiles& files,
+                   const RoadEdges& edges = {});
 
 /// A road data file (.rdf) of tyre models that names the CRG: METHOD, ROAD_TYPE and CRG_ROADFILE as
 /// the manual of Altair MotionView describes them. `friction` is its MU.

@@ -7,6 +7,7 @@
 
 #include "crg/grid.h"
 #include "crg/reference_line.h"
+#include "road/road_edges.h"
 
 namespace road {
 
@@ -18,9 +19,11 @@ struct TrackWidth {
 
 /// One entry per row of the grid, without the last of a closed line where it repeats the first. The
 /// road ends at the last column before the first NaN outwards from v = 0, so a width is short of
-/// the true edge by less than a column. Throws Error with u where the line has no road on it or the
+/// the true edge by less than a column; and at `edges` (v, one row each), where they are given.
+/// Throws Error with u where the line has no road on it or the
 /// columns do not reach over v = 0, or where line and grid do not fit each other.
-std::vector<TrackWidth> track_widths(const crg::ReferenceLine& line, const crg::Grid& grid);
+std::vector<TrackWidth> track_widths(const crg::ReferenceLine& line, const crg::Grid& grid,
+                                     const RoadEdges& edges = {});
 
 /// CSV whose header line begins with '#'; 0.1 mm. Heights have no place in it.
 std::string track_widths_csv(const std::vector<TrackWidth>& widths);

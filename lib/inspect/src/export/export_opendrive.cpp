@@ -280,10 +280,11 @@ void add_crg(pugi::xml_node& surface, const std::string& file, const char* purpo
 
 }  // namespace
 
-Exported opendrive(const crg::Surface& road, const std::string& name, const NamedFiles& files) {
+Exported opendrive(const crg::Surface& road, const std::string& name, const NamedFiles& files,
+                   const RoadEdges& edges) {
   const crg::ReferenceLine& line = road.reference_line();
   const HeightMap map = height_map(road);
-  const std::vector<TrackWidth> widths = track_widths(line, road.grid());
+  const std::vector<TrackWidth> widths = track_widths(line, road.grid(), edges);
   const CrossSections sections = cross_sections(map, widths);
   const Profile elevation = fit_profile(sections.height_m, line.u_step_m, kElevation_m);
   const Profile lean = fit_profile(sections.lean_rad, line.u_step_m, kSuperelevation_rad);

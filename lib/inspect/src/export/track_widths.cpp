@@ -19,7 +19,8 @@ double reach_m(const crg::ReferenceLine& line, const crg::Grid& grid, std::size_
 
 }  // namespace
 
-std::vector<TrackWidth> track_widths(const crg::ReferenceLine& line, const crg::Grid& grid) {
+std::vector<TrackWidth> track_widths(const crg::ReferenceLine& line, const crg::Grid& grid,
+                                     const RoadEdges& edges) {
   if (grid.rows() != line.size() || grid.rows() < 2)
     throw Error(fmt::format("{} rows of heights, {} nodes of the line: want as many, at least 2",
                             grid.rows(), line.size()));
@@ -38,8 +39,11 @@ std::vector<TrackWidth> track_widths(const crg::ReferenceLine& line, const crg::
       throw Error(fmt::format("no road on the reference line at u = {:.3f} m: widths need one",
                               grid.u_of(row)));
     std::size_t l = left, r = right;
-    while (l + 1 < grid.columns() && !std::isnan(grid.at(row, l + 1))) ++l;
-    while (r > 0 && !std::isnan(grid.at(row, r - 1))) --r;
+    const auto goes_on = [&](std::size_t j) {
+      return !std::isnan(grid.at(row, j)) && edges.has(row, v_m[j]);
+    };
+    while (l + 1 < grid.columns() && goes_on(l + 1)) ++l;
+    while (r > 0 && goes_on(r - 1)) --r;
     widths.push_back(
         {line.x_m[row], line.y_m[row], reach_m(line, grid, row, r), reach_m(line, grid, row, l)});
   }

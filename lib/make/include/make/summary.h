@@ -17,6 +17,7 @@
 #include "road/friction.h"
 #include "road/kerb.h"
 #include "road/reference_line.h"
+#include "road/road_edges.h"
 #include "road/sample.h"
 #include "road/smooth.h"
 
@@ -57,6 +58,7 @@ struct BuildSummary {
   ByType more;                         ///< what a stage has for itself, see src/stages
   std::optional<Placement> placement;  ///< empty: the file is in the mesh's own frame
   GridReport grid;                     ///< of the written file
+  RoadEdges road_edges;                ///< of the grid's rows
   GeoEnds wgs84;                       ///< of the written file
   ValidateReport validate;
   std::vector<InputFile>

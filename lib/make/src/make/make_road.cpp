@@ -212,6 +212,7 @@ SampledGrid sampled_grid(const Recipe& recipe, const std::optional<URange>& stre
   if (!rows) {
     built.edges = road_edges(sampled, built.line, built.centreline, report);
     end_where_whole(sampled, built.edges, built.line, report);
+    built.summary.road_edges = built.edges;
   }
   return sampled;
 }

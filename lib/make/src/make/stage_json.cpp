@@ -125,6 +125,18 @@ Json json_of(const SampleReport& report) {
           {"remarks", remarks}};
 }
 
+Json json_of(const RoadEdges& edges, double u_step_m) {
+  if (edges.empty()) return nullptr;
+  const auto every = static_cast<std::size_t>(std::max(1.0, std::round(1.0 / u_step_m)));
+  const auto some = [&](const std::vector<double>& v_m) {
+    Json list = Json::array();
+    for (std::size_t i = 0; i < v_m.size(); i += every)
+      list.push_back(std::round(1e4 * v_m[i]) / 1e4);
+    return list;
+  };
+  return {{"every_rows", every}, {"right_m", some(edges.right_m)}, {"left_m", some(edges.left_m)}};
+}
+
 Json json_of(const Placement& placement) {
   const AlignReport& report = placement.align;
   const Eigen::Vector3d& t = report.T_global_mesh.translation_m;

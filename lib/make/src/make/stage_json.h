@@ -19,6 +19,7 @@ Json json_of(const CentrelineReport& report);
 Json json_of(const ReferenceLineReport& report);
 Json json_of(const std::vector<URange>& ranges);
 Json json_of(const SampleReport& report);
+Json json_of(const RoadEdges& edges, double u_step_m);  ///< every row that is about 1 m on
 Json json_of(const Placement& placement);
 Json json_of(const GridReport& report);
 Json json_of(const GeoEnds& ends);

@@ -71,6 +71,7 @@ std::string summary_json(const BuildSummary& summary) {
   out["centreline"] = json_of(summary.centreline);
   out["reference_line"] = json_of(summary.reference_line);
   out["sample"] = json_of(summary.sample);
+  out["road_edges"] = json_of(summary.road_edges, summary.grid.u_step_m);
   for (const GridStage& stage : grid_stages()) stage.report(summary, out);
   out["align"] = summary.placement ? json_of(*summary.placement) : Json(nullptr);
   out["grid"] = json_of(summary.grid);
