@@ -289,7 +289,7 @@ void at_the_rim(const Centreline& line, const RaySurface& ground,
   constexpr double kEvery_m = 10.0, kSlope = 0.3;
   constexpr double kMostly = 0.6, kHardly = 0.2;  // of the line
   const std::size_t n = line.points_m.size();
-  std::array<std::size_t, 2> with_ground{}, at_edge{};  // as far as looked; beside the edge
+  std::array<std::size_t, 2> with_ground{}, part_way{};  // as far as looked; 0.9
   std::size_t looked = 0;
   double gone_m = kEvery_m;
   for (std::size_t i = 0; i + 1 < n; ++i) {
@@ -304,7 +304,7 @@ void at_the_rim(const Centreline& line, const RaySurface& ground,
     for (const bool is_left : {true, false}) {
       bool goes_on = true;
       for (const double beside : {0.3, 0.9, 1.5}) {  // half widths beyond the edge
-        if (beside == 0.9) at_edge[is_left ? 0 : 1] += goes_on ? 1 : 0;
+        if (beside == 1.5) part_way[is_left ? 0 : 1] += goes_on ? 1 : 0;
         const double off_m = (1.0 + beside) * half_m;
         const Eigen::Vector2d place = at.head<2>() + (is_left ? off_m : -off_m) * left;
         goes_on =
@@ -315,7 +315,7 @@ void at_the_rim(const Centreline& line, const RaySurface& ground,
     }
   }
   const std::size_t wide = with_ground[0] > with_ground[1] ? 0 : 1;
-  const std::size_t most = with_ground[wide], least = at_edge[1 - wide];
+  const std::size_t most = with_ground[wide], least = part_way[1 - wide];
   if (static_cast<double>(most) < kMostly * static_cast<double>(looked) ||
       static_cast<double>(least) > kHardly * static_cast<double>(looked))
     return;
