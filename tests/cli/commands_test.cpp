@@ -113,7 +113,7 @@ TEST(Usage, WrongCommandLinesAreOneLineAndExitCode2) {
       {"build", mesh, "-o", out, "--u-step-m", "nan"},
       {"build", mesh, "-o", out, "--v-step-m", "1e999"},
       {"build", mesh, "-o", out, "--up", "w"},
-      {"build", mesh, "-o", out, "--unit", "mile"},
+      {"build", mesh, "-o", out, "--unit", "furlong"},
       {"build", mesh, "-o", out, "--scale", "0"},
       {"build", mesh, "-o", out, "--scale", "-1"},
       {"build", mesh, "-o", out, "--format", "XXXX"},

@@ -9,9 +9,9 @@ namespace road_edges_test {
 constexpr std::size_t kRows = 120, kBegin = 50, kEnd = 70;  // of the piece that ends elsewhere
 constexpr double kStep_m = 0.5;
 
-/// Amid a piece of 10 m, the left edge of a straight road from -4.5 to 4.5 m whose left side
-/// ends at `piece_left_m` there; what is driven from `lane_m` on lies beside it all along.
-double left_edge_m(double piece_left_m, double lane_m = 9.0) {
+/// Amid a piece of 10 m, the left edge of a straight road from -4.5 to `usual_left_m` whose left
+/// side ends at `piece_left_m` there; what is driven from `lane_m` on lies beside it all along.
+double left_edge_m(double piece_left_m, double lane_m = 9.0, double usual_left_m = 4.5) {
   crg::ReferenceLine line;
   line.u_step_m = kStep_m;
   road::Centreline centreline;
@@ -24,7 +24,7 @@ double left_edge_m(double piece_left_m, double lane_m = 9.0) {
     line.heading_rad.push_back(0.0);
     centreline.points_m.emplace_back(line.x_m.back(), 0.0, 0.0);
     centreline.half_width_m.push_back(4.6);
-    const double left_m = i >= kBegin && i < kEnd ? piece_left_m : 4.5;
+    const double left_m = i >= kBegin && i < kEnd ? piece_left_m : usual_left_m;
     for (const double v_m : sampled.grid.v_m) {
       const bool on_road = (v_m > -4.6 && v_m < left_m + 0.1) || v_m > lane_m - 0.1;
       sampled.grid.z_m.push_back(on_road ? 0.0f : std::numeric_limits<float>::quiet_NaN());
@@ -43,7 +43,8 @@ TEST(RoadEdges, OneColumnLessIsTheEdgeItself) { EXPECT_EQ(left_edge_m(4.0), 4.0)
 
 TEST(RoadEdges, ALaneBehindAWedgeIsBeyondTheEdge) {
   EXPECT_EQ(left_edge_m(4.5, 5.5), 4.5);
-  EXPECT_EQ(left_edge_m(4.0, 5.0), 4.0) << "within the half width, which is measured with the lane";
+  EXPECT_EQ(left_edge_m(4.0, 5.0, 4.0), 4.0)
+      << "within the half width, which is measured with the lane";
 }
 
 }  // namespace road_edges_test

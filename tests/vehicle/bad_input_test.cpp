@@ -94,7 +94,7 @@ TEST_F(BadInput, OfADriveIsNamed) {
           "lie beside the road other.crg");
   refuses("report lap.csv --road other.crg -o page.html", "lie beside the road other.crg");
   refuses("replay --car car/vehicle.yaml --road road.crg --log car/engine.csv",
-          "no channel time_s");
+          "where the names of columns are wanted");
   // An integration that runs away is told as such, never a speed of 1e6 m/s.
   refuses(
       "manoeuvre kerb --car car/vehicle.yaml --contact strip --speed-mps 100 --height-m 0.5 "

@@ -51,21 +51,37 @@ struct Written {
   std::vector<std::string> lost;
 };
 
-/// The edges that the build of a road has written beside it; none where the road is another one.
+/// The edges that the build of a road has written beside it; none where the road is another one, or
+/// the file no such summary.
 road::RoadEdges edges_beside(const std::string& crg, std::size_t rows) {
   const fs::path summary = fs::path(crg).parent_path() / "summary.json";
   if (!fs::is_regular_file(summary)) return {};
   const auto told = nlohmann::json::parse(base::read_file(summary.string()), nullptr, false);
-  if (!told.is_object() || !told.contains("road_edges") || !told["road_edges"].is_object())
-    return {};
+  const auto list = [&](const char* pointer) {
+    const nlohmann::json::json_pointer at(pointer);
+    return told.contains(at) && told.at(at).is_array() ? told.at(at) : nlohmann::json::array();
+  };
+  const auto numbers = [](const nlohmann::json& values) {
+    std::vector<double> out;
+    for (const auto& value : values)
+      if (value.is_number()) out.push_back(value.get<double>());
+    return out;
+  };
+  const nlohmann::json::json_pointer step("/road_edges/every_rows");
+  const std::size_t every = told.contains(step) && told.at(step).is_number_unsigned()
+                                ? told.at(step).get<std::size_t>()
+                                : 0;
+  const std::vector<double> right_m = numbers(list("/road_edges/right_m")),
+                            left_m = numbers(list("/road_edges/left_m"));
+  if (every == 0 || left_m.empty() || right_m.size() != left_m.size()) return {};
   const std::string hash = base::sha256_of_file(crg);
-  const auto is_this = [&](const nlohmann::json& file) { return file.value("sha256", "") == hash; };
-  if (std::none_of(told["outputs"].begin(), told["outputs"].end(), is_this)) return {};
-  const auto every = told["road_edges"]["every_rows"].get<std::size_t>();
-  const auto right_m = told["road_edges"]["right_m"].get<std::vector<double>>(),
-             left_m = told["road_edges"]["left_m"].get<std::vector<double>>();
+  const nlohmann::json outputs = list("/outputs");
+  if (std::none_of(outputs.begin(), outputs.end(), [&](const nlohmann::json& file) {
+        return file.is_object() && file.contains("sha256") && file.at("sha256") == hash;
+      }))
+    return {};
   road::RoadEdges edges;
-  for (std::size_t i = 0; i < rows && every > 0 && !left_m.empty(); ++i) {
+  for (std::size_t i = 0; i < rows; ++i) {
     edges.right_m.push_back(right_m[std::min(i / every, right_m.size() - 1)]);
     edges.left_m.push_back(left_m[std::min(i / every, left_m.size() - 1)]);
   }
