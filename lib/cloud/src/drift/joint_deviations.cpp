@@ -146,6 +146,10 @@ std::vector<float> JointProblem::heights_at(const std::vector<Correction>& now,
   return heights;
 }
 
+/// What all cells of a block have in common may be of the poses, which still move by so much when
+/// they count as right: many passes hold together and would leave the base for it, round by round.
+constexpr double kPosesMove_m = 2e-4;
+
 void JointProblem::measure_together(const std::vector<Correction>& now, JointScales& scales) const {
   // Those of the cells are of the step before: what moved since would look like errors in common.
   const std::vector<float> heights = heights_at(now, scales);
@@ -166,7 +170,8 @@ void JointProblem::measure_together(const std::vector<Correction>& now, JointSca
           n += 1.0, sum += h, sum2 += h * h;
         }
       if (n < 0.5 * static_cast<double>(block * block)) continue;
-      blocks += 1.0, n_mean2 += sum * sum / n, square += sum2 / n;
+      blocks += 1.0, square += sum2 / n;
+      n_mean2 += std::max(0.0, sum * sum / n - n * kPosesMove_m * kPosesMove_m);
     }
   scales.base_together = ratio(n_mean2, square, blocks);
 
