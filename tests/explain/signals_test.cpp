@@ -74,6 +74,21 @@ TEST(Signals, StayOnTheirLegWhereTheRoadCrossesItself) {
   }
 }
 
+// 13 Hz at the laps' speed, a wave in 1.5 steps: read once a step it would be one of 7 Hz.
+TEST(Signals, ReadTheRoadAsSmoothAsTheCarsMotion) {
+  crg::Crg rough = stadium();
+  const std::size_t columns = rough.grid.v_m.size();
+  constexpr double kHeight_m = 0.004, kWave_rows = 3;
+  for (std::size_t k = 0; k < rough.grid.z_m.size(); ++k)
+    rough.grid.z_m[k] = static_cast<float>(
+        kHeight_m * std::sin(2 * M_PI * static_cast<double>(k / columns) / kWave_rows));
+  const crg::Surface road(rough);
+  const recording::Table t = laps(road);
+  const Signals s = make_signals(t, identity_mapping(t), road, "log.csv");
+  for (std::size_t i = 20; i + 20 < s.n; ++i)
+    ASSERT_LT(std::abs(s.curvature_v[i]), 0.3 * kHeight_m) << s.u_m[i];
+}
+
 TEST(Signals, TakesDelaysOutAndRepeatsForMissing) {
   const crg::Surface road(stadium());
   recording::Table t = laps(road);

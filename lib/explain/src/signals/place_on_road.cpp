@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <limits>
@@ -11,6 +12,7 @@
 
 #include "not_known.h"
 #include "shifted_path.h"
+#include "signal_samples.h"
 #include "vehicle/error.h"
 #include "vehicle/road.h"
 
@@ -109,10 +111,11 @@ void count_laps(Signals& s) {
   }
 }
 
-/// Slopes over a car's length and track, not of single cells, under a car that goes along (cx, cy)
-/// and is where the tracker says: on this leg of a road that crosses itself.
-void put_slopes(Signals& s, std::size_t i, const crg::Surface& surface,
-                const vehicle::RoadTracker::Place& under, double cx, double cy) {
+/// Grade, bank and vertical curvature over a car's length and track, not of single cells, under a
+/// car that goes along (cx, cy) and is where the tracker says: on this leg of a road that crosses
+/// itself.
+std::array<double, 3> slopes_under(const crg::Surface& surface,
+                                   const vehicle::RoadTracker::Place& under, double cx, double cy) {
   vehicle::RoadTracker beside(surface);
   const auto z = [&](double ahead, double left) {
     beside.go_on_from(under);
@@ -120,14 +123,50 @@ void put_slopes(Signals& s, std::size_t i, const crg::Surface& surface,
         beside.at(under.x_m + ahead * cx - left * cy, under.y_m + ahead * cy + left * cx);
     return surface.z_at_uv(at.u_m, at.v_m);
   };
-  const double here = z(0, 0), front = z(2, 0), back = z(-2, 0), left = z(0, 0.8),
-               right = z(0, -0.8);
-  s.grade[i] = (front - back) / 4.0;
-  s.bank[i] = (left - right) / 1.6;
-  s.curvature_v[i] = (front - 2 * here + back) / 4.0;
-  for (auto* v : {&s.grade, &s.bank, &s.curvature_v})
-    if (!std::isfinite((*v)[i])) (*v)[i] = 0.0;
+  const double here = z(0, 0), front = z(2, 0), back = z(-2, 0);
+  return {(front - back) / 4.0, (z(0, 0.8) - z(0, -0.8)) / 1.6, (front - 2 * here + back) / 4.0};
 }
+
+/// The road under the car, read several times a step and smoothed like the signals that it is held
+/// against. A fast car crosses a bump within a step: read once a step, a rough road would press
+/// the car that is led as no road pressed the recorded one, and its tyres would be found weak.
+class SlopesUnder {
+ public:
+  /// Where the tracker is at step i, and a little further along the velocity.
+  void read(Signals& s, std::size_t i, const crg::Surface& surface, vehicle::RoadTracker& tracker) {
+    constexpr int kPerStep = 4;
+    const double vx = s.dx[kX][i], vy = s.dx[kY][i], speed = std::hypot(vx, vy);
+    const double x = tracker.place().x_m, y = tracker.place().y_m;
+    for (int k = 0; k < kPerStep; ++k) {
+      const double later_s = Signals::kStep_s * k / kPerStep;
+      if (k > 0) tracker.at(x + later_s * vx, y + later_s * vy);
+      const auto slopes = slopes_under(surface, tracker.place(), vx / speed, vy / speed);
+      for (std::size_t of = 0; of < slopes.size(); ++of) {
+        if (k == 0) (s.*kOf[of])[i] = std::isfinite(slopes[of]) ? slopes[of] : 0.0;
+        if (!std::isfinite(slopes[of])) continue;
+        read_[of].t.push_back(Signals::kStep_s * static_cast<double>(i) + later_s);
+        read_[of].x.push_back(slopes[of]);
+      }
+    }
+  }
+
+  /// At the ends of what was driven on the road it stays as it was read.
+  void put(Signals& s) const {
+    constexpr double kHalf_s = 0.15;
+    std::vector<double> smoothed, rate;
+    for (std::size_t of = 0; of < read_.size(); ++of) {
+      smooth(read_[of], 0.0, s.n, kHalf_s, smoothed, rate);
+      std::vector<double>& out = s.*kOf[of];
+      for (std::size_t i = 0; i < s.n; ++i)
+        if (std::isfinite(out[i]) && std::isfinite(smoothed[i])) out[i] = smoothed[i];
+    }
+  }
+
+ private:
+  static constexpr std::array<std::vector<double> Signals::*, 3> kOf{
+      &Signals::grade, &Signals::bank, &Signals::curvature_v};
+  std::array<Samples, 3> read_;
+};
 
 /// Steps in which the car moved, and of these the ones beside the road and against it.
 struct Driven {
@@ -160,6 +199,7 @@ Driven put_road(Signals& s, const crg::Surface& surface) {
   s.grip.assign(s.n, 1.0);
   vehicle::RoadTracker tracker(surface);
   Driven driven;
+  SlopesUnder slopes;
   for (std::size_t i = 0; i < s.n; ++i) {
     const double x = s.x[kX][i], y = s.x[kY][i];
     const double speed = std::hypot(s.dx[kX][i], s.dx[kY][i]);
@@ -186,8 +226,9 @@ Driven put_road(Signals& s, const crg::Surface& surface) {
     if (std::isfinite(at.friction)) s.grip[i] = at.friction;
     s.heading_rad[i] = at.heading_rad;
     s.line_curvature_1pm[i] = std::isfinite(at.curvature_1pm) ? at.curvature_1pm : 0.0;
-    put_slopes(s, i, surface, tracker.place(), cx, cy);
+    slopes.read(s, i, surface, tracker);
   }
+  slopes.put(s);
   return driven;
 }
 
