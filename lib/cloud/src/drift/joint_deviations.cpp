@@ -146,9 +146,19 @@ std::vector<float> JointProblem::heights_at(const std::vector<Correction>& now,
   return heights;
 }
 
+namespace {
+
 /// What all cells of a block have in common may be of the poses, which still move by so much when
 /// they count as right: many passes hold together and would leave the base for it, round by round.
-constexpr double kPosesMove_m = 2e-4;
+/// One or two weigh no more than the base.
+double of_poses_m2(const Sections& sections) {
+  constexpr double kMove_m = 2e-4, kAsTheBase = 2.0;
+  double passes = 1.0;
+  for (const Section& section : sections.list) passes = std::max(passes, section.pass + 1.0);
+  return kMove_m * kMove_m * std::max(0.0, 1.0 - kAsTheBase / passes);
+}
+
+}  // namespace
 
 void JointProblem::measure_together(const std::vector<Correction>& now, JointScales& scales) const {
   // Those of the cells are of the step before: what moved since would look like errors in common.
@@ -158,6 +168,7 @@ void JointProblem::measure_together(const std::vector<Correction>& now, JointSca
   const auto ratio = [](double n_mean2, double mean_square, double blocks) {
     return blocks > 10.0 && mean_square > 0.0 ? std::max(1.0, n_mean2 / mean_square) : 1.0;
   };
+  const double poses_m2 = of_poses_m2(sections_);
   double n_mean2 = 0.0, square = 0.0, blocks = 0.0;
   for (std::size_t i = 0; i < along_; i += block)
     for (std::size_t j = 0; j < across_; j += block) {
@@ -171,7 +182,7 @@ void JointProblem::measure_together(const std::vector<Correction>& now, JointSca
         }
       if (n < 0.5 * static_cast<double>(block * block)) continue;
       blocks += 1.0, square += sum2 / n;
-      n_mean2 += std::max(0.0, sum * sum / n - n * kPosesMove_m * kPosesMove_m);
+      n_mean2 += std::max(0.0, sum * sum / n - n * poses_m2);
     }
   scales.base_together = ratio(n_mean2, square, blocks);
 
