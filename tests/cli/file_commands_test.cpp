@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "base/csv.h"
+#include "base/sha256.h"
 #include "crg/file.h"
 #include "crg/surface.h"
 #include "support/run_crgbuild.h"
@@ -67,6 +68,32 @@ TEST(FileCommands, ExportWritesLineAndWidthsAndSaysWhatIsLost) {
   EXPECT_EQ(read(folder / "old.txt"), read(folder / "line.csv"));
   const Ran piped = crgbuild({"export", folder / "road.crg", "--format", "tum", "-o", "-"});
   EXPECT_EQ(piped.out, read(folder / "line.csv"));
+}
+
+// A road of 4 m, whose build found the edges 0.9 m to the right and 1.2 m to the left of the line.
+TEST(FileCommands, LanesAreAsWideAsTheSummaryBesideTheRoadSays) {
+  const Folder folder;
+  write_road(folder / "road.crg");
+  const std::string of_this =
+      fmt::format(R"("outputs": [{{"sha256": "{}"}}])", base::sha256_of_file(folder / "road.crg"));
+  const std::string edges =
+      R"("road_edges": {"every_rows": 2, "right_m": [-0.9], "left_m": [1.2]})";
+  const auto lane_begins = [&](const std::string& summary) {
+    std::ofstream(folder / "summary.json") << summary;
+    const Ran ran = crgbuild({"export", folder / "road.crg", "-o", folder / "road.xodr"});
+    EXPECT_EQ(ran.code, 0) << summary << ran.err;
+    const std::string text = read(folder / "road.xodr"), mark = "<width sOffset=\"0\" a=\"";
+    return std::stod(text.substr(text.find(mark) + mark.size()));
+  };
+  EXPECT_NEAR(lane_begins("{" + of_this + "," + edges + "}"), 1.0, 0.02)
+      << "the last column inside";
+  for (const std::string& other :
+       {std::string("["), std::string("3"), "{" + edges + "}", "{" + of_this + "}",
+        R"({"outputs": 3, )" + edges + "}", R"({"outputs": [4, {"sha256": 5}], )" + edges + "}",
+        "{" + of_this + R"(, "road_edges": {"every_rows": 0, "right_m": [-1], "left_m": [1]}})",
+        "{" + of_this + R"(, "road_edges": {"every_rows": 2, "right_m": [], "left_m": [1]}})",
+        "{" + of_this + R"(, "road_edges": {"every_rows": -2, "right_m": {}, "left_m": "1"}})"})
+    EXPECT_NEAR(lane_begins(other), 2.0, 0.02) << other;
 }
 
 TEST(FileCommands, ALineWithWidthsBecomesTheRoadAgain) {
