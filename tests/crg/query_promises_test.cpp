@@ -141,7 +141,8 @@ TEST(QueryPromises, ThreadsShareFrictionPatchesAndStrips) {
       const Sample a = patched.at_xy(x, y, on_patched), b = smooth.at_xy(x, y, on_smooth);
       if (a.valid) sum += a.z_m + a.friction + a.dzdy;
       if (b.valid) sum += b.z_m + b.friction;
-      smooth.strip({.x_m = x, .y_m = y, .heading_rad = 0.01 * k}, dz, for_strip);
+      smooth.strip({.x_m = x, .y_m = y, .ahead = {std::cos(0.01 * k), std::sin(0.01 * k)}}, dz,
+                   for_strip);
       if (!std::isnan(dz[k % 400])) sum += dz[k % 400];
     }
     return sum;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -14,18 +15,33 @@
 namespace crg {
 namespace strip_test {
 
-Surface bumpy_circuit(double u_step_scale = 1.0) {
+Point2 towards(double heading_rad) { return {std::cos(heading_rad), std::sin(heading_rad)}; }
+
+Surface bumpy_circuit(const std::vector<double>& more_columns_v_m = {}) {
   // About 0.1 m between rows on a circuit with radii from 25 m.
-  ReferenceLine line = test::circuit(static_cast<std::size_t>(4200 / u_step_scale), 60.0, 0.15, 3);
+  ReferenceLine line = test::circuit(4200, 60.0, 0.15, 3);
   for (std::size_t i = 0; i < line.size(); ++i) {
     const double t =
         2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(line.size() - 1);
     line.z_m.push_back(300.0 + 3.0 * std::sin(t));
     line.banking.push_back(0.05 * std::cos(2.0 * t));
   }
-  return Surface(make_crg(line, test::grid_of(line, -5.0, 5.0, 101, [](double u, double v) {
-                            return 0.02 * std::sin(3.0 * u) * std::cos(4.0 * v);
-                          })));
+  Grid grid;
+  grid.u_begin_m = line.u_begin_m;
+  grid.u_step_m = line.u_step_m;
+  grid.v_m = more_columns_v_m;
+  for (int j = -50; j <= 50; ++j) grid.v_m.push_back(0.1 * j);
+  std::sort(grid.v_m.begin(), grid.v_m.end());
+  for (std::size_t i = 0; i < line.size(); ++i)
+    for (const double v : grid.v_m)
+      grid.z_m.push_back(
+          static_cast<float>(0.02 * std::sin(3.0 * grid.u_of(i)) * std::cos(4.0 * v)));
+  return Surface(make_crg(line, grid));
+}
+
+const Surface& even_circuit() {
+  static const Surface surface = bumpy_circuit();
+  return surface;
 }
 
 double worst_difference(const Surface& surface, const Strip& strip, const std::vector<float>& dz,
@@ -38,7 +54,7 @@ double worst_difference(const Surface& surface, const Strip& strip, const std::v
           (static_cast<double>(i) - 0.5 * static_cast<double>(strip.along - 1)) * strip.step_m;
       const double b =
           (static_cast<double>(j) - 0.5 * static_cast<double>(strip.across - 1)) * strip.step_m;
-      const double c = std::cos(strip.heading_rad), s = std::sin(strip.heading_rad);
+      const double c = strip.ahead.x_m, s = strip.ahead.y_m;
       const Sample sample =
           surface.at_xy(strip.x_m + a * c - b * s, strip.y_m + a * s + b * c, cursor);
       const double z = base + dz[i * strip.across + j];
@@ -49,8 +65,8 @@ double worst_difference(const Surface& surface, const Strip& strip, const std::v
   return worst;
 }
 
-TEST(Strip, AgreesWithSingleQueriesAnywhereAndInAnyDirection) {
-  const Surface surface = bumpy_circuit();
+/// Of 400 strips on a road.
+double worst_difference_on(const Surface& surface) {
   const ReferenceLine& line = surface.reference_line();
   std::mt19937 random(6);
   std::uniform_real_distribution<double> u_of(0.0,
@@ -63,24 +79,78 @@ TEST(Strip, AgreesWithSingleQueriesAnywhereAndInAnyDirection) {
     const Point2 p = surface.xy_of_uv(u_of(random), v_of(random));
     Strip strip{.x_m = p.x_m,
                 .y_m = p.y_m,
-                .heading_rad = turn(random),
+                .ahead = towards(turn(random)),
                 .along = many(random),
                 .across = many(random)};
     std::vector<float> dz(strip.along * strip.across, -99.0F);
     const double base = surface.strip(strip, dz, cursor);
     worst = std::max(worst, worst_difference(surface, strip, dz, base));
   }
+  return worst;
+}
+
+TEST(Strip, AgreesWithSingleQueriesAnywhereAndInAnyDirection) {
+  const double worst = worst_difference_on(even_circuit());
   // Measured 6.5e-6 on radii from 25 m: the segments of the line are straight, the quadratic is
   // not.
   EXPECT_LT(worst, 1e-5);
   support::figure("worst_m", worst);
 }
 
+TEST(Strip, AgreesWithSingleQueriesWhereColumnsAreNotEven) {
+  // As roads have them whose edges are columns of their own, and one between two others.
+  EXPECT_LT(worst_difference_on(bumpy_circuit({-4.997, -4.994, -4.9875, 0.537, 4.96, 4.998})),
+            1e-5);
+}
+
+TEST(Strip, RowsThatAreNotAskedForAreBoundedNotFilled) {
+  const Surface surface = bumpy_circuit({-4.997, -4.994});
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> u_of(0.0, 400.0), v_of(-5.2, 5.2), turn(-4.0, 4.0);
+  Cursor cursor;
+  int left_out = 0;
+  for (int k = 0; k < 400; ++k) {
+    const Point2 p = surface.xy_of_uv(u_of(random), v_of(random));
+    const Strip strip{.x_m = p.x_m,
+                      .y_m = p.y_m,
+                      .ahead = towards(turn(random)),
+                      .along = 27,
+                      .across = 15,
+                      .step_m = 0.02};
+    std::vector<float> all(strip.along * strip.across), some(all.size(), -99.0F);
+    surface.strip(strip, all, cursor);
+    float before = 0.0F, after = 0.0F;
+    const auto more = [&](double, float before_m, float after_m) {
+      before = before_m, after = after_m;
+      return StripRows{9, 18};
+    };
+    surface.strip(strip, {10, 16}, more, some, cursor);
+    const bool known = std::isfinite(before);
+    EXPECT_EQ(known, std::isfinite(after));
+    left_out += known;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const std::size_t row = i / strip.across;
+      if (!known || (row >= 9 && row < 18))
+        ASSERT_EQ(std::memcmp(&all[i], &some[i], sizeof(float)), 0) << row;
+      else
+        ASSERT_EQ(some[i], -99.0F);
+      // To the rounding of a sum.
+      if (row < 10) ASSERT_FALSE(all[i] > before + 1e-6F);
+      if (row >= 16) ASSERT_FALSE(all[i] > after + 1e-6F);
+    }
+  }
+  EXPECT_GT(left_out, 300);
+}
+
 TEST(Strip, WideStripsAreSplit) {
-  const Surface surface = bumpy_circuit();
+  const Surface& surface = even_circuit();
   const Point2 p = surface.xy_of_uv(50.0, 1.0);
-  const Strip strip{
-      .x_m = p.x_m, .y_m = p.y_m, .heading_rad = 0.3, .along = 150, .across = 200, .step_m = 0.02};
+  const Strip strip{.x_m = p.x_m,
+                    .y_m = p.y_m,
+                    .ahead = towards(0.3),
+                    .along = 150,
+                    .across = 200,
+                    .step_m = 0.02};
   std::vector<float> dz(strip.along * strip.across);
   Cursor cursor;
   const double base = surface.strip(strip, dz, cursor);
@@ -88,14 +158,14 @@ TEST(Strip, WideStripsAreSplit) {
 }
 
 TEST(Strip, KernelsGiveTheSameBits) {
-  const Surface surface = bumpy_circuit();
+  const Surface& surface = even_circuit();
   Cursor cursor;
   for (const StripKernel kernel : {StripKernel::Avx2, StripKernel::Avx512}) {
     if (!available(kernel)) continue;
     for (double u = 0.0; u < 300.0; u += 7.3) {
       const Point2 p = surface.xy_of_uv(u, -2.0);
       for (const std::size_t across : {43u, 15u, 8u, 3u}) {
-        Strip strip{.x_m = p.x_m, .y_m = p.y_m, .heading_rad = u, .along = 10, .across = across};
+        Strip strip{.x_m = p.x_m, .y_m = p.y_m, .ahead = towards(u), .along = 10, .across = across};
         std::vector<float> a(10 * across), b(10 * across);
         strip.kernel = StripKernel::Scalar;
         surface.strip(strip, a, cursor);
@@ -108,7 +178,7 @@ TEST(Strip, KernelsGiveTheSameBits) {
 }
 
 TEST(Strip, FillsOnlyWhatThereIsRoomFor) {
-  const Surface surface = bumpy_circuit();
+  const Surface& surface = even_circuit();
   const Point2 p = surface.xy_of_uv(20.0, 0.0);
   std::vector<float> dz(45, -99.0F);
   Cursor cursor;

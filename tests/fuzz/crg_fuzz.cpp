@@ -65,7 +65,7 @@ void query(const Surface& surface) {
     REQUIRE(same(heights_m[k % 4], sample.z_m));
     surface.strip({.x_m = point.x_m,
                    .y_m = point.y_m,
-                   .heading_rad = 0.3 * k,
+                   .ahead = {std::cos(0.3 * k), std::sin(0.3 * k)},
                    .along = 5,
                    .across = 8,
                    .step_m = 0.05},

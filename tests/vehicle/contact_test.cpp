@@ -79,6 +79,34 @@ TEST(Contact, StripsEnvelopAKerbAsAFinerStripDoesAndAPointDoesNot) {
   RecordProperty("point", std::to_string(point));
 }
 
+TEST(Contact, RowsThatCannotLiftACamAreNotMissed) {
+  // A ridge, a step and a hole on a slope in both directions, looked at from everywhere.
+  crg::Crg crg = straight(40.0, 0.1, [](double u, double v) {
+    const double ridge = std::abs(u - 20.2) < 0.12 ? 0.08 : 0.0, step = u > 25.0 ? 0.12 : 0.0;
+    return 0.05 * u - 0.06 * v + ridge + step + 0.004 * std::sin(9.0 * u + 4.0 * v);
+  });
+  const crg::Surface surface(crg);
+  const Road road(surface);
+  const StripShape shape;
+  const Cams cams = make_cams(shape, 0.3, 0.1);
+  Cams looks_everywhere = cams;
+  looks_everywhere.near_begin = 0;
+  looks_everywhere.near_end = shape.along;
+  EXPECT_GT(cams.near_begin, 5u);
+  EXPECT_LT(cams.near_end, shape.along - 5u);
+  RoadCursors some, all;
+  for (double u = 18.0; u < 27.0; u += 0.013) {
+    const double v = 0.7 * std::sin(3.0 * u), z = surface.at_uv(u, v).z_m, turn = 5.0 * u;
+    const crg::Point2 at = surface.xy_of_uv(u, v), heading{std::cos(turn), std::sin(turn)};
+    const RoadPoint near = road.under_strip(at.x_m, at.y_m, z, heading, shape, cams, 0, some);
+    const RoadPoint whole =
+        road.under_strip(at.x_m, at.y_m, z, heading, shape, looks_everywhere, 0, all);
+    ASSERT_EQ(near.z_m, whole.z_m) << u;
+    ASSERT_EQ(near.dzdx, whole.dzdx) << u;
+    ASSERT_EQ(near.dzdy, whole.dzdy) << u;
+  }
+}
+
 TEST(Contact, RefusesStripsThatCannotBe) {
   const CarFiles files = test_car_files();
   for (const StripShape& bad : {StripShape{.along = 1}, StripShape{.along = 500, .across = 500},

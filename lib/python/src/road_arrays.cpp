@@ -82,7 +82,7 @@ py::array_t<float> strip_of(Road& road, double x_m, double y_m, double heading_r
   py::array_t<float> out({static_cast<py::ssize_t>(along), static_cast<py::ssize_t>(across)});
   const double base_m = road.surface.strip({.x_m = x_m,
                                             .y_m = y_m,
-                                            .heading_rad = heading_rad,
+                                            .ahead = {std::cos(heading_rad), std::sin(heading_rad)},
                                             .along = along,
                                             .across = across,
                                             .step_m = step_m},

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+
+#include "crg/reference_line.h"
 
 namespace crg {
 
@@ -14,14 +17,24 @@ enum class StripKernel {
 };
 
 /// along x across samples, step_m apart, centred on (x, y); `along` counts in the direction of
-/// heading, `across` to the left of it.
+/// `ahead`, `across` to the left of it.
 struct Strip {
   double x_m = 0.0, y_m = 0.0;
-  double heading_rad = 0.0;  ///< CCW from +x
+  Point2 ahead{1.0, 0.0};  ///< direction of travel, of length 1
   std::size_t along = 10, across = 40;
   double step_m = 0.01;
   StripKernel kernel = StripKernel::Best;
 };
+
+/// Rows of samples of a strip, [begin, end).
+struct StripRows {
+  std::size_t begin, end;
+};
+
+/// Asked once, when the first rows are filled: which are wanted in all, those first ones among
+/// them? No sample before them is above before_m, none behind above after_m, both relative to
+/// base_m; infinite where only a look would tell: then all rows are filled already.
+using MoreRows = std::function<StripRows(double base_m, float before_m, float after_m)>;
 
 /// Whether this processor has what the kernel needs.
 bool available(StripKernel kernel);

@@ -147,6 +147,11 @@ class Surface {
   /// where there is no road. Fills as much as dz_m holds. Within 1e-5 m of at_xy() on roads whose
   /// rows are 0.1 m apart or nearer (docs/evidence.md).
   double strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor) const noexcept;
+  /// The same for who can do without rows far from the middle: those in `first` are filled, then
+  /// those that `more` asks for; others may keep what they hold. `first` lies within the strip,
+  /// dz_m holds all of it, `more` does not throw.
+  double strip(const Strip& strip, StripRows first, const MoreRows& more, std::span<float> dz_m,
+               Cursor& cursor) const noexcept;
 
   const Grid& grid() const noexcept;  ///< after modifiers
   /// The last row leads to the first: the file asks for it, and the ends meet.

@@ -137,7 +137,7 @@ double crg_strip(const crg_surface* surface, double x_m, double y_m, double head
   crg::Cursor own = from_c(cursor);
   const crg::Strip strip{.x_m = x_m,
                          .y_m = y_m,
-                         .heading_rad = heading_rad,
+                         .ahead = {std::cos(heading_rad), std::sin(heading_rad)},
                          .along = along,
                          .across = across,
                          .step_m = step_m};

@@ -120,6 +120,9 @@ class HeightField {
   double per_u_step() const { return per_u_step_; }
   double v_right_m() const { return v_right_m_; }
   double v_left_m() const { return v_left_m_; }
+  double v_m(std::size_t column) const {
+    return per_v_step_ > 0.0 ? v_right_m_ + static_cast<double>(column) * v_step_m_ : v_m_[column];
+  }
   double v_step_m(std::size_t column) const {
     return per_v_step_ > 0.0 ? v_step_m_ : v_m_[column + 1] - v_m_[column];
   }

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <span>
 
 #include "crg/strip.h"
@@ -25,9 +26,12 @@ struct Quadratic {
 
 inline constexpr std::size_t kTileSide = 8;
 
-/// Nodes of the grid around a strip: height above the base, float.
+/// Nodes of the grid around a part of a strip, and where the samples of the part lie on it.
 struct Tile {
-  alignas(64) std::array<float, kTileSide * kTileSide> dz_m;
+  alignas(64) std::array<float, kTileSide * kTileSide> dz_m;  ///< above the strip's base
+  std::size_t rows;
+  Quadratic row, column;  ///< of offsets from the middle of the part,
+  double a0, b0;          ///< which lies here from the middle of the strip, in samples
 };
 
 /// A part of a strip: samples [along_begin, along_end) x [across_begin, across_end).
@@ -36,11 +40,13 @@ struct StripPart {
   std::size_t size() const { return (along_end - along_begin) * (across_end - across_begin); }
 };
 
-/// Evaluates the tile at the samples of a part. row, column: tile coordinates; out: the part's
-/// first sample; stride: from one sample row to the next.
-void fill_from_tile(const Tile& tile, const Quadratic& row, const Quadratic& column, double a0,
-                    double b0, std::size_t rows, std::size_t columns, float* out,
-                    std::size_t stride, StripKernel kernel) noexcept;
+/// Evaluates the tile at rows x columns samples, the first (a, b) from the middle of the tile's
+/// part. stride: from one sample row of `out` to the next.
+void fill_from_tile(const Tile& tile, double a, double b, std::size_t rows, std::size_t columns,
+                    float* out, std::size_t stride, StripKernel kernel) noexcept;
+
+/// Parts of fewer samples are asked for one by one.
+inline constexpr std::size_t kLeastOnTile = 16, kLeastToCut = 32;
 
 class StripFiller {
  public:
@@ -58,12 +64,24 @@ class StripFiller {
   /// z_of(x, y, cursor): height of one point, for what the tile cannot do (borders, seams, holes in
   /// the assumptions).
   template <typename HeightOf>
-  void fill(Cursor& cursor, const HeightOf& z_of) noexcept {
-    if (strip_.across == 0) return;
-    const std::size_t rows = std::min(strip_.along, dz_m_.size() / strip_.across);
-    cos_ = std::cos(strip_.heading_rad) * strip_.step_m;
-    sin_ = std::sin(strip_.heading_rad) * strip_.step_m;
-    fill_part({0, rows, 0, strip_.across}, cursor, z_of, 0);
+  void fill(StripRows first, const MoreRows& more, Cursor& cursor, const HeightOf& z_of) noexcept {
+    cos_ = strip_.ahead.x_m * strip_.step_m;
+    sin_ = strip_.ahead.y_m * strip_.step_m;
+    const std::size_t rows =
+        strip_.across == 0 ? 0 : std::min(strip_.along, dz_m_.size() / strip_.across);
+    const StripPart all{0, rows, 0, strip_.across};
+    Tile tile;
+    if (all.size() >= kLeastOnTile && lay_tile(all, cursor, tile)) {
+      fill_rows(tile, first);
+      const StripRows wanted =
+          more(base_m_, highest_m(tile, {0, first.begin}), highest_m(tile, {first.end, rows}));
+      fill_rows(tile, {wanted.begin, first.begin});
+      fill_rows(tile, {first.end, wanted.end});
+    } else {
+      cut(all, cursor, z_of, 0);
+      constexpr float kUnknown = std::numeric_limits<float>::infinity();
+      more(base_m_, kUnknown, kUnknown);
+    }
   }
 
  private:
@@ -74,10 +92,19 @@ class StripFiller {
   }
 
   template <typename HeightOf>
-  void fill_part(StripPart part, Cursor& cursor, const HeightOf& z_of, int depth) noexcept {
+  void fill_part(const StripPart& part, Cursor& cursor, const HeightOf& z_of, int depth) noexcept {
     if (part.size() == 0) return;
-    if (part.size() >= 16 && try_tile(part, cursor)) return;
-    if (part.size() >= 64 && depth < 24 && wide_) {
+    Tile tile;
+    if (part.size() >= kLeastOnTile && lay_tile(part, cursor, tile))
+      fill_part_of(tile, part);
+    else
+      cut(part, cursor, z_of, depth);
+  }
+
+  /// What lies on no tile: in halves, the smallest sample by sample.
+  template <typename HeightOf>
+  void cut(const StripPart& part, Cursor& cursor, const HeightOf& z_of, int depth) noexcept {
+    if (part.size() >= kLeastToCut && depth < 24) {
       StripPart first = part, second = part;
       if (part.along_end - part.along_begin > part.across_end - part.across_begin) {
         first.along_end = second.along_begin = (part.along_begin + part.along_end) / 2;
@@ -96,10 +123,16 @@ class StripFiller {
     }
   }
 
-  /// False when the part does not fit a tile (wide_ then says that a smaller part might) or the
-  /// road there is not as smooth as the quadratic assumes.
-  bool try_tile(const StripPart& part, Cursor& cursor) noexcept;
-  void fill_tile(std::size_t row, std::size_t column, std::size_t rows, Tile& tile) const noexcept;
+  /// False when the part does not fit a tile, its columns are not even or the road there is not as
+  /// smooth as the quadratic assumes: a smaller part may do.
+  bool lay_tile(const StripPart& part, Cursor& cursor, Tile& tile) noexcept;
+  void fill_tile(std::size_t row, std::size_t column, Tile& tile) const noexcept;
+  void fill_part_of(const Tile& tile, const StripPart& part) const noexcept;
+  void fill_rows(const Tile& tile, StripRows rows) const noexcept {
+    if (rows.begin < rows.end) fill_part_of(tile, {rows.begin, rows.end, 0, strip_.across});
+  }
+  /// What no sample of these rows of the whole strip is above.
+  float highest_m(const Tile& tile, StripRows rows) const noexcept;
 
   const Locator& locator_;
   const HeightField& heights_;
@@ -109,7 +142,6 @@ class StripFiller {
   double base_m_;
   std::span<float> dz_m_;
   double cos_ = 1.0, sin_ = 0.0;
-  bool wide_ = false;
 };
 
 }  // namespace crg

@@ -34,11 +34,11 @@ inline float sample(const Tile& tile, float row, float column) {
   return low + fu * (high - low);
 }
 
-void fill_scalar(const Tile& tile, const Quadratic& row, const Quadratic& column, double a0,
-                 double b0, std::size_t rows, std::size_t columns, float* out, std::size_t stride) {
+void fill_scalar(const Tile& tile, double a0, double b0, std::size_t rows, std::size_t columns,
+                 float* out, std::size_t stride) {
   for (std::size_t i = 0; i < rows; ++i, out += stride) {
-    const RowQuadratic r(row, a0 + static_cast<double>(i), b0),
-        c(column, a0 + static_cast<double>(i), b0);
+    const RowQuadratic r(tile.row, a0 + static_cast<double>(i), b0),
+        c(tile.column, a0 + static_cast<double>(i), b0);
     for (std::size_t j = 0; j < columns; ++j)
       out[j] = sample(tile, r.at(static_cast<float>(j)), c.at(static_cast<float>(j)));
   }
@@ -57,15 +57,14 @@ __attribute__((target("avx2"), always_inline)) inline void pairs(const float* z,
   second = _mm256_shuffle_ps(a, b, 0b11'01'11'01);
 }
 
-__attribute__((target("avx2"))) void fill_avx2(const Tile& tile, const Quadratic& row,
-                                               const Quadratic& column, double a0, double b0,
+__attribute__((target("avx2"))) void fill_avx2(const Tile& tile, double a0, double b0,
                                                std::size_t rows, std::size_t columns, float* out,
                                                std::size_t stride) {
   const __m256 lanes = _mm256_setr_ps(0, 1, 2, 3, 4, 5, 6, 7);
   const float* nodes = tile.dz_m.data();
   for (std::size_t i = 0; i < rows; ++i, out += stride) {
-    const RowQuadratic r(row, a0 + static_cast<double>(i), b0),
-        c(column, a0 + static_cast<double>(i), b0);
+    const RowQuadratic r(tile.row, a0 + static_cast<double>(i), b0),
+        c(tile.column, a0 + static_cast<double>(i), b0);
     const __m256 r0 = _mm256_set1_ps(r.c0), r1 = _mm256_set1_ps(r.c1), r2 = _mm256_set1_ps(r.c2);
     const __m256 c0 = _mm256_set1_ps(c.c0), c1 = _mm256_set1_ps(c.c1), c2 = _mm256_set1_ps(c.c2);
     for (std::size_t begin = 0; begin < columns; begin += 8) {
@@ -106,8 +105,7 @@ __attribute__((target("avx512f"), always_inline)) inline void eight_rows(const Q
 }
 
 /// The whole tile in four registers: a node is a permutation, not a load.
-__attribute__((target("avx512f"))) void fill_avx512(const Tile& tile, const Quadratic& row,
-                                                    const Quadratic& column, double a0, double b0,
+__attribute__((target("avx512f"))) void fill_avx512(const Tile& tile, double a0, double b0,
                                                     std::size_t rows, std::size_t columns,
                                                     float* out, std::size_t stride) {
   static_assert(kTileSide * kTileSide == 64);
@@ -125,16 +123,16 @@ __attribute__((target("avx512f"))) void fill_avx512(const Tile& tile, const Quad
     first = node(at, behind);
     second = node(_mm512_add_epi32(at, _mm512_set1_epi32(1)), behind);
   };
-  const __m512 r2 = _mm512_set1_ps(static_cast<float>(row.c[5])),
-               c2 = _mm512_set1_ps(static_cast<float>(column.c[5]));
+  const __m512 r2 = _mm512_set1_ps(static_cast<float>(tile.row.c[5])),
+               c2 = _mm512_set1_ps(static_cast<float>(tile.column.c[5]));
   const __m512 lanes = _mm512_setr_ps(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   const __m512d ahead = _mm512_setr_pd(0, 1, 2, 3, 4, 5, 6, 7);
   for (std::size_t begin = 0; begin < rows; begin += 8) {
     const __m512d a = _mm512_add_pd(
         _mm512_set1_pd(a0), _mm512_add_pd(ahead, _mm512_set1_pd(static_cast<double>(begin))));
     float of_row[2][8], of_column[2][8];
-    eight_rows(row, a, b0, of_row);
-    eight_rows(column, a, b0, of_column);
+    eight_rows(tile.row, a, b0, of_row);
+    eight_rows(tile.column, a, b0, of_column);
     const std::size_t here = std::min<std::size_t>(8, rows - begin);
     for (std::size_t j = 0; j < columns; j += 16) {
       const auto used =
@@ -175,20 +173,18 @@ bool available(StripKernel kernel) {
   return kernel == StripKernel::Best || kernel == StripKernel::Scalar;
 }
 
-void fill_from_tile(const Tile& tile, const Quadratic& row, const Quadratic& column, double a0,
-                    double b0, std::size_t rows, std::size_t columns, float* out,
-                    std::size_t stride, StripKernel kernel) noexcept {
+void fill_from_tile(const Tile& tile, double a, double b, std::size_t rows, std::size_t columns,
+                    float* out, std::size_t stride, StripKernel kernel) noexcept {
   const auto wanted = [&](StripKernel which) {
     return (kernel == StripKernel::Best || kernel == which) && available(which);
   };
 #if defined(__x86_64__)
-  if (wanted(StripKernel::Avx512))
-    return fill_avx512(tile, row, column, a0, b0, rows, columns, out, stride);
+  if (wanted(StripKernel::Avx512)) return fill_avx512(tile, a, b, rows, columns, out, stride);
   if (wanted(StripKernel::Avx2) && columns >= 8)
-    return fill_avx2(tile, row, column, a0, b0, rows, columns, out, stride);
+    return fill_avx2(tile, a, b, rows, columns, out, stride);
 #endif
   static_cast<void>(wanted);
-  fill_scalar(tile, row, column, a0, b0, rows, columns, out, stride);
+  fill_scalar(tile, a, b, rows, columns, out, stride);
 }
 
 }  // namespace crg

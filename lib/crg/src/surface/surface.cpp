@@ -327,8 +327,20 @@ void Surface::z_at_xy(std::span<const Point2> points, std::span<Cursor> cursors,
 }
 
 double Surface::strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor) const noexcept {
-  if (!std::isfinite(strip.x_m) || !std::isfinite(strip.y_m) || !std::isfinite(strip.heading_rad) ||
-      !std::isfinite(strip.step_m)) {
+  const std::size_t rows =
+      strip.across == 0 ? 0 : std::min(strip.along, dz_m.size() / strip.across);
+  return this->strip(
+      strip, {0, rows},
+      [rows](double, float, float) {
+        return StripRows{0, rows};
+      },
+      dz_m, cursor);
+}
+
+double Surface::strip(const Strip& strip, StripRows first, const MoreRows& more,
+                      std::span<float> dz_m, Cursor& cursor) const noexcept {
+  if (!std::isfinite(strip.x_m) || !std::isfinite(strip.y_m) || !std::isfinite(strip.ahead.x_m) ||
+      !std::isfinite(strip.ahead.y_m) || !std::isfinite(strip.step_m)) {
     std::fill(dz_m.begin(), dz_m.end(), std::numeric_limits<float>::quiet_NaN());
     return Sample::kNaN;
   }
@@ -339,7 +351,7 @@ double Surface::strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor)
   const LineNode* line = data_->heights.line() + middle.segment;
   const double base = line[0].z_m + middle.fraction * (line[1].z_m - line[0].z_m);
   StripFiller filler(data_->locator, data_->heights, strip, middle, base, dz_m);
-  filler.fill(cursor, [&](double x, double y, Cursor& near) {
+  filler.fill(first, more, cursor, [&](double x, double y, Cursor& near) {
     return data_->z_of(data_->locator.locate(x, y, near));
   });
   return base;

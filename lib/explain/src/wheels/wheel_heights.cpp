@@ -158,7 +158,7 @@ void look_at_file(const Eyes& eyes, std::size_t number, const std::vector<double
     const auto cell = static_cast<std::size_t>(std::max(0.0, wheel.u_m[i]) / kWaveCell_m);
     if (eyes.strip && cell < eyes.only_cells.size() && eyes.only_cells[cell]) {
       const vehicle::RoadPoint point = eyes.road.under_strip(
-          wx, wy, wheel.file_m[i], yaw[i], eyes.shape, eyes.cams[wheel.axle], number, cursors);
+          wx, wy, wheel.file_m[i], {c, s}, eyes.shape, eyes.cams[wheel.axle], number, cursors);
       if (std::isfinite(point.z_m)) wheel.strip_m[i] = point.z_m;
     }
   }

@@ -68,6 +68,8 @@ struct StripShape {
 /// lowest point before it lifts it. Beyond the cam: a large number.
 struct Cams {
   std::array<float, StripShape::kMostAlong> front{}, rear{};
+  /// Rows that are looked at first: beyond them both cams rise with the distance.
+  std::size_t near_begin = 0, near_end = 0;
   double distance_m = 0.1;
 };
 

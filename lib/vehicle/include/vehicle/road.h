@@ -54,10 +54,10 @@ class Road {
   std::array<double, 4> heights_at(const std::array<crg::Point2, 4>& corners, double z_near_m,
                                    std::size_t wheel, RoadCursors& cursors) const noexcept;
 
-  /// at() for a wheel that looks at a strip of samples along `heading_rad`: the plane that its
-  /// two cams touch, averaged over the lines of the strip. Falls back to at() on the plane, where
-  /// the strip sees no road, and on the other level of a bridge.
-  RoadPoint under_strip(double x_m, double y_m, double z_near_m, double heading_rad,
+  /// at() for a wheel that looks at a strip of samples along `heading`, of any length: the plane
+  /// that its two cams touch, averaged over the lines of the strip. Falls back to at() on the
+  /// plane, where the strip sees no road, and on the other level of a bridge.
+  RoadPoint under_strip(double x_m, double y_m, double z_near_m, crg::Point2 heading,
                         const StripShape& strip, const Cams& cams, std::size_t wheel,
                         RoadCursors& cursors) const noexcept;
 

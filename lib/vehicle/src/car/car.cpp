@@ -35,6 +35,15 @@ Cams make_cams(const StripShape& strip, double unloaded_radius_m, double patch_l
     out.front[i] = static_cast<float>(clearance(x - 0.5 * out.distance_m));
     out.rear[i] = static_cast<float>(clearance(x + 0.5 * out.distance_m));
   }
+  constexpr float kNear_m = 0.01f;  // an even road lifts no sample further than that
+  const auto low = [&](const auto& cam) {
+    return std::max(kNear_m, *std::min_element(cam.begin(), cam.begin() + strip.along));
+  };
+  const float front = low(out.front), rear = low(out.rear);
+  const auto near = [&](std::size_t i) { return out.front[i] <= front || out.rear[i] <= rear; };
+  out.near_end = strip.along;
+  while (!near(out.near_begin)) ++out.near_begin;
+  while (!near(out.near_end - 1)) --out.near_end;
   return out;
 }
 

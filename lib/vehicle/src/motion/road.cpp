@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <span>
 
@@ -53,19 +54,22 @@ void each_leg(const crg::Surface& surface, double x_m, double y_m, double beside
   }
 }
 
-constexpr float kNothing = -1e8f, kReach_m = 1.0f;
+constexpr float kNothing = -1e8f, kReach_m = 1.0f, kRounding_m = 1e-5f;
 constexpr std::size_t kMostTogether = 16;  // lines; the last may be beside the strip
 
-/// Lowest position of both cams over every line: they rest on the highest sample they reach.
-/// Samples far from the road under the wheel, `centre`, belong to the other level of a bridge,
-/// whose edge the strip reaches; holes are not numbers. Neither lifts anything.
-void rest_cams_anywhere(const StripShape& shape, const Cams& cams, const float* dz, float centre,
-                        float* front, float* rear) {
+/// Lowest position of both cams over every line: they rest on the highest sample they reach, of
+/// these rows and of those before. Samples far from the road under the wheel, `centre`, belong to
+/// the other level of a bridge, whose edge the strip reaches; holes are not numbers. Neither lifts
+/// anything.
+void rest_cams_anywhere(const StripShape& shape, const Cams& cams, const float* dz,
+                        crg::StripRows rows, float centre, float* front, float* rear) {
   using Floats [[gnu::vector_size(16)]] = float;
   const Floats nothing = kNothing - Floats{};
   for (std::size_t begin = 0; begin < shape.across; begin += sizeof(Floats) / sizeof(float)) {
-    Floats highest_front = nothing, highest_rear = nothing;
-    for (std::size_t i = 0; i < shape.along; ++i) {
+    Floats highest_front, highest_rear;
+    std::memcpy(&highest_front, front + begin, sizeof highest_front);
+    std::memcpy(&highest_rear, rear + begin, sizeof highest_rear);
+    for (std::size_t i = rows.begin; i < rows.end; ++i) {
       Floats row;
       std::memcpy(&row, dz + i * shape.across + begin, sizeof row);
       const Floats above = row - centre;
@@ -80,13 +84,14 @@ void rest_cams_anywhere(const StripShape& shape, const Cams& cams, const float* 
 }
 #if defined(__x86_64__)
 __attribute__((target("avx512f"))) void rest_cams_avx512(const StripShape& shape, const Cams& cams,
-                                                         const float* dz, float centre,
-                                                         float* front, float* rear) {
-  const __m512 nothing = _mm512_set1_ps(kNothing), middle = _mm512_set1_ps(centre),
-               above = _mm512_set1_ps(kReach_m), below = _mm512_set1_ps(-kReach_m);
+                                                         const float* dz, crg::StripRows rows,
+                                                         float centre, float* front, float* rear) {
+  const __m512 middle = _mm512_set1_ps(centre), above = _mm512_set1_ps(kReach_m),
+               below = _mm512_set1_ps(-kReach_m);
   for (std::size_t begin = 0; begin < shape.across; begin += 16) {
-    __m512 highest_front = nothing, highest_rear = nothing;
-    for (std::size_t i = 0; i < shape.along; ++i) {
+    __m512 highest_front = _mm512_loadu_ps(front + begin),
+           highest_rear = _mm512_loadu_ps(rear + begin);
+    for (std::size_t i = rows.begin; i < rows.end; ++i) {
       const __m512 row = _mm512_loadu_ps(dz + i * shape.across + begin);
       const __m512 away = _mm512_sub_ps(row, middle);
       const __mmask16 near = _mm512_mask_cmp_ps_mask(_mm512_cmp_ps_mask(away, above, _CMP_LT_OQ),
@@ -165,32 +170,60 @@ std::array<double, 4> Road::heights_at(const std::array<crg::Point2, 4>& corners
   return z_m;
 }
 
-RoadPoint Road::under_strip(double x_m, double y_m, double z_near_m, double heading_rad,
+RoadPoint Road::under_strip(double x_m, double y_m, double z_near_m, crg::Point2 heading,
                             const StripShape& shape, const Cams& cams, std::size_t wheel,
                             RoadCursors& cursors) const noexcept {
   RoadPoint point = at(x_m, y_m, z_near_m, wheel, cursors);
   if (surface_ == nullptr) return point;
   std::array<float, StripShape::kMostSamples + kMostTogether> dz;
   const std::span<float> samples(dz.data(), shape.along * shape.across);
-  std::fill_n(samples.end(), kMostTogether, 0.0f);
+  std::array<float, StripShape::kMostSamples + kMostTogether> front, rear;  // one per line
+  std::fill_n(front.begin(), shape.across + kMostTogether, kNothing);
+  std::fill_n(rear.begin(), shape.across + kMostTogether, kNothing);
+  auto* rest_cams = rest_cams_anywhere;
+#if defined(__x86_64__)
+  if (crg::available(crg::StripKernel::Avx512)) rest_cams = rest_cams_avx512;
+#endif
+  // What lanes beside the last line read of the row behind the last.
+  const auto pad = [&](std::size_t row) {
+    std::fill_n(dz.begin() + static_cast<std::ptrdiff_t>(row * shape.across), kMostTogether, 0.0f);
+  };
+  float centre = 0.0f;
+  const auto rest = [&](crg::StripRows rows) {
+    rest_cams(shape, cams, dz.data(), rows, centre, front.data(), rear.data());
+  };
+  const crg::StripRows near{cams.near_begin, cams.near_end};
+  crg::StripRows wanted = near;
+  auto more = [&](double base_m, float before_m, float after_m) {
+    centre = static_cast<float>(point.z_m - base_m);
+    rest(near);
+    const float lowest_front = *std::min_element(front.begin(), front.begin() + shape.across),
+                lowest_rear = *std::min_element(rear.begin(), rear.begin() + shape.across);
+    const auto lifts = [&](std::size_t row, float highest_m) {
+      highest_m += kRounding_m;
+      return highest_m - cams.front[row] > lowest_front || highest_m - cams.rear[row] > lowest_rear;
+    };
+    while (wanted.begin > 0 && lifts(wanted.begin - 1, before_m)) --wanted.begin;
+    while (wanted.end < shape.along && lifts(wanted.end, after_m)) ++wanted.end;
+    pad(wanted.end);
+    return wanted;
+  };
   crg::Strip strip;
   strip.x_m = x_m;
   strip.y_m = y_m;
-  strip.heading_rad = heading_rad;
+  const double length = std::sqrt(heading.x_m * heading.x_m + heading.y_m * heading.y_m);
+  const double c = heading.x_m / length, s = heading.y_m / length;
+  strip.ahead = {c, s};
   strip.along = shape.along;
   strip.across = shape.across;
   strip.step_m = shape.step_m;
+  pad(near.end);
   // Its own cursor: that of the point expects the wheel to go on.
-  const double base_m = surface_->strip(strip, samples, cursors.corner[wheel].front());
+  const double base_m =
+      surface_->strip(strip, near, std::ref(more), samples, cursors.corner[wheel].front());
   if (!(std::abs(base_m - z_near_m) < 4.0 * kOtherLevel_m)) return point;
-
-  std::array<float, StripShape::kMostSamples + kMostTogether> front, rear;  // one per line
-  const auto centre = static_cast<float>(point.z_m - base_m);
-  auto* rest = rest_cams_anywhere;
-#if defined(__x86_64__)
-  if (crg::available(crg::StripKernel::Avx512)) rest = rest_cams_avx512;
-#endif
-  rest(shape, cams, dz.data(), centre, front.data(), rear.data());
+  rest({wanted.begin, near.begin});
+  rest({near.end, wanted.end});
   double n = 0.0, height = 0.0, tilt = 0.0, sum_y = 0.0, sum_yy = 0.0, sum_yz = 0.0;
   const double middle = 0.5 * static_cast<double>(shape.across - 1);
   for (std::size_t j = 0; j < shape.across; ++j) {
@@ -210,7 +243,6 @@ RoadPoint Road::under_strip(double x_m, double y_m, double z_near_m, double head
   const double across = spread > 0.0 ? (sum_yz - sum_y * height / n) / spread : 0.0;
   const double z_m = base_m + height / n - across * sum_y / n;
   if (std::abs(z_m - point.z_m) > kOtherLevel_m) return point;
-  const double c = std::cos(heading_rad), s = std::sin(heading_rad);
   point.z_m = z_m;
   point.dzdx = along * c - across * s;
   point.dzdy = along * s + across * c;

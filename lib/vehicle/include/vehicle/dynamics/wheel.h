@@ -49,7 +49,7 @@ Ground<T> ground_under(const Road& road, const Car<T>& car, std::size_t wheel, c
                        RoadCursors& cursors, RoadPoint& point) {
   const double x = value_of(x_m), y = value_of(y_m);
   if (car.contact == Contact::kStrip) {
-    point = road.under_strip(x, y, z_near_m, std::atan2(heading_y, heading_x), car.strip,
+    point = road.under_strip(x, y, z_near_m, {heading_x, heading_y}, car.strip,
                              car.cams[axle_of(wheel)], wheel, cursors);
   } else {
     point = road.at(x, y, z_near_m, wheel, cursors);
