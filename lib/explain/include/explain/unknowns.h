@@ -43,6 +43,8 @@ struct Unknown {
   double most = 1e300;      ///< larger amounts are no physics but the sign of something else
   double form =
       0.0;  ///< one standard deviation of what the simulated car and stated curves get wrong
+  bool by_curve_across =
+      false;                ///< only the tyres' lateral forces tell it: their error widens form
   bool along_road = false;  ///< acts where the road is wrong: scanned over u
   /// The same along the whole lap, where sensors tell its sign; else null.
   std::vector<double> RoadProfiles::*profile = nullptr;

@@ -119,8 +119,8 @@ void list_yaw_inertia(const Listing& l) {
 void list_downforce(const Listing& l) {
   const char* const id = "parameter.downforce";
   if (!l.lateral) return untestable(l, id, kNoSlip);
-  parameter(l, id, P::front_lift_area_m2, 0.04);
-  parameter(l, id, P::rear_lift_area_m2, 0.04);
+  parameter(l, id, P::front_lift_area_m2, 0.04).by_curve_across = !has(l, kLoadFront);
+  parameter(l, id, P::rear_lift_area_m2, 0.04).by_curve_across = !has(l, kLoadRear);
 }
 
 void list_tyre_grip(const Listing& l) {
@@ -129,8 +129,8 @@ void list_tyre_grip(const Listing& l) {
   // What the stated tyre's shape gets wrong, and what drive takes away where the stated car says
   // that it takes nothing.
   const double form = l.car.terms[Term::tyre_combined_slip] > 0 ? 0.045 : 0.1;
-  parameter(l, id, P::front_tyre_grip, form);
-  parameter(l, id, P::rear_tyre_grip, form);
+  parameter(l, id, P::front_tyre_grip, form).by_curve_across = true;
+  parameter(l, id, P::rear_tyre_grip, form).by_curve_across = true;
 }
 
 void list_tyre_stiffness(const Listing& l) {

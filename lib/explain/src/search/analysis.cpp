@@ -151,6 +151,23 @@ void Analysis::update_moves(std::size_t from) {
   moves_.rightCols(columns.cols()) = columns;
 }
 
+void Analysis::widen_forms() {
+  for (std::size_t k = 0; k < refit_.size(); ++k) {
+    Unknown& u = inventory_.unknowns[refit_[k]];
+    if (!u.by_curve_across) continue;
+    // The amount that takes the place of a lateral force that is off by a share, everywhere.
+    double both = 0.0, moved = 0.0;
+    for (std::size_t i = 0; i < rows_.row.size(); ++i) {
+      const double by_one = moves_(static_cast<Index>(i), static_cast<Index>(k));
+      if (rows_.row[i].relation != kForceY || !training_[i] || !std::isfinite(rows_.row[i].ay))
+        continue;
+      both += std::abs(by_one * rows_.row[i].ay);
+      moved += by_one * by_one;
+    }
+    if (moved > 0) u.form = std::max(u.form, selection::kCurveAcross * both / moved);
+  }
+}
+
 void Analysis::move_amounts() {
   const std::vector<const Unknown*> free = free_unknowns();
   const Model m = careful_model();
@@ -175,10 +192,12 @@ void Analysis::refit(int rounds) {
   const bool fresh = moves_.size() == 0;
   const auto known = static_cast<std::size_t>(moves_.cols());
   look();
-  if (fresh)
+  if (fresh) {
     update_moves(0);
-  else if (known < free_unknowns().size())
+    widen_forms();
+  } else if (known < free_unknowns().size()) {
     update_moves(known);
+  }
   for (int round = 0; round < rounds; ++round) {
     if (weight_.size() == 0) weigh();
     move_amounts();

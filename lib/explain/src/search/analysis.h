@@ -172,6 +172,7 @@ class Analysis {
   void look();                                        ///< rows and drives at the amounts
   void weigh();                                       ///< by what the model leaves now
   void update_moves(std::size_t from);                ///< columns of what is free, from this one on
+  void widen_forms();                                 ///< by errors of the tyres' curves
   void move_amounts();                                ///< by one step of the model
   Model model(const Eigen::VectorXd& weights) const;  ///< parameters and curves first
   Model model(Stage stage = Stage::kForces) const { return model(weights(stage)); }
