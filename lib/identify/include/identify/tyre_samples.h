@@ -21,6 +21,8 @@ struct TyreSamples {
   std::size_t left_out = 0;  ///< rows of the tables without a load, a condition or a force
 
   std::size_t rows() const { return conditions.size(); }
+  /// Appends a row of `from` as far as that has it.
+  void add_row(const TyreSamples& from, std::size_t row);
 };
 
 /// Appends the rows of a table with the columns fz_n, kappa, alpha_rad, gamma_rad, vx_mps, fx_n

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
 
 namespace identify {
 

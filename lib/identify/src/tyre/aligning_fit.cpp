@@ -20,13 +20,8 @@ constexpr double kLeastNoise = 1e-4;  // of the nominal load times the radius
 
 TyreSamples with_moment(const TyreSamples& all) {
   TyreSamples out;
-  for (std::size_t i = 0; i < all.rows(); ++i) {
-    if (std::isnan(all.mz_nm[i])) continue;
-    out.conditions.push_back(all.conditions[i]);
-    out.fx_n.push_back(all.fx_n[i]);
-    out.fy_n.push_back(all.fy_n[i]);
-    out.mz_nm.push_back(all.mz_nm[i]);
-  }
+  for (std::size_t i = 0; i < all.rows(); ++i)
+    if (!std::isnan(all.mz_nm[i])) out.add_row(all, i);
   return out;
 }
 
@@ -59,15 +54,10 @@ Eigen::MatrixXd moment_covariance(const Unknowns& unknowns, const TyreSamples& r
                                   const std::vector<double>& p) {
   const auto n = static_cast<Eigen::Index>(unknowns.size());
   Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(n, n);
-  Eigen::VectorXd slopes(n);
   for (std::size_t i = 0; i < rows.rows(); ++i) {
-    const MomentCost cost(unknowns, rows.conditions[i], rows.mz_nm[i], mz.noise, law);
-    double value = 0.0;
-    const double* parameters[] = {p.data()};
-    double* jacobians[] = {slopes.data()};
-    cost.Evaluate(parameters, &value, jacobians);
-    const double weight = 1.0 / (1.0 + value * value / (kLossScale * kLossScale));
-    normal.selfadjointView<Eigen::Lower>().rankUpdate(slopes, weight / mz.repeats);
+    const CostAt cost =
+        cost_at(moment_cost(unknowns, rows.conditions[i], rows.mz_nm[i], mz.noise, law), p);
+    normal.selfadjointView<Eigen::Lower>().rankUpdate(cost.slopes.col(0), cost.weight / mz.repeats);
   }
   normal = normal.selfadjointView<Eigen::Lower>();
   return normal.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
@@ -77,15 +67,11 @@ Eigen::MatrixXd moment_covariance(const Unknowns& unknowns, const TyreSamples& r
 
 void expect_same_moments(const TyreSamples& rows, const TyreCoefficients& reference,
                          vehicle::AlphaConvention alpha) {
-  double same = 0.0, all = 0.0;
-  for (std::size_t i = 0; i < rows.mz_nm.size(); ++i) {
-    if (std::isnan(rows.mz_nm[i])) continue;
-    const auto by_reference =
-        vehicle::tyre_forces(reference, rows.conditions[i], {}, {.alpha = alpha});
-    same += by_reference.mz_nm * rows.mz_nm[i];
-    all += std::abs(by_reference.mz_nm * rows.mz_nm[i]);
-  }
-  if (same < -0.5 * all)
+  SameSign mz;
+  for (std::size_t i = 0; i < rows.mz_nm.size(); ++i)
+    mz.add(rows.mz_nm[i],
+           vehicle::tyre_forces(reference, rows.conditions[i], {}, {.alpha = alpha}).mz_nm);
+  if (mz.runs_against())
     throw base::Error(
         "mz_nm runs against the reference's: other axes; turn the sign of mz_nm, or leave the "
         "column out");
@@ -108,7 +94,8 @@ void fit_aligning(const TyreSamples& all, const TyreCoefficients& reference,
                  [&](ceres::Problem& problem, ceres::LossFunction& loss, double* at) {
                    for (std::size_t i = 0; i < some.rows(); ++i)
                      problem.AddResidualBlock(
-                         new MomentCost(unknowns, some.conditions[i], some.mz_nm[i], noise_nm, law),
+                         new TyreCost(moment_cost(unknowns, some.conditions[i], some.mz_nm[i],
+                                                  noise_nm, law)),
                          &loss, at);
                  });
   };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "identify/tyre_unknowns.h"
@@ -42,63 +43,33 @@ struct Noise {
   double fx_n, fy_n;
 };
 
-/// One row's forces over their noise; a NaN force is not measured. The unknowns must outlive it.
-class RowCost : public ceres::CostFunction {
+/// One row: up to four numbers that a tyre leaves, with their slopes by central differences. The
+/// unknowns must outlive it.
+class TyreCost : public ceres::CostFunction {
  public:
-  RowCost(const Unknowns& unknowns, const vehicle::TyreInput<double>& condition, double fx_n,
-          double fy_n, const Noise& noise, const vehicle::TyreOptions& options);
+  using Read = std::function<void(const vehicle::TyreCoefficients& tyre, double* left)>;
+  TyreCost(const Unknowns& unknowns, std::size_t count, Read read);
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
  private:
   const Unknowns& unknowns_;
-  vehicle::TyreInput<double> condition_;
-  double fx_n_, fy_n_;
-  Noise noise_;
-  vehicle::TyreOptions options_;
   std::size_t count_;
+  Read read_;
 };
 
-/// One row's aligning moment over its noise. The unknowns must outlive it.
-class MomentCost : public ceres::CostFunction {
- public:
-  MomentCost(const Unknowns& unknowns, const vehicle::TyreInput<double>& condition, double mz_nm,
-             double noise_nm, const vehicle::TyreOptions& options);
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override;
+/// Forces over their noise; a NaN force is not measured.
+TyreCost force_cost(const Unknowns& unknowns, const vehicle::TyreInput<double>& condition,
+                    double fx_n, double fy_n, const Noise& noise,
+                    const vehicle::TyreOptions& options);
 
- private:
-  const Unknowns& unknowns_;
-  vehicle::TyreInput<double> condition_;
-  double mz_nm_, noise_nm_;
-  vehicle::TyreOptions options_;
-};
+/// An aligning moment over its noise.
+TyreCost moment_cost(const Unknowns& unknowns, const vehicle::TyreInput<double>& condition,
+                     double mz_nm, double noise_nm, const vehicle::TyreOptions& options);
 
 /// Friction and stiffness at one load and camber, as far as they are below what must be left of the
-/// reference's at its nominal load. The unknowns must outlive it.
-class GuardCost : public ceres::CostFunction {
- public:
-  GuardCost(const Unknowns& unknowns, const vehicle::TyreCoefficients& reference,
-            const vehicle::TyreInput<double>& condition);
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override;
-
- private:
-  const Unknowns& unknowns_;
-  vehicle::TyreInput<double> condition_;
-  vehicle::TyreForces<double> wanted_;
-  double share_;
-};
-
-/// The distance to the reference, in spreads.
-class PriorCost : public ceres::CostFunction {
- public:
-  explicit PriorCost(std::size_t count);
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override;
-
- private:
-  std::size_t count_;
-};
+/// reference's at its nominal load.
+TyreCost guard_cost(const Unknowns& unknowns, const vehicle::TyreCoefficients& reference,
+                    const vehicle::TyreInput<double>& condition);
 
 }  // namespace identify

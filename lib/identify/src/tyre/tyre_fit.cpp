@@ -41,16 +41,17 @@ Noise noise_of(const TyreSamples& rows, std::size_t i, const Noise& noise) {
 
 Solved solve(const Work& work, const Unknowns& unknowns, const TyreSamples& rows,
              const Noise& noise, std::vector<double> p, int rounds) {
-  return solve(
-      unknowns, std::move(p), rounds,
-      [&](ceres::Problem& problem, ceres::LossFunction& loss, double* at) {
-        for (std::size_t i = 0; i < rows.rows(); ++i)
-          problem.AddResidualBlock(new RowCost(unknowns, rows.conditions[i], rows.fx_n[i],
-                                               rows.fy_n[i], noise_of(rows, i, noise), work.law),
-                                   &loss, at);
-        for (const auto& guard : work.guards)
-          problem.AddResidualBlock(new GuardCost(unknowns, work.reference, guard), nullptr, at);
-      });
+  return solve(unknowns, std::move(p), rounds,
+               [&](ceres::Problem& problem, ceres::LossFunction& loss, double* at) {
+                 for (std::size_t i = 0; i < rows.rows(); ++i)
+                   problem.AddResidualBlock(
+                       new TyreCost(force_cost(unknowns, rows.conditions[i], rows.fx_n[i],
+                                               rows.fy_n[i], noise_of(rows, i, noise), work.law)),
+                       &loss, at);
+                 for (const auto& guard : work.guards)
+                   problem.AddResidualBlock(
+                       new TyreCost(guard_cost(unknowns, work.reference, guard)), nullptr, at);
+               });
 }
 
 double value_between(const std::vector<double>& values, double low, double high) {
@@ -69,12 +70,9 @@ TyreSamples rows_of(const TyreSamples& all, SlipKind kind) {
     const double fx = longitudinal || combined ? all.fx_n[i] : NAN,
                  fy = lateral || combined ? all.fy_n[i] : NAN;
     if (std::isnan(fx) && std::isnan(fy)) continue;
-    out.conditions.push_back(c);
-    out.fx_n.push_back(fx);
-    out.fy_n.push_back(fy);
-    if (all.fx_more.empty()) continue;
-    out.fx_more.push_back(all.fx_more[i]);
-    out.fy_more.push_back(all.fy_more[i]);
+    out.add_row(all, i);
+    out.fx_n.back() = fx;
+    out.fy_n.back() = fy;
   }
   return out;
 }
@@ -151,20 +149,14 @@ Eigen::MatrixXd force_covariance(const Work& work, const Unknowns& unknowns, std
   Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(n, n);
   // How far the fit moves by larger forces of either direction.
   Eigen::MatrixXd larger = Eigen::MatrixXd::Zero(n, 2);
-  std::vector<double> slopes(2 * unknowns.size());
   for (std::size_t i = 0; i < rows.rows(); ++i) {
     const Noise noise = noise_of(rows, i, {fit.fx.noise, fit.fy.noise});
-    const RowCost cost(unknowns, rows.conditions[i], rows.fx_n[i], rows.fy_n[i], noise, work.law);
-    double values[2] = {0.0, 0.0};
-    const double* parameters[] = {p.data()};
-    double* jacobians[] = {slopes.data()};
-    cost.Evaluate(parameters, values, jacobians);
-    const double weight =
-        1.0 / (1.0 + (values[0] * values[0] + values[1] * values[1]) / (kLossScale * kLossScale));
-    for (int k = 0; k < cost.num_residuals(); ++k) {
+    const CostAt cost = cost_at(
+        force_cost(unknowns, rows.conditions[i], rows.fx_n[i], rows.fy_n[i], noise, work.law), p);
+    for (Eigen::Index k = 0; k < cost.slopes.cols(); ++k) {
       const bool is_fx = k == 0 && !std::isnan(rows.fx_n[i]);
-      const Eigen::Map<const Eigen::VectorXd> row(slopes.data() + k * n, n);
-      const double counts = weight / (is_fx ? fit.fx.repeats : fit.fy.repeats);
+      const auto row = cost.slopes.col(k);
+      const double counts = cost.weight / (is_fx ? fit.fx.repeats : fit.fy.repeats);
       normal.selfadjointView<Eigen::Lower>().rankUpdate(row, counts);
       const double force = is_fx ? rows.fx_n[i] * rows.fx_share / noise.fx_n
                                  : rows.fy_n[i] * rows.fy_share / noise.fy_n;
@@ -188,22 +180,16 @@ Eigen::MatrixXd force_covariance(const Work& work, const Unknowns& unknowns, std
 
 /// Forces that run against the reference's are of other axes, which no fit mends.
 void expect_same_signs(const TyreSamples& rows, const TyreCoefficients& reference) {
-  double fx2 = 0.0, fy2 = 0.0, fx = 0.0, fy = 0.0;
+  SameSign fx, fy;
   for (std::size_t i = 0; i < rows.rows(); ++i) {
     const auto force = vehicle::tyre_forces(reference, rows.conditions[i], {}, {.moments = false});
-    if (!std::isnan(rows.fx_n[i])) {
-      fx += force.fx_n * rows.fx_n[i];
-      fx2 += std::abs(force.fx_n * rows.fx_n[i]);
-    }
-    if (!std::isnan(rows.fy_n[i])) {
-      fy += force.fy_n * rows.fy_n[i];
-      fy2 += std::abs(force.fy_n * rows.fy_n[i]);
-    }
+    fx.add(rows.fx_n[i], force.fx_n);
+    fy.add(rows.fy_n[i], force.fy_n);
   }
-  if (fx < -0.5 * fx2)
+  if (fx.runs_against())
     throw base::Error(
         "fx_n runs against the reference's: other axes; turn the sign of fx_n or kappa");
-  if (fy < -0.5 * fy2)
+  if (fy.runs_against())
     throw base::Error(
         "fy_n runs against the reference's: other axes; turn the sign of fy_n or alpha_rad");
 }

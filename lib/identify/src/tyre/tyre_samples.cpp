@@ -66,16 +66,15 @@ TyreSamples thinned(const TyreSamples& samples, std::size_t most) {
   out.fx_share = samples.fx_share;
   out.fy_share = samples.fy_share;
   const std::size_t every = (samples.rows() + most - 1) / most;
-  for (std::size_t i = 0; i < samples.rows(); i += every) {
-    out.conditions.push_back(samples.conditions[i]);
-    out.fx_n.push_back(samples.fx_n[i]);
-    out.fy_n.push_back(samples.fy_n[i]);
-    if (!samples.mz_nm.empty()) out.mz_nm.push_back(samples.mz_nm[i]);
-    if (samples.fx_more.empty()) continue;
-    out.fx_more.push_back(samples.fx_more[i]);
-    out.fy_more.push_back(samples.fy_more[i]);
-  }
+  for (std::size_t i = 0; i < samples.rows(); i += every) out.add_row(samples, i);
   return out;
+}
+
+void TyreSamples::add_row(const TyreSamples& from, std::size_t row) {
+  conditions.push_back(from.conditions[row]);
+  for (const auto column : {&TyreSamples::fx_n, &TyreSamples::fy_n, &TyreSamples::mz_nm,
+                            &TyreSamples::fx_more, &TyreSamples::fy_more})
+    if (!(from.*column).empty()) (this->*column).push_back((from.*column)[row]);
 }
 
 }  // namespace identify

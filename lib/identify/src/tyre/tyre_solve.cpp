@@ -17,7 +17,10 @@ Solved solve(const Unknowns& unknowns, std::vector<double> p, int rounds,
   owned.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(owned);
   add_rows(problem, loss, p.data());
-  problem.AddResidualBlock(new PriorCost(unknowns.size()), nullptr, p.data());
+  const auto n = static_cast<Eigen::Index>(unknowns.size());
+  problem.AddResidualBlock(
+      new ceres::NormalPrior(ceres::Matrix::Identity(n, n), ceres::Vector::Zero(n)), nullptr,
+      p.data());
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
     problem.SetParameterLowerBound(p.data(), static_cast<int>(i), unknowns.low(i));
     problem.SetParameterUpperBound(p.data(), static_cast<int>(i), unknowns.high(i));
@@ -60,6 +63,17 @@ std::vector<const TyreUnknown*> list_of(SlipKind kind, const std::array<bool, 4>
     if (one.kind == kind && varies[static_cast<std::size_t>(one.needs)] &&
         (version == 52 ? one.in_52 : one.in_6x))
       out.push_back(&one);
+  return out;
+}
+
+CostAt cost_at(const TyreCost& cost, const std::vector<double>& p) {
+  CostAt out;
+  out.slopes.resize(static_cast<Eigen::Index>(p.size()), cost.num_residuals());
+  const double* parameters[] = {p.data()};
+  double* jacobians[] = {out.slopes.data()};
+  double left[2] = {0.0, 0.0};
+  cost.Evaluate(parameters, left, jacobians);
+  out.weight = 1.0 / (1.0 + (left[0] * left[0] + left[1] * left[1]) / (kLossScale * kLossScale));
   return out;
 }
 

@@ -36,6 +36,25 @@ Started best_of_starts(const Unknowns& unknowns, SlipKind kind, const TyreFitOpt
 std::vector<const TyreUnknown*> list_of(SlipKind kind, const std::array<bool, 4>& varies,
                                         int version);
 
+/// A row of one or two numbers at a solution: slopes by the unknowns, a column each, and what the
+/// loss leaves of its weight.
+struct CostAt {
+  Eigen::MatrixXd slopes;
+  double weight = 1.0;
+};
+CostAt cost_at(const TyreCost& cost, const std::vector<double>& p);
+
+/// Whether measured values run with a reference's.
+struct SameSign {
+  double sum = 0.0, size = 0.0;
+  void add(double measured, double reference) {
+    if (std::isnan(measured)) return;
+    sum += reference * measured;
+    size += std::abs(reference * measured);
+  }
+  bool runs_against() const { return sum < -0.5 * size; }
+};
+
 /// Robust sizes of what is left of measured values. `least`: a noiseless table must not be infinite
 /// weight.
 TyreResiduals residuals_of(const std::vector<double>& measured, const std::vector<double>& left,
