@@ -294,7 +294,7 @@ TEST(Layout, TablesAreSplitByBaseAlone) {
       {"lib/recording/src/log/message_types.cpp", "types of messages"},
       {"lib/recording/src/table/table.cpp", "an axis of a map with a decimal comma"},
       {"lib/road/src/guide/guide_file.cpp", "coordinates of KML"},
-      {"tools/crgidentify/drive_report.cpp", "two numbers of a flag"},
+      {"tools/crgidentify/drive_part.cpp", "two numbers of a flag"},
       {"tools/crgsim/table.cpp", "quotes what it writes"},
       {"tools/kerbstone/open.cpp", "quotes what it writes"}};
   std::set<std::string> files = files_with(

@@ -10,6 +10,7 @@
 #include "base/random.h"
 #include "recorded_drive.h"
 #include "recording/channels.h"
+#include "sheet_line.h"
 #include "support/figure.h"
 #include "support/places.h"
 #include "vehicle/vehicle_file.h"
@@ -147,7 +148,7 @@ TEST(DiscsFit, WhatIsMissingIsSaid) {
   for (auto& column : cold.columns) column.resize(1000);
   const DriveFit fit = look(cold);
   EXPECT_THAT(fit.at("rear_disc_area_m2").unseen, testing::HasSubstr("s without a gap"));
-  EXPECT_THAT(identify::discs_sheet(fit),
+  EXPECT_THAT(identify::plain_sheet(fit.found),
               testing::HasSubstr("# rear.disc_area_m2 not observable: 20 s"));
 }
 

@@ -22,7 +22,7 @@
 
 namespace engine_fit_test {
 
-using identify::EngineFit, identify::EngineFitOptions, identify::EngineCell;
+using identify::EngineFit, identify::EngineFitOptions, identify::MapPlace;
 using P = vehicle::Parameter;
 
 /// An engine that is none of the vehicle file's: up to 20 % off, by speed and by throttle; what the
@@ -105,16 +105,16 @@ struct Score {
 void count(const Driven& d, const EngineFit& fit, Score& s) {
   const vehicle::Map2& is = d.files.engine_torque_nm;
   const double most = *std::max_element(is.z.begin(), is.z.end());
-  for (std::size_t k = 0; k < fit.cells.size(); ++k) {
-    const EngineCell& cell = fit.cells[k];
+  for (std::size_t k = 0; k < fit.places.size(); ++k) {
+    const MapPlace& cell = fit.places[k];
     ++s.all;
     if (!cell.unseen.empty()) continue;
     ++s.seen;
     const double scale = std::max(std::abs(is.z[k]), 0.25 * most);
-    const double off = (cell.torque_nm - is.z[k]) / scale;
-    s.inside += std::abs(cell.torque_nm - is.z[k]) < cell.within_nm ? 1 : 0;
+    const double off = (cell.value - is.z[k]) / scale;
+    s.inside += std::abs(cell.value - is.z[k]) < cell.within ? 1 : 0;
     s.square += off * off;
-    s.before += std::pow((cell.stated_nm - is.z[k]) / scale, 2.0);
+    s.before += std::pow((cell.stated - is.z[k]) / scale, 2.0);
     s.largest = std::max(s.largest, std::abs(off));
   }
 }
@@ -184,7 +184,7 @@ TEST(EngineFit, AWrongRatioIsLeftOut) {
   EXPECT_NE(fit.fit.at("torque_gear_4").unseen, "");
   EXPECT_THAT(fit.fit.remarks,
               testing::Contains(testing::ContainsRegex("[1-9][0-9]+ with engine")));
-  EXPECT_NO_THROW(vehicle::check_map(identify::engine_map_of(fit), "engine map"));
+  EXPECT_NO_THROW(vehicle::check_map(fit.map(), "engine map"));
 }
 
 // Beyond its prior, and with it the torques beyond their intervals.
@@ -220,8 +220,8 @@ TEST(EngineFit, UnvisitedPlacesAreEmpty) {
       identify::fit_engine(d.as_stated, d.stated.prior,
                            identify::drive_windows(d.as_stated, nullptr, recording), recording);
   std::size_t seen = 0;
-  for (const EngineCell& cell : fit.cells) {
-    if (cell.throttle > 0.8) {
+  for (const MapPlace& cell : fit.places) {
+    if (cell.y > 0.8) {
       EXPECT_NE(cell.unseen, "");
     }
     seen += cell.unseen.empty() ? 1 : 0;
@@ -273,7 +273,7 @@ TEST(EngineFit, AnotherSimulatorsCar) {
     EXPECT_LT(factor.within, 0.06);
     EXPECT_THAT(wider.fit.remarks, testing::Contains(testing::HasSubstr("does not state fx_arm")));
     // The truth at the places of the fit, whose throttle axis is finer.
-    vehicle::Map2 is{fit.engine_radps, fit.throttle, {}};
+    vehicle::Map2 is{fit.x, fit.y, {}};
     for (const double speed : is.x)
       for (const double open : is.y)
         is.z.push_back(vehicle::evaluate(c.files.engine_torque_nm, speed, open));

@@ -16,7 +16,7 @@
 
 namespace pad_map_fit_test {
 
-using identify::BrakesFitOptions, identify::PadCell, identify::PadMapFit;
+using identify::BrakesFitOptions, identify::MapPlace, identify::PadMapFit;
 using P = vehicle::Parameter;
 
 struct Driven {
@@ -70,18 +70,18 @@ TEST(PadMapFit, TheTruthLiesInItsIntervals) {
     for (const bool known : {true, false}) {
       const PadMapFit fit = d.fit(known ? weighed : BrakesFitOptions{});
       Score& s = scores[known ? "weighed" : "stated mass"];
-      for (std::size_t k = 0; k < fit.cells.size(); ++k) {
-        const PadCell& cell = fit.cells[k];
+      for (std::size_t k = 0; k < fit.places.size(); ++k) {
+        const MapPlace& cell = fit.places[k];
         ++s.all;
         if (!cell.unseen.empty()) continue;
         ++s.seen;
-        const double is = d.files.pad_friction.z[k], off = cell.friction / is - 1.0;
-        s.inside += std::abs(cell.friction - is) < cell.within ? 1 : 0;
+        const double is = d.files.pad_friction.z[k], off = cell.value / is - 1.0;
+        s.inside += std::abs(cell.value - is) < cell.within ? 1 : 0;
         s.square += off * off;
         s.before += std::pow(cell.stated / is - 1.0, 2.0);
         s.largest = std::max(s.largest, std::abs(off));
       }
-      EXPECT_NO_THROW(vehicle::check_map(identify::pad_map_of(fit), "pads"));
+      EXPECT_NO_THROW(vehicle::check_map(fit.map(), "pads"));
     }
   }
   for (const auto& [name, s] : scores) {
@@ -104,7 +104,7 @@ TEST(PadMapFit, AMapOfFarTooManyPlacesIsSaid) {
   map.z.assign(map.x.size() * map.y.size(), 0.4);
   d.as_stated = make_car(d.stated.files, d.stated.parameters, d.stated.terms, d.stated.contact);
   const PadMapFit fit = d.fit();
-  EXPECT_TRUE(fit.cells.empty());
+  EXPECT_TRUE(fit.places.empty());
   EXPECT_THAT(fit.fit.remarks.front(), testing::HasSubstr("1002 places, wanted 1000 at most"));
 }
 
@@ -115,7 +115,7 @@ TEST(PadMapFit, WithoutTemperaturesNoPlaceIsSeen) {
     if (!d.log.names[c].starts_with("brake_disc_")) bare.add(d.log.names[c], d.log.columns[c]);
   d.log = bare;
   const PadMapFit fit = d.fit();
-  EXPECT_TRUE(fit.cells.empty());
+  EXPECT_TRUE(fit.places.empty());
   EXPECT_THAT(fit.fit.remarks.front(), testing::HasSubstr("without temperatures"));
 }
 

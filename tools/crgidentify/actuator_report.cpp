@@ -6,13 +6,13 @@
 #include <cmath>
 #include <numbers>
 
-#include "interval.h"
+#include "identify/clustered_fit.h"
 #include "report/plot_page.h"
 
 namespace crgidentify {
 namespace {
 
-using identify::ActuatorFit, identify::Uncertain;
+using identify::ActuatorFit, identify::kNormal90, identify::Uncertain;
 
 struct FitLine {
   const char* name;
@@ -123,7 +123,7 @@ std::string actuator_text(const ActuatorFit& fit) {
     if (!line.there) continue;
     const Uncertain& v = fit.*(line.value);
     out += fmt::format("  {:17} {:10.5g} +- {:.2g} (90 %) {}\n", line.name, line.factor * v.value,
-                       line.factor * k90 * v.sd, line.unit);
+                       line.factor * kNormal90 * v.sd, line.unit);
   }
   for (const auto& pole : fit.poles_radps)
     out += fmt::format("  pole              {:.4g}{:+.4g}i rad/s\n", pole.real(), pole.imag());

@@ -70,9 +70,6 @@ struct DriveCommand {
   std::string plots_path;               ///< engine and brakes only
   std::vector<std::string> engine_off;  ///< BEGIN,END in seconds of the log; aero only
 };
-int brakes(const DriveCommand& command, Terminal& terminal);
-int engine(const DriveCommand& command, Terminal& terminal);
-/// mass, aero or suspension.
 int drive_part(const DriveCommand& command, Terminal& terminal);
 
 }  // namespace crgidentify

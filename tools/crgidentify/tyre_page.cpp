@@ -65,8 +65,8 @@ void add_curves(report::Plot& plot, const TyreResult& result,
     for (auto* line : {&fitted, &before})
       line->x.push_back(by_alpha(kind) ? std::atan(slip) / kDegree : slip);
     fitted.y.push_back(y);
-    fitted.low.push_back(y - k90 * sd);
-    fitted.high.push_back(y + k90 * sd);
+    fitted.low.push_back(y - kNormal90 * sd);
+    fitted.high.push_back(y + kNormal90 * sd);
     before.y.push_back(y_before);
   }
   plot.lines.push_back(std::move(fitted));

@@ -123,12 +123,13 @@ std::string tyre_text(const TyreResult& result) {
   out += fmt::format("{:8} {:>12} {:>12} {:>12}  {}\n", "", "value", "90 %: +-", "reference",
                      "from the data");
   for (const auto& c : fit.coefficients)
-    out += fmt::format(
-        "{:8} {:>12.5g} {:>12.2g} {:>12.5g}  {}\n", c.keyword, c.value, k90 * c.sd, c.reference,
-        c.at_bound ? "at its bound: no interval"
-        : c.from_data < kHardlyFromData
-            ? fmt::format("{:.0f} %: mostly the reference's word", 100.0 * c.from_data)
-            : fmt::format("{:.0f} %", 100.0 * c.from_data));
+    out +=
+        fmt::format("{:8} {:>12.5g} {:>12.2g} {:>12.5g}  {}\n", c.keyword, c.value,
+                    kNormal90 * c.sd, c.reference,
+                    c.at_bound ? "at its bound: no interval"
+                    : c.from_data < kHardlyFromData
+                        ? fmt::format("{:.0f} %: mostly the reference's word", 100.0 * c.from_data)
+                        : fmt::format("{:.0f} %", 100.0 * c.from_data));
   const auto pairs = correlated(fit);
   if (!pairs.empty()) {
     out += "Found together only (correlation):";
@@ -140,7 +141,7 @@ std::string tyre_text(const TyreResult& result) {
   for (const auto& p : result.conditions.peaks)
     out += fmt::format(
         "{} force, load {}: peak {:.0f} N +- {:.0f} at slip {:.3f}{}\n", word(p.kind),
-        span_of(identify::kLoadEdges, p.load), p.peak_n, k90 * p.sd_n, p.peak_slip,
+        span_of(identify::kLoadEdges, p.load), p.peak_n, kNormal90 * p.sd_n, p.peak_slip,
         p.reached
             ? ""
             : fmt::format(": not reached (rows end at {:.3f}), a bound only", p.measured_slip));
@@ -148,7 +149,7 @@ std::string tyre_text(const TyreResult& result) {
   if (next.sd_n > 0)
     out +=
         fmt::format("Most useful next: {} slip, {}: force {:.0f} N is known to +- {:.0f} N there\n",
-                    word(next.kind), place(next.condition), next.force_n, k90 * next.sd_n);
+                    word(next.kind), place(next.condition), next.force_n, kNormal90 * next.sd_n);
   for (const auto& f : result.faults)
     out += fmt::format("Must not be used: load {:.0f} N, camber {:.1f} degrees: {}\n", f.fz_n,
                        f.gamma_rad / kDegree, f.what);
@@ -182,8 +183,8 @@ nlohmann::ordered_json tyre_json(const TyreResult& result) {
     out["coefficients"].push_back({{"keyword", c.keyword},
                                    {"value", c.value},
                                    {"sd", c.sd},
-                                   {"low_90", c.value - k90 * c.sd},
-                                   {"high_90", c.value + k90 * c.sd},
+                                   {"low_90", c.value - kNormal90 * c.sd},
+                                   {"high_90", c.value + kNormal90 * c.sd},
                                    {"reference", c.reference},
                                    {"from_data", c.from_data},
                                    {"at_bound", c.at_bound}});

@@ -9,13 +9,15 @@
 #include <string>
 #include <vector>
 
+#include "identify/clustered_fit.h"
 #include "identify/drive_tyres.h"
 #include "identify/tyre_conditions.h"
 #include "identify/tyre_fit.h"
 #include "identify/tyre_scan.h"
-#include "interval.h"
 
 namespace crgidentify {
+
+using identify::kNormal90;
 
 inline constexpr double kDegree = std::numbers::pi / 180.0;
 

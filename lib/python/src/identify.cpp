@@ -39,15 +39,14 @@ py::list map_of(const Identified& identified) {
   using namespace pybind11::literals;
   py::list out;
   if (identified.measured.engine)
-    for (const identify::EngineCell& c : identified.measured.engine->cells)
-      out.append(py::dict("engine_radps"_a = c.engine_radps, "throttle"_a = c.throttle,
-                          "torque_nm"_a = c.torque_nm, "within_nm"_a = c.within_nm,
-                          "stated_nm"_a = c.stated_nm, "unseen"_a = c.unseen));
-  if (identified.measured.pads)
-    for (const identify::PadCell& c : identified.measured.pads->cells)
-      out.append(py::dict("pressure_pa"_a = c.pressure_pa, "surface_k"_a = c.surface_k,
-                          "friction"_a = c.friction, "within"_a = c.within, "stated"_a = c.stated,
+    for (const identify::MapPlace& c : identified.measured.engine->places)
+      out.append(py::dict("engine_radps"_a = c.x, "throttle"_a = c.y, "torque_nm"_a = c.value,
+                          "within_nm"_a = c.within, "stated_nm"_a = c.stated,
                           "unseen"_a = c.unseen));
+  if (identified.measured.pads)
+    for (const identify::MapPlace& c : identified.measured.pads->places)
+      out.append(py::dict("pressure_pa"_a = c.x, "surface_k"_a = c.y, "friction"_a = c.value,
+                          "within"_a = c.within, "stated"_a = c.stated, "unseen"_a = c.unseen));
   return out;
 }
 

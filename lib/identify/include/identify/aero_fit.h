@@ -1,7 +1,6 @@
 // Drag area of a car from how it slows down, or from how it pulls.
 #pragma once
 
-#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,11 +10,7 @@
 
 namespace identify {
 
-struct AeroFitOptions {
-  double mass_kg = 0.0;     ///< with fuel; 0: the vehicle file's and fuel_kg
-  double mass_sd_kg = 0.0;  ///< of it; with mass_kg 0 that of the vehicle file's prior
-  double fuel_kg = 30.0;
-  bool body_axes = true;                                ///< as the windows'
+struct AeroFitOptions : WeighedOptions {
   std::vector<std::pair<double, double>> engine_off_s;  ///< from, to: nothing drives or drags
   double most_left_mps2 = 2.0;  ///< windows that turn more do not count: tyres drag there
   double least_throttle = 0.95;
@@ -27,9 +22,8 @@ struct AeroFitOptions {
 /// throttle: inertia + rolling = factor * engine map - drag. Found: drag_area_m2, and
 /// rest_n: what slows the car at any speed beyond the vehicle file's rolling resistance, or an
 /// offset of ax_mps2. Throws base::Error where accelerations are missing.
-DriveFit fit_aero(const vehicle::Car<double>& car,
-                  const std::array<double, vehicle::kParameterCount>& prior,
-                  const DriveWindows& drive, const AeroFitOptions& options = {});
+DriveFit fit_aero(const vehicle::Car<double>& car, const Prior& prior, const DriveWindows& drive,
+                  const AeroFitOptions& options = {});
 
 /// Line of a setup sheet; a remark where it was not found.
 std::string aero_sheet(const DriveFit& fit);

@@ -1,7 +1,6 @@
 // Torque of the brakes from how a car slows down under known pressures.
 #pragma once
 
-#include <array>
 #include <string>
 
 #include "identify/drive_fit.h"
@@ -9,11 +8,7 @@
 
 namespace identify {
 
-struct BrakesFitOptions {
-  double mass_kg = 0.0;     ///< with fuel; 0: the vehicle file's and fuel_kg
-  double mass_sd_kg = 0.0;  ///< of it; with mass_kg 0 that of the vehicle file's prior
-  double fuel_kg = 30.0;
-  bool body_axes = true;        ///< as the windows'
+struct BrakesFitOptions : WeighedOptions {
   double least_pa = 5e5;        ///< less is no braking
   double most_left_mps2 = 6.0;  ///< windows that turn more do not count: tyres drag there
   double least_roll = 0.85;     ///< share of the car's speed that every wheel must turn at
@@ -25,9 +20,8 @@ struct BrakesFitOptions {
 /// (factors on the vehicle file's), torque (one factor for both), and factors of both at the
 /// pressures and disc temperatures that were visited, torque_20_40_bar or
 /// torque_20_40_bar_500_700_k. Throws base::Error without pressures.
-DriveFit fit_brakes(const vehicle::Car<double>& car,
-                    const std::array<double, vehicle::kParameterCount>& prior,
-                    const DriveWindows& drive, const BrakesFitOptions& options = {});
+DriveFit fit_brakes(const vehicle::Car<double>& car, const Prior& prior, const DriveWindows& drive,
+                    const BrakesFitOptions& options = {});
 
 /// Lines of a setup sheet; a remark where nothing was found.
 std::string brakes_sheet(const vehicle::Car<double>& car, const DriveFit& fit);

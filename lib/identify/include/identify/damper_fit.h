@@ -1,8 +1,6 @@
 // Dampers of a car from wheel loads and travels of a drive.
 #pragma once
 
-#include <string>
-
 #include "identify/drive_fit.h"
 #include "recording/recording.h"
 #include "vehicle/car.h"
@@ -26,8 +24,5 @@ struct DamperFitOptions {
 /// factors on it. What is missing is said in `unseen`.
 DriveFit fit_dampers(const vehicle::Car<double>& car, const recording::Recording& recording,
                      const DamperFitOptions& options = {});
-
-/// Lines of a setup sheet; remarks where something was not found.
-std::string dampers_sheet(const DriveFit& fit);
 
 }  // namespace identify

@@ -2,11 +2,9 @@
 #pragma once
 
 #include <array>
-#include <string>
 
 #include "identify/drive_fit.h"
-#include "recording/recording.h"
-#include "vehicle/car.h"
+#include "identify/drive_windows.h"
 
 namespace identify {
 
@@ -24,11 +22,7 @@ struct DiscsFitOptions {
 /// temperatures of the surfaces. Found of front and rear: disc_surface_capacity_jpk,
 /// disc_core_capacity_jpk, disc_conductance_wpk, disc_area_m2 (as a measure of all cooling).
 /// Nothing is thrown: what is missing is said in `unseen`.
-DriveFit fit_discs(const vehicle::Car<double>& car,
-                   const std::array<double, vehicle::kParameterCount>& prior,
+DriveFit fit_discs(const vehicle::Car<double>& car, const Prior& prior,
                    const recording::Recording& recording, const DiscsFitOptions& options = {});
-
-/// Lines of a setup sheet; a remark where nothing was found.
-std::string discs_sheet(const DriveFit& fit);
 
 }  // namespace identify

@@ -1,10 +1,13 @@
 // What is found about a car from one drive: numbers with intervals, or why there is none.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "vehicle/map.h"
 
 namespace identify {
 
@@ -32,6 +35,40 @@ struct DriveFit {
       if (f.name == name) return f;
     throw std::out_of_range(name);
   }
+};
+
+/// One place of a map over two axes.
+struct MapPlace {
+  double x = 0.0, y = 0.0;
+  double value = 0.0, sd = 0.0, within = 0.0;  ///< half the 90 % interval
+  double stated = 0.0;                         ///< the vehicle file's
+  std::vector<double> seconds;                 ///< near it; of an engine in each gear
+  std::string unseen;                          ///< why it is not observable; empty: it is
+
+  bool seen() const { return unseen.empty(); }
+};
+
+/// A map of the car that was found at all its places at once.
+struct FoundMap {
+  std::vector<double> x, y;      ///< axes
+  std::vector<MapPlace> places;  ///< by x, then y; empty: none
+  DriveFit fit;
+
+  bool any_seen() const { return std::ranges::any_of(places, &MapPlace::seen); }
+  /// For a car: places that were not seen as their neighbours and the stated shape say.
+  vehicle::Map2 map() const {
+    vehicle::Map2 out{x, y, {}};
+    for (const MapPlace& place : places) out.z.push_back(place.value);
+    return out;
+  }
+};
+
+/// What fits of forces along the road are told.
+struct WeighedOptions {
+  double mass_kg = 0.0;     ///< with fuel; 0: the vehicle file's and fuel_kg
+  double mass_sd_kg = 0.0;  ///< of it; with mass_kg 0 that of the vehicle file's prior
+  double fuel_kg = 30.0;
+  bool body_axes = true;  ///< as the windows'
 };
 
 }  // namespace identify

@@ -13,6 +13,9 @@
 
 namespace identify {
 
+/// How far the values of the vehicle file may be off, shares: two standard deviations.
+using Prior = std::array<double, vehicle::kParameterCount>;
+
 /// Means over one window. Accelerations are specific force in axes of the road: along the car, to
 /// its left, away from the road. NaN: not recorded.
 struct DriveWindow {

@@ -1,13 +1,11 @@
 // Mass, centre of mass and lift areas of a car from the wheel loads of a drive.
 #pragma once
 
-#include <array>
 #include <string>
 
 #include "base/answer.h"
 #include "identify/drive_fit.h"
 #include "identify/drive_windows.h"
-#include "vehicle/parameters.h"
 
 namespace identify {
 
@@ -26,14 +24,12 @@ struct MassFitOptions {
 /// of the drive), mass_rate_kgps, cog_behind_front_m, cog_height_m (with fuel, standing),
 /// front_lift_area_m2, rear_lift_area_m2. A refusal where there are no loads, no accelerations, or
 /// too few windows.
-base::Answer<DriveFit> try_fit_mass(const vehicle::Car<double>& car,
-                                    const std::array<double, vehicle::kParameterCount>& prior,
+base::Answer<DriveFit> try_fit_mass(const vehicle::Car<double>& car, const Prior& prior,
                                     const DriveWindows& drive, const MassFitOptions& options = {});
 
 /// The same for those who ask for the mass: throws the refusal as base::Error.
-DriveFit fit_mass(const vehicle::Car<double>& car,
-                  const std::array<double, vehicle::kParameterCount>& prior,
-                  const DriveWindows& drive, const MassFitOptions& options = {});
+DriveFit fit_mass(const vehicle::Car<double>& car, const Prior& prior, const DriveWindows& drive,
+                  const MassFitOptions& options = {});
 
 /// What `fit` says as lines of a setup sheet, without the fuel; a remark for what was not found.
 std::string mass_sheet(const vehicle::Car<double>& car, const DriveFit& fit, double fuel_kg);

@@ -1,7 +1,6 @@
 // Springs and anti-roll bars of a car from wheel loads and travels of a drive.
 #pragma once
 
-#include <array>
 #include <string>
 
 #include "identify/drive_fit.h"
@@ -23,8 +22,7 @@ struct SuspensionFitOptions {
 /// force, by the vehicle file. Found of front and rear: spring_npm, anti_roll_npm. `mass_kg` with
 /// fuel. Dampers are not found: means over half a second do not show them. Throws base::Error
 /// without loads or travels.
-DriveFit fit_suspension(const vehicle::Car<double>& car,
-                        const std::array<double, vehicle::kParameterCount>& prior,
+DriveFit fit_suspension(const vehicle::Car<double>& car, const Prior& prior,
                         const DriveWindows& drive, double mass_kg,
                         const SuspensionFitOptions& options = {});
 

@@ -4,15 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "base/error.h"
 #include "base/statistics.h"
-#include "identify/clustered_fit.h"
 #include "longitudinal.h"
 #include "sheet_line.h"
 #include "vehicle/laws/engine.h"
-#include "window_fit.h"
 
 namespace identify {
 namespace {
@@ -28,15 +25,12 @@ bool unbraked(const DriveWindow& w, const AeroFitOptions& options) {
 }
 
 bool straight(const DriveWindow& w, const AeroFitOptions& options) {
-  const double left = std::isfinite(w.left_mps2)        ? w.left_mps2
-                      : std::isfinite(w.yaw_rate_radps) ? w.yaw_rate_radps * w.vx_mps
-                                                        : 0.0;
-  return std::abs(left) < options.most_left_mps2;
+  return std::abs(left_mps2(w)) < options.most_left_mps2;
 }
 
 /// Windows in which nothing drives or drags the wheels.
-std::vector<const DriveWindow*> coasting(const DriveWindows& drive, const AeroFitOptions& options) {
-  std::vector<const DriveWindow*> out;
+Windows coasting(const DriveWindows& drive, const AeroFitOptions& options) {
+  Windows out;
   for (const DriveWindow& w : drive.windows) {
     const bool stated = std::any_of(
         options.engine_off_s.begin(), options.engine_off_s.end(),
@@ -48,9 +42,9 @@ std::vector<const DriveWindow*> coasting(const DriveWindows& drive, const AeroFi
 }
 
 /// Windows at open throttle behind another one in the same gear: boost and shift are over.
-std::vector<const DriveWindow*> pulling(const vehicle::Car<double>& car, const DriveWindows& drive,
-                                        const AeroFitOptions& options) {
-  std::vector<const DriveWindow*> out;
+Windows pulling(const vehicle::Car<double>& car, const DriveWindows& drive,
+                const AeroFitOptions& options) {
+  Windows out;
   const auto open = [&](const DriveWindow& w) {
     return w.throttle > options.least_throttle && unbraked(w, options) &&
            gear_of(car, w).value_or(0) > 0 && std::isfinite(w.wheel_radps[2] + w.wheel_radps[3]);
@@ -64,26 +58,15 @@ std::vector<const DriveWindow*> pulling(const vehicle::Car<double>& car, const D
   return out;
 }
 
-/// What the fit takes for granted beside the car, moved to see what it does to the result.
-struct AeroGranted {
-  double mass_kg = 0.0;
-  double more_rolling = 0.0;  ///< share
-  double offset_mps2 = 0.0;   ///< of the acceleration
-};
-
-struct DragSolved {
-  ClusteredFit fit;
-  std::size_t drag = 0;  ///< its place among the columns
-};
-
-DragSolved solve_drag(const vehicle::Car<double>& car, const Windows& windows, bool coasts,
-                      bool by_speed, const AeroGranted& granted) {
+/// Drag area and rest, or the engine's factor and drag area.
+ClusteredFit solve_drag(const Along& a, const vehicle::Car<double>& car, const Windows& windows,
+                        bool coasts, const Granted& granted) {
   Equation e;
   std::vector<std::size_t> block;
   e.columns.resize(2);
   for (const DriveWindow* w : windows) {
     const int gear = coasts ? 0 : gear_of(car, *w).value_or(0);
-    const AlongForces f = along_forces(car, *w, granted.mass_kg, gear, by_speed);
+    const AlongForces f = along_forces(car, *w, granted.mass_kg, gear, a.by_speed);
     if (coasts) {
       e.columns[0].push_back(-f.drag_m2_n);
       e.columns[1].push_back(-1.0);
@@ -96,10 +79,10 @@ DragSolved solve_drag(const vehicle::Car<double>& car, const Windows& windows, b
       e.columns[1].push_back(-f.drag_m2_n);
     }
     e.wanted.push_back(f.inertia_n + granted.mass_kg * granted.offset_mps2 +
-                       (1.0 + granted.more_rolling) * f.rolling_n);
+                       granted.rolling * f.rolling_n);
     block.push_back(w->block);
   }
-  return {clustered_fit({e}, block), coasts ? 0u : 1u};
+  return clustered_fit({e}, block);
 }
 
 double speed_spread(const Windows& windows) {
@@ -118,31 +101,23 @@ std::string too_little(const Windows& windows) {
   return {};
 }
 
-/// Parameters of the vehicle file that the drag area leans on.
-constexpr std::array<P, 5> kDragLeansOn{P::front_wheel_inertia_kgm2, P::rear_wheel_inertia_kgm2,
-                                        P::front_ride_height_m, P::rear_ride_height_m,
-                                        P::engine_inertia_kgm2};
-
-/// Variance of the drag area (and, coasting, of the rest) that the vehicle file, the mass, rolling
-/// resistance and the accelerometer bring in.
-std::array<double, 2> file_variance(const vehicle::Car<double>& car, const Prior& prior,
-                                    const Windows& windows, bool coasts, bool by_speed,
-                                    double mass_kg, double mass_sd_kg, const DragSolved& is) {
+/// Variances of the solution that the vehicle file, the mass, rolling resistance and the
+/// accelerometer bring in.
+std::array<double, 2> file_variance(const Along& a, const Windows& windows, bool coasts,
+                                    const ClusteredFit& is) {
   std::array<double, 2> out{};
-  const auto add = [&](const vehicle::Car<double>& other, const AeroGranted& granted) {
-    const DragSolved moved = solve_drag(other, windows, coasts, by_speed, granted);
-    for (std::size_t k = 0; is.drag + k < 2; ++k)
-      out[k] += std::pow(moved.fit.value[is.drag + k] - is.fit.value[is.drag + k], 2.0);
+  const auto add = [&](const vehicle::Car<double>& car, const Granted& granted) {
+    const ClusteredFit moved = solve_drag(a, car, windows, coasts, granted);
+    for (std::size_t k = 0; k < 2; ++k) out[k] += std::pow(moved.value[k] - is.value[k], 2.0);
   };
-  for (const P parameter : kDragLeansOn) {
-    vehicle::Car<double> other = car;
-    other.parameters[parameter] *= 1.0 + 0.5 * prior[static_cast<std::size_t>(parameter)];
-    add(other, {mass_kg, 0.0, 0.0});
-  }
-  if (const auto other = other_arm(car)) add(other->car, {mass_kg, 0.0, 0.0});
-  add(car, {mass_kg + mass_sd_kg, 0.0, 0.0});
-  add(car, {mass_kg, kRollingShare, 0.0});
-  if (!coasts) add(car, {mass_kg, 0.0, by_speed ? kGrade * 9.8 : kOffset_mps2});
+  a.each_other_car({P::front_wheel_inertia_kgm2, P::rear_wheel_inertia_kgm2, P::front_ride_height_m,
+                    P::rear_ride_height_m, P::engine_inertia_kgm2},
+                   [&](const vehicle::Car<double>& other) { add(other, a.is); });
+  const double offset = coasts ? 0.0 : a.by_speed ? kGrade * 9.8 : kOffset_mps2;
+  for (const Granted& g : a.moved({{&Granted::mass_kg, a.mass_sd_kg},
+                                   {&Granted::rolling, kRollingShare},
+                                   {&Granted::offset_mps2, offset}}))
+    add(a.car, g);
   return out;
 }
 
@@ -158,19 +133,15 @@ std::string how_said(bool coasts, std::size_t windows) {
                       windows);
 }
 
-void say_aero(const vehicle::Car<double>& car, const DriveWindows& drive,
-              const AeroFitOptions& options, bool by_speed, double mass_kg, double mass_sd_kg,
-              DriveFit& out) {
-  out.remarks.push_back(fmt::format(
-      "a mass of {:.1f} kg with fuel (standard deviation {:.2g}, by {}); the drag area "
-      "is as wrong as it",
-      mass_kg, mass_sd_kg, options.mass_kg > 0.0 ? "the wheel loads" : "the vehicle file"));
+void say_aero(const Along& a, const DriveWindows& drive, DriveFit& out) {
+  const vehicle::Car<double>& car = a.car;
+  out.remarks.push_back(a.mass_words("the drag area is"));
   out.remarks.push_back(fmt::format(
       "for air of {:.4g} kg/m3 that stands still: a wind of 2 m/s along a straight is 8 % of the "
       "drag at 50 m/s, and cancels only where both directions were driven",
       car.parameters[P::aero_density_kgpm3]));
   out.remarks.push_back(
-      by_speed
+      a.by_speed
           ? "acceleration by the change of vx_mps: neither axes nor tilt of an "
             "accelerometer matter, an error of the speed's scale does"
           : "acceleration by ax_mps2; an offset of it goes to rest_n in a coast-down, and is taken "
@@ -190,14 +161,7 @@ void say_aero(const vehicle::Car<double>& car, const DriveWindows& drive,
 
 DriveFit fit_aero(const vehicle::Car<double>& car, const Prior& prior, const DriveWindows& drive,
                   const AeroFitOptions& options) {
-  const auto& p = car.parameters;
-  const bool by_mass = options.mass_kg > 0.0;
-  const double mass_kg = by_mass ? options.mass_kg : p[P::chassis_mass_kg] + options.fuel_kg;
-  const double mass_sd_kg =
-      by_mass ? options.mass_sd_kg
-              : 0.5 * prior[static_cast<std::size_t>(P::chassis_mass_kg)] * p[P::chassis_mass_kg];
-  const bool by_speed =
-      !drive.accelerations || (options.body_axes && !drive.loads && !drive.travels);
+  const Along along(car, prior, drive, options);
   const auto free = coasting(drive, options), pulled = pulling(car, drive, options);
   const std::string no_coast = too_little(free);
   std::string no_pull = too_little(pulled);
@@ -207,36 +171,30 @@ DriveFit fit_aero(const vehicle::Car<double>& car, const Prior& prior, const Dri
   if (no_pull.empty() && car.files->turbo == vehicle::Turbo::kFull)
     no_pull = "the vehicle's engine has no torque map (full turbo)";
   DriveFit out;
-  Found drag{"drag_area_m2", "m2", 0, 0, 0, 0, p[P::aero_drag_area_m2], {}};
-  Found rest{"rest_n", "N", 0, 0, 0, 0, DriveWindow::kNaN, {}};
+  out.found = {found_of("drag_area_m2", "m2", car.parameters[P::aero_drag_area_m2]),
+               found_of("rest_n", "N", DriveWindow::kNaN)};
+  Found &drag = out.found[0], &rest = out.found[1];
   const bool coasts = no_coast.empty();
   if (!coasts && !no_pull.empty()) {
     drag.unseen = rest.unseen = fmt::format(
         "no coast-down (gear 0 or --engine-off: {}), no open throttle ({})", no_coast, no_pull);
-    out.found = {drag, rest};
     return out;
   }
-  const auto& windows = coasts ? free : pulled;
-  const DragSolved s = solve_drag(car, windows, coasts, by_speed, {mass_kg, 0.0, 0.0});
-  const auto more = file_variance(car, prior, windows, coasts, by_speed, mass_kg, mass_sd_kg, s);
+  const Windows& windows = coasts ? free : pulled;
+  const ClusteredFit fit = solve_drag(along, car, windows, coasts, along.is);
+  const auto more = file_variance(along, windows, coasts, fit);
   out.windows = windows.size();
-  out.blocks = s.fit.blocks;
-  const double freedom = static_cast<double>(s.fit.blocks - 2);
-  for (std::size_t k = 0; s.drag + k < 2; ++k) {
-    Found& f = k == 0 ? drag : rest;
-    f.value = s.fit.value[s.drag + k];
-    f.sd_drive = s.fit.sd(s.drag + k);
-    f.sd = std::hypot(f.sd_drive, std::sqrt(more[k]));
-    f.within = half_width_90(freedom, f.sd_drive, std::sqrt(more[k]));
-  }
+  out.blocks = fit.blocks;
+  const auto set = [&](Found& f, std::size_t k) {
+    set_found(f, fit.value[k], static_cast<double>(fit.blocks - 2), fit.sd(k), std::sqrt(more[k]));
+  };
+  set(drag, coasts ? 0 : 1);
+  if (coasts) set(rest, 1);
   if (drag.within > options.most_share * std::abs(drag.value))
-    drag.unseen = fmt::format("its 90 % interval would be {:.3g} either way; {}", drag.within,
-                              how_said(coasts, windows.size()));
+    drag.unseen = too_wide(drag.within) + "; " + how_said(coasts, windows.size());
   if (!coasts) rest.unseen = "at open throttle it looks like the engine's torque";
-  out.found = {drag, rest};
-  out.remarks.push_back(how_said(coasts, windows.size()));
-  out.remarks.push_back(arm_words(car, windows, mass_kg));
-  say_aero(car, drive, options, by_speed, mass_kg, mass_sd_kg, out);
+  out.remarks = {how_said(coasts, windows.size()), along.arm_words(windows)};
+  say_aero(along, drive, out);
   if (drag.unseen.empty() && !(drag.value > 0.0))
     out.doubts.emplace_back("the drag area is below 0: sign of ax_mps2, wind, or a grade?");
   return out;

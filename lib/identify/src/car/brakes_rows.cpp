@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "longitudinal.h"
 #include "vehicle/laws/brake_pads.h"
 #include "vehicle/laws/engine.h"
-#include "window_fit.h"
 
 namespace identify {
 namespace {
@@ -48,8 +46,7 @@ bool brakes_count(const vehicle::Car<double>& car, const DriveWindow& w,
     if (turns < options.least_roll * w.vx_mps)
       return false;  // NaN: not recorded, not known to lock
   }
-  const double left = std::isfinite(w.left_mps2) ? w.left_mps2 : w.yaw_rate_radps * w.vx_mps;
-  return most > options.least_pa && !(std::abs(left) > options.most_left_mps2) &&
+  return most > options.least_pa && std::abs(left_mps2(w)) <= options.most_left_mps2 &&
          !(w.throttle > 0.05) && (w.gear_recorded || gear_of(car, w).has_value());
 }
 
@@ -63,18 +60,16 @@ double stated_force(const vehicle::Car<double>& car, const DriveWindow& w, std::
   return torque / force_arm(car, w, axle, mass_kg);
 }
 
-std::vector<BrakesGranted> brakes_granted(double mass_kg, double mass_sd_kg, double drag_sd_share) {
-  std::vector<BrakesGranted> out(5, {mass_kg, 1.0, 1.0, 1.0, 0.0});
-  out[0].mass_kg += mass_sd_kg;
-  out[1].rolling += kRollingShare;
-  out[2].engine += kEngineDragShare;
-  out[3].drag += drag_sd_share;
-  out[4].offset_mps2 = kOffset_mps2;
-  return out;
+std::vector<Granted> brakes_moved(const Along& along) {
+  return along.moved({{&Granted::mass_kg, along.mass_sd_kg},
+                      {&Granted::rolling, kRollingShare},
+                      {&Granted::engine, kEngineDragShare},
+                      {&Granted::drag, share_sd(along.prior, P::aero_drag_area_m2)},
+                      {&Granted::offset_mps2, kOffset_mps2}});
 }
 
 double braking_force(const vehicle::Car<double>& car, const DriveWindow& w, bool by_speed,
-                     const BrakesGranted& g) {
+                     const Granted& g) {
   const int gear = gear_while_braking(car, w);
   const AlongForces f = along_forces(car, w, g.mass_kg, gear, by_speed);
   double engine = 0.0;

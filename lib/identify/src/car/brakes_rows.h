@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "identify/brakes_fit.h"
-#include "identify/drive_windows.h"
+#include "longitudinal.h"
 
 namespace identify {
 
@@ -17,16 +17,11 @@ bool brakes_count(const vehicle::Car<double>& car, const DriveWindow& w,
 double stated_force(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t axle,
                     double mass_kg);
 
-/// What the fit takes for granted, moved to see what it does.
-struct BrakesGranted {
-  double mass_kg = 0.0, rolling = 1.0, engine = 1.0, drag = 1.0, offset_mps2 = 0.0;
-};
-
-/// Each of these moved by one standard deviation.
-std::vector<BrakesGranted> brakes_granted(double mass_kg, double mass_sd_kg, double drag_sd_share);
+/// What the fits take for granted, moved by one standard deviation each.
+std::vector<Granted> brakes_moved(const Along& along);
 
 /// What slows the car beyond drag, rolling resistance and the engine's drag, N, positive.
 double braking_force(const vehicle::Car<double>& car, const DriveWindow& w, bool by_speed,
-                     const BrakesGranted& g);
+                     const Granted& g);
 
 }  // namespace identify

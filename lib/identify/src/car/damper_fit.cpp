@@ -4,12 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 #include <vector>
 
 #include "base/statistics.h"
-#include "identify/clustered_fit.h"
+#include "drive_columns.h"
 #include "vehicle/laws/suspension.h"
 #include "wheel_names.h"
 #include "window_fit.h"
@@ -20,36 +19,12 @@ namespace {
 using vehicle::kWheels;
 using P = vehicle::Parameter;
 using vehicle::Term;
-constexpr double kFromStop_m = 0.002, kStraight = 2.0, kBlock_m = 100.0, kBlock_s = 10.0;
+constexpr double kFromStop_m = 0.002, kStraight = 2.0;
 constexpr std::size_t kBump = 9, kRebound = 10, kColumns = 11;
 
-struct DamperChannels {
-  Column time, x, y, vx, ax, ay, az;
-  std::array<Column, kWheels> load, travel;
-};
-
-DamperChannels damper_channels(const recording::Table& table) {
-  DamperChannels c{table.find("time_s"),
-                   table.find("x_m"),
-                   table.find("y_m"),
-                   table.find("vx_mps"),
-                   table.find("ax_mps2"),
-                   table.find("ay_mps2"),
-                   table.find("az_mps2"),
-                   {},
-                   {}};
-  for (std::size_t i = 0; i < kWheels; ++i) {
-    c.load[i] = table.find(fmt::format("fz_{}_n", kWheelNames[i]));
-    c.travel[i] = table.find(fmt::format("suspension_{}_m", kWheelNames[i]));
-  }
-  return c;
-}
-
-std::string damper_channel_missing(const DamperChannels& c) {
-  for (std::size_t i = 0; i < kWheels; ++i) {
-    if (c.load[i] == nullptr) return "no loads of all wheels (fz_fl_n ...)";
-    if (c.travel[i] == nullptr) return "no travels of all wheels (suspension_fl_m ...)";
-  }
+std::string damper_channel_missing(const DriveColumns& c) {
+  if (c.load[0] == nullptr) return "no loads of all wheels (fz_fl_n ...)";
+  if (c.travel[0] == nullptr) return "no travels of all wheels (suspension_fl_m ...)";
   if (c.vx == nullptr || c.ax == nullptr || c.ay == nullptr)
     return "no vx_mps, ax_mps2 and ay_mps2";
   return {};
@@ -91,17 +66,6 @@ Piece piece_of(const std::vector<double>& time_s, const std::vector<double>& val
   return out;
 }
 
-/// White noise of a channel: third differences hardly see what is smooth over four rows. Half of
-/// them say, so that kerbs do not.
-double noise_of(const std::vector<double>& value) {
-  std::vector<double> size;
-  for (std::size_t k = 3; k < value.size(); ++k) {
-    const double d = value[k] - 3.0 * value[k - 1] + 3.0 * value[k - 2] - value[k - 3];
-    if (std::isfinite(d)) size.push_back(std::abs(d));
-  }
-  return size.empty() ? 0.0 : 1.4826 * base::median(size) / std::sqrt(20.0);
-}
-
 /// The damper of the vehicle file at a rate, N, and whether it is a map.
 double stated_n(const vehicle::Car<double>& car, std::size_t axle, double rate_mps) {
   const vehicle::Map1& map = car.files->damper_n[axle];
@@ -119,7 +83,7 @@ struct Collected {
 class DamperCollector {
  public:
   DamperCollector(const vehicle::Car<double>& car, const recording::Recording& recording,
-                  const DamperChannels& c, const DamperFitOptions& options)
+                  const DriveColumns& c, const DamperFitOptions& options)
       : car_(car), recording_(recording), c_(c), options_(options) {
     for (Collected& axle : out_) axle.equation.columns.resize(kColumns);
     for (std::size_t i = 0; i < kWheels; ++i) noise_m_[i] = noise_of(*c.travel[i]);
@@ -160,7 +124,9 @@ class DamperCollector {
     }
     const double ax = piece(c_.ax).mean, ay = piece(c_.ay).mean, vx = piece(c_.vx).mean;
     const double up = c_.az != nullptr ? piece(c_.az).mean : 0.0;
-    const std::size_t block = block_of((begin + end) / 2);
+    const std::size_t middle = (begin + end) / 2;
+    const std::size_t block =
+        blocks_.of(at(c_.x, middle), at(c_.y, middle), at(c_.time, middle) - c_.time->front());
     for (std::size_t i = 0; i < kWheels; ++i) {
       const std::size_t a = vehicle::axle_of(i), other = i ^ 1u;
       const double side = i % 2 == 0 ? 1.0 : -1.0, rate = travel[i].slope;
@@ -186,27 +152,17 @@ class DamperCollector {
     }
   }
 
-  std::size_t block_of(std::size_t row) {
-    const bool placed =
-        c_.x != nullptr && c_.y != nullptr && std::isfinite((*c_.x)[row] + (*c_.y)[row]);
-    const std::pair<long, long> cell =
-        placed
-            ? std::pair{std::lround((*c_.x)[row] / kBlock_m), std::lround((*c_.y)[row] / kBlock_m)}
-            : std::pair{std::lround(((*c_.time)[row] - c_.time->front()) / kBlock_s), -1L};
-    return blocks_.emplace(cell, blocks_.size()).first->second;
-  }
-
   const vehicle::Car<double>& car_;
   const recording::Recording& recording_;
-  const DamperChannels& c_;
+  const DriveColumns& c_;
   const DamperFitOptions& options_;
-  std::map<std::pair<long, long>, std::size_t> blocks_;
+  Blocks blocks_{100.0, 10.0};
   std::array<double, kWheels> noise_m_{};
   std::array<Collected, 2> out_;
 };
 
 /// Which share of the rates' variance is true, the rest being noise of the travels.
-double true_share(const Collected& axle, const DamperChannels& c, std::size_t a, double step_s,
+double true_share(const Collected& axle, const DriveColumns& c, std::size_t a, double step_s,
                   double seconds) {
   const double n = std::max(4.0, std::round(seconds / step_s));
   const double spread = step_s * step_s * n * (n * n - 1.0) / 12.0;
@@ -220,7 +176,7 @@ double true_share(const Collected& axle, const DamperChannels& c, std::size_t a,
 void find_dampers(const vehicle::Car<double>& car, const Collected& axle, std::size_t a,
                   double share, const DamperFitOptions& options, DriveFit& out) {
   const bool by_map = !car.files->damper_n[a].empty();
-  const std::string name = a == 0 ? "front" : "rear";
+  const std::string name = kAxleNames[a];
   const double spread = base::quantile(axle.rate_mps, 0.95) - base::quantile(axle.rate_mps, 0.05);
   std::string why;
   if (share < 0.7)
@@ -240,28 +196,16 @@ void find_dampers(const vehicle::Car<double>& car, const Collected& axle, std::s
     const double stated = by_map ? 1.0
                                  : car.parameters.axle(a, bump ? P::front_bump_damping_nspm
                                                                : P::front_rebound_damping_nspm);
-    Found f{by_map ? fmt::format("{}_{}_damper", name, what)
-                   : fmt::format("{}_{}_damping_nspm", name, what),
-            by_map ? "1" : "N s/m",
-            0,
-            0,
-            0,
-            0,
-            stated,
-            why};
+    Found f = found_of(name + "_" + what + (by_map ? "_damper" : "_damping_nspm"),
+                       by_map ? "1" : "N s/m", stated, why);
     if (why.empty()) {
       const std::size_t k = bump ? kBump : kRebound;
-      f.value = fit.value[k] / share * stated;
-      f.sd_drive = fit.sd(k) / share * stated;
-      const double model = f.value * std::hypot(options.model_share, 0.3 * (1.0 - share));
-      f.sd = std::hypot(f.sd_drive, model);
-      f.within = half_width_90(static_cast<double>(fit.blocks) - static_cast<double>(kColumns),
-                               f.sd_drive, model);
+      const double value = fit.value[k] / share * stated;
+      set_found(f, value, static_cast<double>(fit.blocks) - static_cast<double>(kColumns),
+                fit.sd(k) / share * stated,
+                value * std::hypot(options.model_share, 0.3 * (1.0 - share)));
       if (!(f.within < options.most_share * std::abs(f.value)))
-        f.unseen = fmt::format(
-            "its 90 % interval would be {:.3g} either way; rates vary by {:.0f} "
-            "mm/s",
-            f.within, 1e3 * spread);
+        f.unseen = too_wide(f.within) + fmt::format("; rates vary by {:.0f} mm/s", 1e3 * spread);
       else if (!(f.value > 0.0))
         out.doubts.push_back(fmt::format(
             "the {} dampers push along with the {} travel: sign of the travels, or clocks of loads "
@@ -281,7 +225,7 @@ void find_dampers(const vehicle::Car<double>& car, const Collected& axle, std::s
 DriveFit fit_dampers(const vehicle::Car<double>& car, const recording::Recording& recording,
                      const DamperFitOptions& options) {
   DriveFit out;
-  const DamperChannels c = damper_channels(recording.table);
+  const DriveColumns c = columns_of(recording.table);
   std::string why = damper_channel_missing(c);
   if (why.empty() && 4.0 * recording.step_s > 1.02 * options.seconds)
     why = fmt::format("a row every {:.0f} ms, wanted {:.0f} at most", 1e3 * recording.step_s,
@@ -293,11 +237,11 @@ DriveFit fit_dampers(const vehicle::Car<double>& car, const recording::Recording
       why = fmt::format("{} pieces of {:.2g} s clear of the stops, wanted 100",
                         axles[a].block.size(), options.seconds);
     if (!why.empty()) {
-      const std::string name = a == 0 ? "front" : "rear";
-      out.found.push_back({name + "_bump_damping_nspm", "N s/m", 0, 0, 0, 0,
-                           car.parameters.axle(a, P::front_bump_damping_nspm), why});
-      out.found.push_back({name + "_rebound_damping_nspm", "N s/m", 0, 0, 0, 0,
-                           car.parameters.axle(a, P::front_rebound_damping_nspm), why});
+      const std::string name = kAxleNames[a];
+      out.found.push_back(found_of(name + "_bump_damping_nspm", "N s/m",
+                                   car.parameters.axle(a, P::front_bump_damping_nspm), why));
+      out.found.push_back(found_of(name + "_rebound_damping_nspm", "N s/m",
+                                   car.parameters.axle(a, P::front_rebound_damping_nspm), why));
       continue;
     }
     find_dampers(car, axles[a], a, true_share(axles[a], c, a, recording.step_s, options.seconds),
@@ -309,21 +253,6 @@ DriveFit fit_dampers(const vehicle::Car<double>& car, const recording::Recording
         "{:.1f} "
         "Hz and more nothing is seen; {:.0f} % of a rate are counted for what that leaves out",
         0.5 / options.seconds, 100.0 * options.model_share));
-  return out;
-}
-
-std::string dampers_sheet(const DriveFit& fit) {
-  std::string out;
-  for (const Found& f : fit.found) {
-    std::string key = f.name;
-    key[key.find('_')] = '.';
-    if (!f.unseen.empty())
-      out += fmt::format("# {} not observable: {}\n", key, f.unseen);
-    else if (f.unit == "1")
-      out += fmt::format("# {}: {:.4g} times the vehicle file's map\n", key, f.value);
-    else
-      out += fmt::format("{} = {:.6g}\n", key, f.value);
-  }
   return out;
 }
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/statistics.h"
-#include "identify/clustered_fit.h"
+#include "drive_columns.h"
 #include "identify/least_squares.h"
 #include "vehicle/laws/brake_pads.h"
 #include "vehicle/laws/disc_heat.h"
@@ -150,8 +150,8 @@ std::string disc_channel_missing(const recording::Recording& recording, std::siz
 void empty_axle(std::size_t axle, const vehicle::Car<double>& car, const std::string& why,
                 DriveFit& out) {
   for (std::size_t k = 0; k < kOf.size(); ++k)
-    out.found.push_back({fmt::format("{}_{}", kAxleNames[axle], kKeys[k]), kUnits[k], 0, 0, 0, 0,
-                         car.parameters.axle(axle, kOf[k]), why});
+    out.found.push_back(found_of(fmt::format("{}_{}", kAxleNames[axle], kKeys[k]), kUnits[k],
+                                 car.parameters.axle(axle, kOf[k]), why));
 }
 
 /// The unknowns where the search begins.
@@ -192,7 +192,7 @@ base::Answer<ClusteredFit> around(const Model& model, const std::vector<Unknown>
   return try_clustered_fit({e}, block);
 }
 
-void find_discs(const vehicle::Car<double>& car, double share_sd, const Model& model,
+void find_discs(const vehicle::Car<double>& car, double heat_sd, const Model& model,
                 const DiscsFitOptions& options, DriveFit& out) {
   std::vector<Unknown> unknowns = unknowns_of(model);
   const LeastSquares fitted = least_squares(
@@ -201,27 +201,19 @@ void find_discs(const vehicle::Car<double>& car, double share_sd, const Model& m
   std::string why = fitted.converged ? std::string() : "the search did not end";
   const auto spread = around(model, unknowns);
   if (!spread) why = spread.refusal().message;
-  if (!why.empty()) return empty_axle(model.axle, car, why, out);
+  empty_axle(model.axle, car, why, out);
+  if (!why.empty()) return;
   const ClusteredFit& fit = *spread;
   const double freedom = static_cast<double>(fit.blocks) - static_cast<double>(unknowns.size());
   for (std::size_t k = 0; k < kOf.size(); ++k) {
-    const double stated = car.parameters.axle(model.axle, kOf[k]);
-    Found f{fmt::format("{}_{}", kAxleNames[model.axle], kKeys[k]),
-            kUnits[k],
-            unknowns[k].value * stated,
-            0,
-            fit.sd(k) * stated,
-            0,
-            stated,
-            {}};
-    const double heat = f.value * std::hypot(options.torque_sd, share_sd);
-    f.sd = std::hypot(f.sd_drive, heat);
-    f.within = half_width_90(freedom, f.sd_drive, heat);
+    Found& f = out.found[out.found.size() - kOf.size() + k];
+    const double value = unknowns[k].value * f.stated;
+    set_found(f, value, freedom, fit.sd(k) * f.stated,
+              value * std::hypot(options.torque_sd, heat_sd));
     if (f.within > options.most_share * f.value)
-      f.unseen = fmt::format("its 90 % interval would be {:.3g} either way", f.within);
+      f.unseen = too_wide(f.within);
     else if (unknowns[k].value < 0.11 || unknowns[k].value > 9.9)
       f.unseen = "more than ten times, or less than a tenth, of the vehicle file's";
-    out.found.push_back(std::move(f));
   }
   out.remarks.push_back(
       fmt::format("{} discs: simulated and recorded temperatures differ by {:.1f} K "
@@ -236,11 +228,9 @@ void find_discs(const vehicle::Car<double>& car, double share_sd, const Model& m
 
 }  // namespace
 
-DriveFit fit_discs(const vehicle::Car<double>& car,
-                   const std::array<double, vehicle::kParameterCount>& prior,
+DriveFit fit_discs(const vehicle::Car<double>& car, const Prior& prior,
                    const recording::Recording& recording, const DiscsFitOptions& options) {
   DriveFit out;
-  const double share_sd = 0.5 * prior[static_cast<std::size_t>(P::brake_disc_share)];
   for (std::size_t a = 0; a < 2; ++a) {
     if (const std::string why = disc_channel_missing(recording, a); !why.empty()) {
       empty_axle(a, car, why, out);
@@ -273,7 +263,7 @@ DriveFit fit_discs(const vehicle::Car<double>& car,
           out);
       continue;
     }
-    find_discs(car, share_sd, model, options, out);
+    find_discs(car, share_sd(prior, P::brake_disc_share), model, options, out);
   }
   out.remarks.emplace_back(
       "the discs' heat is pressure times friction times speed, and brake.disc_share of it "
@@ -286,17 +276,6 @@ DriveFit fit_discs(const vehicle::Car<double>& car,
       "not observable: convection and radiation apart, the laws' other numbers; disc_area_m2 "
       "stands "
       "for all cooling");
-  return out;
-}
-
-std::string discs_sheet(const DriveFit& fit) {
-  std::string out;
-  for (const Found& f : fit.found) {
-    std::string key = f.name;
-    key[key.find('_')] = '.';
-    out += f.unseen.empty() ? fmt::format("{} = {:.6g}\n", key, f.value)
-                            : fmt::format("# {} not observable: {}\n", key, f.unseen);
-  }
   return out;
 }
 

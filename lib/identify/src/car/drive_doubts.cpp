@@ -6,10 +6,8 @@
 #include <cmath>
 
 #include "base/statistics.h"
-#include "identify/clustered_fit.h"
 #include "longitudinal.h"
 #include "wheel_names.h"
-#include "window_fit.h"
 
 namespace identify {
 namespace {
@@ -19,25 +17,8 @@ constexpr double kRadiusOff = 0.05;   ///< no owner states a rolling radius furt
 constexpr double kAxOff = 0.15;       ///< of ax_mps2 against the change of vx_mps
 constexpr double kStraight_mps2 = 3;  ///< more of it is turning
 constexpr double kUnbraked_pa = 5e4;
-constexpr std::size_t kLeastWindows = 20;
+constexpr double kLeastWindows = 20;
 constexpr std::size_t kLeastRatios = 10;  ///< each of them tells the radius within a per cent
-
-/// Sums of pairs, for what one is over the other.
-struct Pairs {
-  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
-  void add(double a, double b) {
-    if (!std::isfinite(a + b)) return;
-    n += 1.0, x += a, y += b, xx += a * a, xy += a * b, yy += b * b;
-  }
-  double variance() const { return (xx - x * x / n) / n; }
-  double slope() const { return (xy - x * y / n) / (xx - x * x / n); }
-  /// Of the other regression: noise in x lowers the one, noise in y raises this.
-  double steepest() const { return (yy - y * y / n) / (xy - x * y / n); }
-  double correlation() const {
-    return (xy - x * y / n) / std::sqrt((xx - x * x / n) * (yy - y * y / n));
-  }
-  bool enough() const { return n >= static_cast<double>(kLeastWindows); }
-};
 
 bool straight(const DriveWindow& w) {
   return !(std::abs(w.yaw_rate_radps * w.vx_mps) > kStraight_mps2);
@@ -72,7 +53,7 @@ void doubt_ax(const DriveWindows& drive, std::vector<std::string>& out) {
   Pairs pairs;
   for (const DriveWindow& w : drive.windows)
     if (straight(w)) pairs.add(w.speeding_mps2, w.along_mps2);
-  if (!pairs.enough() || pairs.variance() < 0.25) return;
+  if (pairs.n < kLeastWindows || pairs.variance() < 0.25) return;
   const double low = pairs.slope(), high = pairs.steepest();
   if (std::max(low, high) < 1.0 - kAxOff || std::min(low, high) > 1.0 + kAxOff)
     out.push_back(fmt::format(
@@ -85,7 +66,7 @@ void doubt_travels(const DriveWindows& drive, std::vector<std::string>& out) {
   for (std::size_t i = 0; i < vehicle::kWheels; ++i) {
     Pairs pairs;
     for (const DriveWindow& w : drive.windows) pairs.add(w.travel_m[i], w.load_n[i]);
-    if (pairs.enough() && pairs.correlation() < -0.3 - 3.0 / std::sqrt(pairs.n))
+    if (pairs.n >= kLeastWindows && pairs.correlation() < -0.3 - 3.0 / std::sqrt(pairs.n))
       out.push_back(
           fmt::format("suspension_{0}_m falls as fz_{0}_n rises: compressed is positive; scale: -1 "
                       "in a mapping turns it",
@@ -122,7 +103,7 @@ DriveWindows with_wheelbase(DriveWindows drive, const recording::Recording& reco
     e.wanted.push_back(sum / static_cast<double>(w.end_row - w.begin_row));
     block.push_back(w.block);
   }
-  if (e.wanted.size() < kLeastWindows) return drive;
+  if (static_cast<double>(block.size()) < kLeastWindows) return drive;
   if (const auto fit = try_clustered_fit({e}, block)) {
     drive.wheelbase_m = fit->value[0];
     drive.wheelbase_sd_m = fit->sd(0);

@@ -4,15 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include "base/error.h"
+#include "drive_columns.h"
 #include "drive_doubts.h"
 #include "longitudinal.h"
 #include "vehicle/road.h"
-#include "wheel_names.h"
-#include "window_fit.h"
 
 namespace identify {
 namespace {
@@ -20,42 +18,6 @@ namespace {
 using vehicle::kWheels;
 using P = vehicle::Parameter;
 constexpr double kNaN = DriveWindow::kNaN;
-
-/// The columns that windows are made of; nullptr: not recorded.
-struct Columns {
-  Column time, x, y, z, yaw, vx, vy, rate, ax, ay, az, throttle, gear;
-  std::array<Column, kWheels> load, travel, wheel, brake, disc;
-};
-
-/// All four, or none.
-std::array<Column, kWheels> four(const recording::Table& table, const char* before,
-                                 const char* after) {
-  std::array<Column, kWheels> out{};
-  for (std::size_t i = 0; i < kWheels; ++i)
-    out[i] = table.find(fmt::format("{}{}{}", before, kWheelNames[i], after));
-  if (std::count(out.begin(), out.end(), nullptr) > 0) out.fill(nullptr);
-  return out;
-}
-
-Columns columns_of(const recording::Table& table) {
-  Columns c{};
-  const std::pair<Column Columns::*, const char*> names[] = {
-      {&Columns::time, "time_s"}, {&Columns::x, "x_m"},       {&Columns::y, "y_m"},
-      {&Columns::z, "z_m"},       {&Columns::yaw, "yaw_rad"}, {&Columns::vx, "vx_mps"},
-      {&Columns::vy, "vy_mps"},   {&Columns::ax, "ax_mps2"},  {&Columns::rate, "yaw_rate_radps"},
-      {&Columns::ay, "ay_mps2"},  {&Columns::az, "az_mps2"},  {&Columns::throttle, "throttle"},
-      {&Columns::gear, "gear"}};
-  for (const auto& [column, name] : names) c.*column = table.find(name);
-  c.load = four(table, "fz_", "_n");
-  c.travel = four(table, "suspension_", "_m");
-  c.wheel = four(table, "wheel_", "_radps");
-  c.brake = four(table, "brake_", "_pa");
-  c.disc = four(table, "brake_disc_", "_k");
-  if (c.brake[0] == nullptr) c.brake.fill(table.find("brake_pa"));
-  return c;
-}
-
-double at(Column column, std::size_t row) { return column == nullptr ? kNaN : (*column)[row]; }
 
 /// Whether a vertical acceleration says what presses a car on the road: there in half of the rows,
 /// with gravity in it.
@@ -78,7 +40,7 @@ struct Slopes {
 };
 
 std::vector<Slopes> road_slopes(const vehicle::Car<double>& car, const crg::Surface& surface,
-                                const Columns& c, std::size_t rows) {
+                                const DriveColumns& c, std::size_t rows) {
   const vehicle::Road road(surface);
   vehicle::RoadCursors cursors;
   std::vector<Slopes> out(rows);
@@ -108,7 +70,7 @@ std::vector<Slopes> road_slopes(const vehicle::Car<double>& car, const crg::Surf
 
 /// Gravity and the speed over a road whose slopes change, away from the road: the acceleration's
 /// parts along the road cancel.
-double road_normal(const Columns& c, const std::vector<Slopes>& slopes, std::size_t k,
+double road_normal(const DriveColumns& c, const std::vector<Slopes>& slopes, std::size_t k,
                    const recording::Stretch& stretch, double gravity) {
   const std::size_t a = k > stretch.begin ? k - 1 : k, b = k + 1 < stretch.end ? k + 1 : k;
   const double dt = (*c.time)[b] - (*c.time)[a], vx = (*c.vx)[k],
@@ -122,16 +84,17 @@ double road_normal(const Columns& c, const std::vector<Slopes>& slopes, std::siz
   return (gravity + vx * along + vy * left) / std::sqrt(1.0 + s.along * s.along + s.left * s.left);
 }
 
-/// Sums of one window's rows.
-struct Sum {
-  double value = 0.0;
+/// The mean of what was there.
+struct Mean {
+  double* of;  ///< where it goes
+  double sum = 0.0;
   std::size_t rows = 0;
   void add(double v) {
     if (!std::isfinite(v)) return;
-    value += v;
+    sum += v;
     ++rows;
   }
-  double mean() const { return rows == 0 ? kNaN : value / static_cast<double>(rows); }
+  void put() const { *of = rows == 0 ? kNaN : sum / static_cast<double>(rows); }
 };
 
 /// Loaded radius of a rolling tyre: it grows and stiffens with speed.
@@ -140,20 +103,6 @@ double radius_under(const vehicle::TyreCoefficients& tyre, double load_n, double
   const double r0 = tyre.unloaded_radius_m, speed = std::abs(v_mps) / tyre.nominal_speed_mps;
   return r0 * (tyre.qre0 + tyre.qv1 * speed * speed) -
          vehicle::static_deflection(tyre, load_n / (1.0 + tyre.qv2 * speed), pressure_pa);
-}
-
-/// Slope of the straight line through points (time, value).
-double rise_of(const std::vector<std::pair<double, double>>& points) {
-  double t = 0.0, v = 0.0, tt = 0.0, tv = 0.0;
-  for (const auto& [at_s, value] : points) {
-    t += at_s / static_cast<double>(points.size());
-    v += value / static_cast<double>(points.size());
-  }
-  for (const auto& [at_s, value] : points) {
-    tt += (at_s - t) * (at_s - t);
-    tv += (at_s - t) * (value - v);
-  }
-  return tt > 0.0 ? tv / tt : 0.0;
 }
 
 /// How far each wheel's place on the body has come down from where it stands without fuel: travel
@@ -275,102 +224,95 @@ class Cutter {
     return false;
   }
 
-  void add_window(std::size_t begin, std::size_t end, const recording::Stretch& stretch) {
-    DriveWindow w;
-    Sum vx, vy, air, along, left, normal, rate, throttle, slope, sway;
-    std::array<Sum, kWheels> load, travel, wheel, brake, disc;
-    std::vector<std::pair<double, double>> speeds;
-    std::size_t rows = 0;
+  /// Puts the means of a row and those before it together; `next` counts a row's channels.
+  struct Row {
+    std::vector<Mean>& means;
+    std::size_t next = 0;
+    void add(double& of, double v) {
+      if (next == means.size()) means.push_back({&of});
+      means[next++].add(v);
+    }
+  };
+
+  void add_row(std::size_t k, const recording::Stretch& stretch, Row row, DriveWindow& w,
+               double& sway) const {
     const double g = car_.parameters[P::environment_gravity_mps2];
     const double c = std::cos(options_.imu_yaw_rad), s = std::sin(options_.imu_yaw_rad);
+    const double v = at(c_.vx, k), side = c_.vy == nullptr ? 0.0 : at(c_.vy, k),
+                 turning = at(c_.rate, k), turns = std::isfinite(turning) ? turning : 0.0,
+                 ax = at(c_.ax, k), ay = at(c_.ay, k);
+    row.add(w.vx_mps, v);
+    row.add(w.vy_mps, side);
+    row.add(w.air_mps2, v * v + side * side);
+    row.add(sway, turns * side);
+    row.add(w.along_mps2,
+            c * ax - s * (std::isfinite(ay) ? ay : 0.0) + options_.imu_ahead_m * turns * turns);
+    row.add(w.left_mps2, s * ax + c * ay);
+    row.add(w.normal_mps2, out_.normal == NormalFrom::kRoad
+                               ? road_normal(c_, slopes_, k, stretch, g)
+                           : out_.normal == NormalFrom::kMeasured ? at(c_.az, k)
+                                                                  : g);
+    row.add(w.slope, slopes_.empty() ? 0.0 : slopes_[k].along);
+    row.add(w.yaw_rate_radps, turning);
+    row.add(w.throttle, at(c_.throttle, k));
+    for (std::size_t i = 0; i < kWheels; ++i) {
+      row.add(w.load_n[i], at(c_.load[i], k));
+      row.add(w.travel_m[i], at(c_.travel[i], k));
+      row.add(w.wheel_radps[i], at(c_.wheel[i], k));
+      row.add(w.brake_pa[i], at(c_.brake[i], k));
+      row.add(w.disc_k[i], at(c_.disc[i], k));
+    }
+    if (at(c_.gear, k) != w.gear) w.gear = kNaN;
+  }
+
+  void add_window(std::size_t begin, std::size_t end, const recording::Stretch& stretch) {
+    if (near_kerb(begin, end)) return;
+    const std::size_t middle = (begin + end) / 2;
+    DriveWindow w;
     w.gear = at(c_.gear, begin);
     w.gear_recorded = c_.gear != nullptr;
-    w.middle_gear = at(c_.gear, (begin + end) / 2);
-    if (near_kerb(begin, end)) return;
+    w.middle_gear = at(c_.gear, middle);
+    std::vector<Mean> means;
+    Pairs speeds;
+    double sway = 0.0;
+    std::size_t rows = 0;
     for (std::size_t k = begin; k < end; ++k) {
       if (!counts(k, stretch)) continue;
       ++rows;
-      const double v = at(c_.vx, k), side = c_.vy == nullptr ? 0.0 : at(c_.vy, k);
-      vx.add(v);
-      vy.add(side);
-      air.add(v * v + side * side);
-      speeds.emplace_back(at(c_.time, k), v);
-      const double turning = at(c_.rate, k),
-                   centre =
-                       options_.imu_ahead_m * (std::isfinite(turning) ? turning * turning : 0.0);
-      const double ax = at(c_.ax, k), ay = at(c_.ay, k), ay_or_none = std::isfinite(ay) ? ay : 0.0;
-      sway.add(std::isfinite(turning) ? turning * side : 0.0);
-      along.add(c * ax - s * ay_or_none + centre);
-      left.add(s * ax + c * ay);
-      normal.add(out_.normal == NormalFrom::kRoad       ? road_normal(c_, slopes_, k, stretch, g)
-                 : out_.normal == NormalFrom::kMeasured ? at(c_.az, k)
-                                                        : g);
-      slope.add(slopes_.empty() ? 0.0 : slopes_[k].along);
-      rate.add(turning);
-      throttle.add(at(c_.throttle, k));
-      if (at(c_.gear, k) != w.gear) w.gear = kNaN;
-      for (std::size_t i = 0; i < kWheels; ++i) {
-        load[i].add(at(c_.load[i], k));
-        travel[i].add(at(c_.travel[i], k));
-        wheel[i].add(at(c_.wheel[i], k));
-        brake[i].add(at(c_.brake[i], k));
-        disc[i].add(at(c_.disc[i], k));
-      }
+      add_row(k, stretch, {means}, w, sway);
+      speeds.add(at(c_.time, k) - at(c_.time, begin), at(c_.vx, k));
     }
     if (5 * rows < 3 * (end - begin)) {
       out_.short_of_rows += rows;
       return;
     }
+    for (const Mean& mean : means) mean.put();
     w.begin_row = begin;
     w.end_row = end;
     w.time_s = 0.5 * (at(c_.time, begin) + at(c_.time, end - 1));
-    w.x_m = at(c_.x, (begin + end) / 2);
-    w.y_m = at(c_.y, (begin + end) / 2);
-    w.vx_mps = vx.mean();
-    w.vy_mps = vy.mean();
-    w.air_mps2 = air.mean();
-    w.slope = slope.mean();
-    w.along_mps2 = along.mean();
+    w.x_m = at(c_.x, middle);
+    w.y_m = at(c_.y, middle);
+    const double speeding = speeds.slope();
     w.speeding_mps2 =
-        rise_of(speeds) - sway.mean() + g * w.slope / std::sqrt(1.0 + w.slope * w.slope);
-    w.left_mps2 = left.mean();
-    w.normal_mps2 = normal.mean();
-    w.yaw_rate_radps = rate.mean();
-    w.throttle = throttle.mean();
-    for (std::size_t i = 0; i < kWheels; ++i) {
-      w.load_n[i] = load[i].mean();
-      w.travel_m[i] = travel[i].mean();
-      w.wheel_radps[i] = wheel[i].mean();
-      w.brake_pa[i] = brake[i].mean();
-      w.disc_k[i] = disc[i].mean();
-    }
+        (std::isfinite(speeding) ? speeding : 0.0) - sway +
+        car_.parameters[P::environment_gravity_mps2] * w.slope / std::sqrt(1.0 + w.slope * w.slope);
     w.sink_m = sink_of(car_, w, out_.loads, out_.travels);
     if (!out_.loads && !out_.travels) {
       w.sink_m = stated_sink(car_, w);  // for ride heights; too vague to turn axes by
     } else if (options_.body_axes) {
       level(car_, out_.normal == NormalFrom::kMeasured, w);
     }
-    w.block = block_of(w);
+    w.block = blocks_.of(w.x_m, w.y_m, w.time_s - out_.begin_s);
+    out_.blocks = blocks_.known.size();
     out_.windows.push_back(w);
-  }
-
-  std::size_t block_of(const DriveWindow& w) {
-    const std::pair<long, long> cell =
-        std::isfinite(w.x_m + w.y_m)
-            ? std::pair{std::lround(w.x_m / options_.block_m),
-                        std::lround(w.y_m / options_.block_m)}
-            : std::pair{std::lround((w.time_s - out_.begin_s) / options_.block_s), -1L};
-    const auto [found, fresh] = blocks_.emplace(cell, blocks_.size());
-    out_.blocks = blocks_.size();
-    return found->second;
   }
 
   const vehicle::Car<double>& car_;
   const DriveWindowsOptions& options_;
-  Columns c_;
+  DriveColumns c_;
   const recording::Recording& recording_;
   std::vector<Slopes> slopes_;
-  std::map<std::pair<long, long>, std::size_t> blocks_;
+  Blocks blocks_{options_.block_m, options_.block_s};
   DriveWindows out_;
 };
 

@@ -4,15 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <set>
 
 #include "base/error.h"
 #include "engine_rows.h"
-#include "identify/clustered_fit.h"
-#include "longitudinal.h"
-#include "map_fit.h"
-#include "window_fit.h"
 
 namespace identify {
 namespace {
@@ -54,48 +51,33 @@ vehicle::Map2 stated_torque_map(const vehicle::Car<double>& car) {
   return out;
 }
 
-/// A fit with everything that its intervals hold.
-struct EngineSolved {
-  MapFit fit;
+struct EngineSolved : MapSolved {
   vehicle::Map2 torque_nm;  ///< that the deviations are from
-  MatrixXd granted;         ///< covariance by what was taken for granted
   std::vector<std::string> doubts;
 };
 
-struct Asked {
-  const vehicle::Car<double>& car;
-  const Prior& prior;
+struct Asked : Along {
   const EngineWindows& windows;
-  bool by_speed;
-  EngineGranted is;
-  double mass_sd_kg;
+
+  EngineEquations equations(const vehicle::Map2& torque_nm, const vehicle::Car<double>& of,
+                            const Granted& granted) const {
+    return engine_equations(of, windows, torque_nm, by_speed, granted);
+  }
 };
 
-/// What each thing that was taken for granted would have changed, one standard deviation of it.
+/// What was taken for granted in all fits of the engine.
+constexpr std::pair<double Granted::*, double> kRolling{&Granted::rolling, kRollingShare},
+    kOffset{&Granted::offset_mps2, kOffset_mps2}, kSide{&Granted::side, kSideShare};
+
 MatrixXd granted_of(const Asked& a, const EngineSolved& s, const MatrixXd& held) {
-  const EngineEquations is = engine_equations(a.car, a.windows, s.torque_nm, a.by_speed, a.is);
-  const VectorXd value = map_fit_again(is.rows, is.wanted, held, s.fit);
-  MatrixXd out = MatrixXd::Zero(value.size(), value.size());
-  const auto add = [&](const vehicle::Car<double>& car, const EngineGranted& granted) {
-    const EngineEquations e = engine_equations(car, a.windows, s.torque_nm, a.by_speed, granted);
-    const VectorXd off = map_fit_again(e.rows, e.wanted, held, s.fit) - value;
-    out += off * off.transpose();
-  };
   std::vector<P> leaned{P::aero_drag_area_m2, P::engine_inertia_kgm2, P::rear_wheel_inertia_kgm2,
                         P::front_wheel_inertia_kgm2, P::gearbox_efficiency};
   if (a.car.terms[Term::turbo_lag] > 0.0) leaned.push_back(P::turbo_share);
-  for (const P parameter : leaned) {
-    vehicle::Car<double> other = a.car;
-    other.parameters[parameter] *= 1.0 + 0.5 * a.prior[static_cast<std::size_t>(parameter)];
-    add(other, a.is);
-  }
-  if (const auto other = other_arm(a.car)) add(other->car, a.is);
-  for (const EngineGranted& moved : {EngineGranted{a.is.mass_kg + a.mass_sd_kg, 1.0, 0.0, 1.0},
-                                     EngineGranted{a.is.mass_kg, 1.0 + kRollingShare, 0.0, 1.0},
-                                     EngineGranted{a.is.mass_kg, 1.0, kOffset_mps2, 1.0},
-                                     EngineGranted{a.is.mass_kg, 1.0, 0.0, 1.0 + kSideShare}})
-    add(a.car, moved);
-  return out;
+  return granted_covariance(
+      a, leaned, a.moved({{&Granted::mass_kg, a.mass_sd_kg}, kRolling, kOffset, kSide}), held,
+      s.fit, [&](const vehicle::Car<double>& car, const Granted& granted) -> MapEquations {
+        return a.equations(s.torque_nm, car, granted);
+      });
 }
 
 /// Windows in each gear.
@@ -126,14 +108,12 @@ std::vector<std::string> contradicted(const Asked& a, const EngineSolved& s,
   wide.topLeftCorner(n, n) = held;
   wide(n, n) = kWide * kWide;
   wide(n + 1, n + 1) = 1.0;
-  const EngineEquations is = engine_equations(a.car, a.windows, s.torque_nm, a.by_speed, a.is);
+  const EngineEquations is = a.equations(s.torque_nm, a.car, a.is);
   const MapFit fit = map_fit(with_both(is), is.wanted + is.rows * from_stated, block, wide);
   VectorXd variance = fit.noise.diagonal() + fit.prior_left.diagonal();
   const VectorXd same = map_fit_again(with_both(is), is.wanted + is.rows * from_stated, wide, fit);
-  for (const EngineGranted& moved : {EngineGranted{a.is.mass_kg + a.mass_sd_kg, 1.0, 0.0, 1.0},
-                                     EngineGranted{a.is.mass_kg, 1.0 + kRollingShare, 0.0, 1.0},
-                                     EngineGranted{a.is.mass_kg, 1.0, kOffset_mps2, 1.0}}) {
-    const EngineEquations e = engine_equations(a.car, a.windows, s.torque_nm, a.by_speed, moved);
+  for (const Granted& moved : a.moved({{&Granted::mass_kg, a.mass_sd_kg}, kRolling, kOffset})) {
+    const EngineEquations e = a.equations(s.torque_nm, a.car, moved);
     variance += (map_fit_again(with_both(e), e.wanted + e.rows * from_stated, wide, fit) - same)
                     .cwiseAbs2();
   }
@@ -185,11 +165,12 @@ EngineSolved solve_engine(const Asked& a, const vehicle::Map2& stated) {
   std::vector<std::size_t> block;
   for (const EngineWindow& e : a.windows.windows) block.push_back(e.window->block);
   const MatrixXd held = engine_held_by(stated, a.windows);
-  EngineSolved s{{}, stated, {}, {}};
+  EngineSolved s;
+  s.torque_nm = stated;
   VectorXd before = VectorXd::Zero(held.rows());
   const Index places = static_cast<Index>(stated.z.size());
   for (int round = 0; round < 3; ++round) {
-    EngineEquations e = engine_equations(a.car, a.windows, s.torque_nm, a.by_speed, a.is);
+    const EngineEquations e = a.equations(s.torque_nm, a.car, a.is);
     // The prior is about the stated map: what the last round added counts as wanted again.
     for (Index k = 0; k < places; ++k)
       before(k) =
@@ -205,79 +186,32 @@ EngineSolved solve_engine(const Asked& a, const vehicle::Map2& stated) {
   return s;
 }
 
-/// Seconds near each place in each gear, and how many places of the road they are from.
-void count_time(const EngineWindows& windows, double step_s, EngineFit& out,
-                std::vector<std::set<std::size_t>>& from) {
-  from.resize(out.cells.size());
-  for (const EngineWindow& e : windows.windows)
-    for (const EngineRow& row : e.rows)
-      for (const auto& [place, weight] :
-           map_weights(out.engine_radps, out.throttle, row.engine_radps, row.throttle)) {
-        out.cells[place].gear_s[static_cast<std::size_t>(e.gear - 1)] += weight * step_s;
-        if (weight > 0.2) from[place].insert(e.window->block);
-      }
-}
-
 void find_places(const EngineSolved& s, const vehicle::Map2& stated, const EngineWindows& windows,
                  double step_s, const EngineFitOptions& options, EngineFit& out) {
-  const double most = *std::max_element(stated.z.begin(), stated.z.end());
-  for (std::size_t k = 0; k < stated.z.size(); ++k) {
-    const auto i = static_cast<Index>(k);
-    EngineCell cell;
-    cell.engine_radps = stated.x[k / stated.y.size()];
-    cell.throttle = stated.y[k % stated.y.size()];
-    cell.stated_nm = stated.z[k];
-    cell.gear_s.resize(windows.gears);
-    cell.torque_nm = stated.z[k] + s.fit.value(i);
-    const double drive = s.fit.noise(i, i), file = s.fit.prior_left(i, i) + s.granted(i, i);
-    cell.sd_nm = std::sqrt(drive + file);
-    cell.within_nm =
-        half_width_90(static_cast<double>(s.fit.blocks) - 2.0, std::sqrt(drive), std::sqrt(file));
-    out.cells.push_back(cell);
-  }
-  std::vector<std::set<std::size_t>> from;
-  count_time(windows, step_s, out, from);
-  for (std::size_t k = 0; k < out.cells.size(); ++k) {
-    EngineCell& cell = out.cells[k];
-    double seconds = 0.0;
-    for (const double in_gear : cell.gear_s) seconds += in_gear;
-    const double wide = cell.within_nm / std::max(std::abs(cell.torque_nm), 0.25 * most);
-    if (seconds < options.least_seconds || from[k].size() < 2)
-      cell.unseen =
-          fmt::format("{:.1f} s near it, at {} places of the road", seconds, from[k].size());
-    else if (wide > options.most_share)
-      cell.unseen = fmt::format("its 90 % interval would be {:.2g} N m either way", cell.within_nm);
-  }
+  PlaceFinder finder(stated, s, windows.gears, out);
+  for (const EngineWindow& e : windows.windows)
+    for (const EngineRow& row : e.rows)
+      finder.near(row.engine_radps, row.throttle, static_cast<std::size_t>(e.gear - 1), step_s,
+                  e.window->block);
+  finder.hide(options.least_seconds, options.most_share,
+              0.25 * *std::max_element(stated.z.begin(), stated.z.end()), "", " N m");
 }
 
 /// The found over the stated map, and each gear over the map of all.
 void find_factors(const EngineSolved& s, const EngineWindows& windows, EngineFit& out) {
-  const auto places = static_cast<Index>(out.cells.size());
+  const auto places = static_cast<Index>(out.places.size());
   VectorXd slope = VectorXd::Zero(places + static_cast<Index>(windows.gears));
-  double square = 0.0;
   for (Index k = 0; k < places; ++k) {
-    const EngineCell& cell = out.cells[static_cast<std::size_t>(k)];
-    if (!cell.unseen.empty()) continue;
-    slope(k) = cell.stated_nm;
-    square += cell.stated_nm * cell.stated_nm;
+    const MapPlace& place = out.places[static_cast<std::size_t>(k)];
+    if (place.seen()) slope(k) = place.stated;
   }
-  const double freedom = static_cast<double>(s.fit.blocks) - 2.0;
-  const auto found = [&](std::string name, const VectorXd& by) {
-    Found f{std::move(name), "1", 1.0 + by.dot(s.fit.value), 0, 0, 0, 1.0, {}};
-    const double drive = by.dot(s.fit.noise * by),
-                 file = by.dot((s.fit.prior_left + s.granted) * by);
-    f.sd_drive = std::sqrt(drive);
-    f.sd = std::sqrt(drive + file);
-    f.within = half_width_90(freedom, f.sd_drive, std::sqrt(file));
-    return f;
-  };
-  Found all = found("torque", square > 0.0 ? VectorXd(slope / square) : slope);
-  if (!(square > 0.0)) all.unseen = "no place of the map is seen";
-  out.fit.found.push_back(all);
+  const double square = slope.squaredNorm();
+  out.fit.found.push_back(map_factor("torque", square > 0.0 ? VectorXd(slope / square) : slope, s));
+  if (!(square > 0.0)) out.fit.found.back().unseen = "no place of the map is seen";
   const auto in_gear = driven_in(windows);
   for (std::size_t g = 0; g < in_gear.size(); ++g) {
-    Found f = found(fmt::format("torque_gear_{}", g + 1),
-                    VectorXd::Unit(slope.size(), places + static_cast<Index>(g)));
+    Found f = map_factor(fmt::format("torque_gear_{}", g + 1),
+                         VectorXd::Unit(slope.size(), places + static_cast<Index>(g)), s);
     if (in_gear[g] < 6)
       f.unseen = fmt::format("{} windows in this gear, wanted 6", in_gear[g]);
     else if (f.within > 0.8 * kNormal90 * kGearShare)
@@ -286,15 +220,12 @@ void find_factors(const EngineSolved& s, const EngineWindows& windows, EngineFit
   }
 }
 
-void say_engine(const Asked& a, const EngineFitOptions& options, EngineFit& out) {
+void say_engine(const Asked& a, EngineFit& out) {
   auto& remarks = out.fit.remarks;
-  remarks.push_back(fmt::format(
-      "a mass of {:.1f} kg with fuel (standard deviation {:.2g}, by {}); torques are as wrong as "
-      "it",
-      a.is.mass_kg, a.mass_sd_kg, options.mass_kg > 0.0 ? "the wheel loads" : "the vehicle file"));
-  std::vector<const DriveWindow*> driven;
+  remarks.push_back(a.mass_words("torques are"));
+  Windows driven;
   for (const EngineWindow& window : a.windows.windows) driven.push_back(window.window);
-  remarks.push_back(arm_words(a.car, driven, a.is.mass_kg));
+  remarks.push_back(a.arm_words(driven));
   remarks.emplace_back(
       "drag, rolling resistance (15 %), inertias, losses of the gears and 0.05 m/s2 of offset are "
       "the vehicle file's word; standard deviations of them are in the intervals");
@@ -316,10 +247,10 @@ void say_engine(const Asked& a, const EngineFitOptions& options, EngineFit& out)
     remarks.emplace_back(
         "torques are those of full boost; how boost grows is the vehicle file's word (turbo.share "
         "by its prior)");
-  std::size_t unseen = 0;
-  for (const EngineCell& cell : out.cells) unseen += cell.unseen.empty() ? 0 : 1;
   remarks.push_back(
-      fmt::format("not observable: {} of {} places of the map", unseen, out.cells.size()));
+      fmt::format("not observable: {} of {} places of the map",
+                  std::count_if(out.places.begin(), out.places.end(), std::not_fn(&MapPlace::seen)),
+                  out.places.size()));
   remarks.emplace_back(
       "not observable: fuel, idle control, limiter, torque while shifting, boost by itself");
 }
@@ -332,22 +263,10 @@ EngineFit fit_engine(const vehicle::Car<double>& car, const Prior& prior, const 
     throw base::Error(
         "the vehicle's engine is the full turbocharged one, whose torque is no map: wanted "
         "turbo: first_order");
-  const auto& p = car.parameters;
-  const bool weighed = options.mass_kg > 0.0;
-  EngineGranted is;
-  is.mass_kg = weighed ? options.mass_kg : p[P::chassis_mass_kg] + options.fuel_kg;
-  const double mass_sd_kg =
-      weighed ? options.mass_sd_kg
-              : 0.5 * prior[static_cast<std::size_t>(P::chassis_mass_kg)] * p[P::chassis_mass_kg];
-  const bool by_speed =
-      !drive.accelerations || (options.body_axes && !drive.loads && !drive.travels);
   const EngineWindows windows = engine_windows(car, drive, recording, options);
   std::set<std::size_t> blocks;
   for (const EngineWindow& e : windows.windows) blocks.insert(e.window->block);
   const vehicle::Map2 stated = stated_torque_map(car);
-  EngineFit out;
-  out.engine_radps = stated.x;
-  out.throttle = stated.y;
   if (windows.windows.size() < 20 || blocks.size() < 6)
     throw base::Error(fmt::format(
         "not observable: the engine: {} windows of 0.5 s at {} places of the road in one known "
@@ -355,13 +274,14 @@ EngineFit fit_engine(const vehicle::Car<double>& car, const Prior& prior, const 
         "gear, {} out of step, {} at the limiter or near idle)",
         windows.windows.size(), blocks.size(), windows.braked, windows.turning,
         windows.gear_unknown, windows.out_of_step, windows.limited));
-  const Asked asked{car, prior, windows, by_speed, is, mass_sd_kg};
+  const Asked asked{{car, prior, drive, options}, windows};
   const EngineSolved s = solve_engine(asked, stated);
+  EngineFit out;
   out.fit.windows = windows.windows.size();
   out.fit.blocks = s.fit.blocks;
   find_places(s, stated, windows, recording.step_s, options, out);
   find_factors(s, windows, out);
-  say_engine(asked, options, out);
+  say_engine(asked, out);
   out.fit.doubts = s.doubts;
   const Found& factor = out.fit.at("torque");
   if (factor.unseen.empty() && !(factor.value > 0.1))
@@ -369,12 +289,6 @@ EngineFit fit_engine(const vehicle::Car<double>& car, const Prior& prior, const 
         "the engine gives {:.2g} of the vehicle file's torque: another car, throttle in another "
         "unit, or the sign of ax_mps2?",
         factor.value));
-  return out;
-}
-
-vehicle::Map2 engine_map_of(const EngineFit& fit) {
-  vehicle::Map2 out{fit.engine_radps, fit.throttle, {}};
-  for (const EngineCell& cell : fit.cells) out.z.push_back(cell.torque_nm);
   return out;
 }
 

@@ -4,12 +4,10 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "longitudinal.h"
-#include "map_fit.h"
+#include "drive_columns.h"
 #include "vehicle/laws/boost.h"
 #include "vehicle/laws/engine.h"
 #include "vehicle/laws/steering.h"
-#include "window_fit.h"
 
 namespace identify {
 namespace {
@@ -24,18 +22,9 @@ constexpr double kBlindThrottle = 0.1;  ///< less may be braking, where no press
 /// Slope of the straight line through rows [begin, end) of a channel.
 double slope_of(const std::vector<double>& time_s, const std::vector<double>& value,
                 std::size_t begin, std::size_t end) {
-  double n = 0.0, t = 0.0, v = 0.0, tt = 0.0, tv = 0.0;
-  for (std::size_t k = begin; k < end; ++k) {
-    if (!std::isfinite(value[k])) continue;
-    const double at_s = time_s[k] - time_s[begin];
-    n += 1.0;
-    t += at_s;
-    v += value[k];
-    tt += at_s * at_s;
-    tv += at_s * value[k];
-  }
-  const double spread = n * tt - t * t;
-  return spread > 0.0 ? (n * tv - t * v) / spread : DriveWindow::kNaN;
+  Pairs pairs;
+  for (std::size_t k = begin; k < end; ++k) pairs.add(time_s[k] - time_s[begin], value[k]);
+  return pairs.slope();
 }
 
 class EngineCollector {
@@ -115,10 +104,7 @@ class EngineCollector {
   }
 
   bool turns(const DriveWindow& w) const {
-    const double left = std::isfinite(w.left_mps2)        ? w.left_mps2
-                        : std::isfinite(w.yaw_rate_radps) ? w.yaw_rate_radps * w.vx_mps
-                                                          : 0.0;
-    return std::abs(left) >
+    return std::abs(left_mps2(w)) >
            (steer_ == nullptr ? options_.most_left_blind_mps2 : options_.most_left_mps2);
   }
 
@@ -181,11 +167,8 @@ class EngineCollector {
 /// What the front tyres' side force takes from the drive where the wheels are turned, N.
 double side_n(const vehicle::Car<double>& car, const EngineWindow& e, double mass_kg) {
   const auto& p = car.parameters;
-  const double left = std::isfinite(e.window->left_mps2)
-                          ? e.window->left_mps2
-                          : e.window->yaw_rate_radps * e.window->vx_mps;
-  if (!std::isfinite(left) || e.steer_rad == 0.0) return 0.0;
-  return mass_kg * left * (1.0 - p[P::chassis_cog_behind_front_m] / p[P::chassis_wheelbase_m]) *
+  return mass_kg * left_mps2(*e.window) *
+         (1.0 - p[P::chassis_cog_behind_front_m] / p[P::chassis_wheelbase_m]) *
          std::sin(e.steer_rad);
 }
 
@@ -199,15 +182,15 @@ EngineWindows engine_windows(const vehicle::Car<double>& car, const DriveWindows
 
 EngineEquations engine_equations(const vehicle::Car<double>& car, const EngineWindows& windows,
                                  const vehicle::Map2& torque_nm, bool by_speed,
-                                 const EngineGranted& granted) {
+                                 const Granted& granted) {
   using Eigen::Index;
   const auto& p = car.parameters;
   const double share = car.terms[Term::turbo_lag] * p[P::turbo_share];
   const auto places = static_cast<Index>(torque_nm.z.size());
   const auto count = static_cast<Index>(windows.windows.size());
-  EngineEquations out{Eigen::MatrixXd::Zero(count, places + static_cast<Index>(windows.gears)),
-                      Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count),
-                      Eigen::VectorXd::Zero(count)};
+  EngineEquations out;
+  out.rows.setZero(count, places + static_cast<Index>(windows.gears));
+  out.wanted = out.drag_n = out.inertia_n = Eigen::VectorXd::Zero(count);
   for (Index r = 0; r < out.rows.rows(); ++r) {
     const EngineWindow& e = windows.windows[static_cast<std::size_t>(r)];
     const DriveWindow& w = *e.window;

@@ -1,12 +1,11 @@
 // The windows of a drive in which an engine shows its torque, and what they say of it.
 #pragma once
 
-#include <Eigen/Dense>
 #include <cstddef>
 #include <vector>
 
-#include "identify/drive_windows.h"
 #include "identify/engine_fit.h"
+#include "map_places.h"
 
 namespace identify {
 
@@ -40,20 +39,13 @@ EngineWindows engine_windows(const vehicle::Car<double>& car, const DriveWindows
                              const recording::Recording& recording,
                              const EngineFitOptions& options);
 
-/// What the fit takes for granted beside the car, moved to see what it does.
-struct EngineGranted {
-  double mass_kg = 0.0, rolling = 1.0, offset_mps2 = 0.0, side = 1.0;
-};
-
-/// rows * deviations = wanted, N: the first unknowns are the torques of the map's places less
-/// `torque_nm`, the last the factors of the gears less 1.
-struct EngineEquations {
-  Eigen::MatrixXd rows;
-  Eigen::VectorXd wanted;
+/// In N: the first unknowns are the torques of the map's places less `torque_nm`, the last the
+/// factors of the gears less 1.
+struct EngineEquations : MapEquations {
   Eigen::VectorXd drag_n, inertia_n;  ///< parts of it: the stated drag; the engine's own spinning
 };
 EngineEquations engine_equations(const vehicle::Car<double>& car, const EngineWindows& windows,
                                  const vehicle::Map2& torque_nm, bool by_speed,
-                                 const EngineGranted& granted);
+                                 const Granted& granted);
 
 }  // namespace identify

@@ -83,37 +83,6 @@ double force_arm(const vehicle::Car<double>& car, const DriveWindow& w, std::siz
   return loaded;
 }
 
-std::unique_ptr<const OtherArm> other_arm(const vehicle::Car<double>& car) {
-  if (car.files->fx_arm != vehicle::FxArm::kUnstated) return nullptr;
-  auto out = std::make_unique<OtherArm>(OtherArm{*car.files, car});
-  out->files.fx_arm = vehicle::FxArm::kLoadedRadius;
-  out->car.files = &out->files;
-  return out;
-}
-
-std::string arm_words(const vehicle::Car<double>& car,
-                      const std::vector<const DriveWindow*>& windows, double mass_kg) {
-  const auto mean = [&](const vehicle::Car<double>& of, std::size_t axle) {
-    double sum = 0.0;
-    for (const DriveWindow* w : windows) sum += force_arm(of, *w, axle, mass_kg);
-    return sum / static_cast<double>(windows.size());
-  };
-  const double front = mean(car, 0), rear = mean(car, 1);
-  const std::string arms = fmt::format(
-      "longitudinal forces turn the wheels at an arm of {:.4g} m in front, {:.4g} m behind", front,
-      rear);
-  const auto other = other_arm(car);
-  if (!other)
-    return fmt::format("{}: the {} radius, as the vehicle file states", arms,
-                       car.files->fx_arm == vehicle::FxArm::kRollingRadius ? "rolling" : "loaded");
-  return fmt::format(
-      "{}: halfway between loaded and rolling radius, as the vehicle file does not state fx_arm; "
-      "torques rise with it, and a standard deviation of {:.1f} % is in the intervals",
-      arms,
-      50.0 * (std::abs(mean(other->car, 0) / front - 1.0) +
-              std::abs(mean(other->car, 1) / rear - 1.0)));
-}
-
 std::optional<int> gear_of(const vehicle::Car<double>& car, const DriveWindow& w) {
   if (std::isfinite(w.gear)) return static_cast<int>(std::lround(w.gear));
   if (w.gear_recorded) return std::nullopt;  // it changed
@@ -158,6 +127,68 @@ Gearing gearing(const vehicle::Car<double>& car, const DriveWindow& w, int gear,
                           : w.vx_mps / r;
   const double efficiency = p[P::gearbox_efficiency];
   return {ratio * (pulls ? efficiency : 1.0 / efficiency) / r, ratio * spin};
+}
+
+Along::Along(const vehicle::Car<double>& its_car, const Prior& its_prior, const DriveWindows& drive,
+             const WeighedOptions& options)
+    : car(its_car),
+      prior(its_prior),
+      weighed(options.mass_kg > 0.0),
+      by_speed(!drive.accelerations || (options.body_axes && !drive.loads && !drive.travels)) {
+  const double stated_kg = car.parameters[P::chassis_mass_kg];
+  is.mass_kg = weighed ? options.mass_kg : stated_kg + options.fuel_kg;
+  mass_sd_kg = weighed ? options.mass_sd_kg : share_sd(prior, P::chassis_mass_kg) * stated_kg;
+}
+
+std::vector<Granted> Along::moved(
+    std::initializer_list<std::pair<double Granted::*, double>> deviations) const {
+  std::vector<Granted> out;
+  for (const auto& [number, by] : deviations) out.emplace_back(is).*number += by;
+  return out;
+}
+
+void Along::each_other_car(const std::vector<P>& numbers,
+                           const std::function<void(const vehicle::Car<double>&)>& with) const {
+  for (const P number : numbers) {
+    vehicle::Car<double> other = car;
+    other.parameters[number] *= 1.0 + share_sd(prior, number);
+    with(other);
+  }
+  if (car.files->fx_arm != vehicle::FxArm::kUnstated) return;
+  vehicle::CarFiles files = *car.files;
+  files.fx_arm = vehicle::FxArm::kLoadedRadius;
+  vehicle::Car<double> other = car;
+  other.files = &files;
+  with(other);
+}
+
+std::string Along::mass_words(const char* what) const {
+  return fmt::format(
+      "a mass of {:.1f} kg with fuel (standard deviation {:.2g}, by {}); {} as wrong as it",
+      is.mass_kg, mass_sd_kg, weighed ? "the wheel loads" : "the vehicle file", what);
+}
+
+std::string Along::arm_words(const Windows& windows) const {
+  const auto mean = [&](const vehicle::Car<double>& of, std::size_t axle) {
+    double sum = 0.0;
+    for (const DriveWindow* w : windows) sum += force_arm(of, *w, axle, is.mass_kg);
+    return sum / static_cast<double>(windows.size());
+  };
+  const double front = mean(car, 0), rear = mean(car, 1);
+  std::string out = fmt::format(
+      "longitudinal forces turn the wheels at an arm of {:.4g} m in front, {:.4g} m behind: ",
+      front, rear);
+  if (car.files->fx_arm != vehicle::FxArm::kUnstated)
+    return out +
+           fmt::format("the {} radius, as the vehicle file states",
+                       car.files->fx_arm == vehicle::FxArm::kRollingRadius ? "rolling" : "loaded");
+  each_other_car({}, [&](const vehicle::Car<double>& other) {
+    out += fmt::format(
+        "halfway between loaded and rolling radius, as the vehicle file does not state fx_arm; "
+        "torques rise with it, and a standard deviation of {:.1f} % is in the intervals",
+        50.0 * (std::abs(mean(other, 0) / front - 1.0) + std::abs(mean(other, 1) / rear - 1.0)));
+  });
+  return out;
 }
 
 }  // namespace identify

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <array>
-#include <memory>
+#include <functional>
+#include <initializer_list>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "identify/drive_windows.h"
+#include "window_fit.h"
 
 namespace identify {
 
@@ -30,19 +32,6 @@ double rolling_torque(const vehicle::Car<double>& car, const DriveWindow& w, dou
 double force_arm(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t axle,
                  double mass_kg);
 
-/// The car at one end of what an arm that is not stated may be: one standard deviation away.
-struct OtherArm {
-  vehicle::CarFiles files;
-  vehicle::Car<double> car;
-};
-
-/// Nothing where the arm is stated.
-std::unique_ptr<const OtherArm> other_arm(const vehicle::Car<double>& car);
-
-/// The arms that were used, and whose word they are.
-std::string arm_words(const vehicle::Car<double>& car,
-                      const std::vector<const DriveWindow*>& windows, double mass_kg);
-
 /// The gear of a window: recorded; the only one that the car has; none where it is not known.
 std::optional<int> gear_of(const vehicle::Car<double>& car, const DriveWindow& w);
 
@@ -64,5 +53,39 @@ struct Gearing {
 };
 Gearing gearing(const vehicle::Car<double>& car, const DriveWindow& w, int gear, double mass_kg,
                 bool pulls);
+
+/// What a fit along the road takes for granted beside the car's numbers.
+struct Granted {
+  double mass_kg = 0.0;
+  double rolling = 1.0, engine = 1.0, drag = 1.0, side = 1.0;  ///< factors on the car's
+  double offset_mps2 = 0.0;                                    ///< of the acceleration
+};
+
+/// What a fit along the road begins with. `car` and `prior` must outlive it.
+struct Along {
+  Along(const vehicle::Car<double>& its_car, const Prior& its_prior, const DriveWindows& drive,
+        const WeighedOptions& options);
+
+  const vehicle::Car<double>& car;
+  const Prior& prior;
+  Granted is;
+  double mass_sd_kg = 0.0;
+  bool weighed = false;   ///< the mass is the wheel loads', not the vehicle file's
+  bool by_speed = false;  ///< acceleration by the change of speed, not by ax_mps2
+
+  /// Each of these moved by as much, alone.
+  std::vector<Granted> moved(
+      std::initializer_list<std::pair<double Granted::*, double>> deviations) const;
+
+  /// Cars that are one standard deviation away from `car`: each of these numbers, and the arm of
+  /// longitudinal forces where the vehicle file does not state it.
+  void each_other_car(const std::vector<vehicle::Parameter>& numbers,
+                      const std::function<void(const vehicle::Car<double>&)>& with) const;
+
+  /// Whose mass it is, and what is as wrong as it.
+  std::string mass_words(const char* what) const;
+  /// The arms that were used, and whose word they are.
+  std::string arm_words(const Windows& windows) const;
+};
 
 }  // namespace identify

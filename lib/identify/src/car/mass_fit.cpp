@@ -9,7 +9,6 @@
 #include "base/error.h"
 #include "base/statistics.h"
 #include "drive_doubts.h"
-#include "identify/clustered_fit.h"
 #include "longitudinal.h"
 #include "sheet_line.h"
 
@@ -114,11 +113,9 @@ constexpr std::array<P, 9> kMassLeansOn{
     P::front_wheel_inertia_kgm2, P::rear_wheel_inertia_kgm2, P::front_spring_npm,
     P::rear_spring_npm,          P::front_ride_height_m,     P::rear_ride_height_m};
 
-double off_by(const vehicle::Car<double>& car, P parameter,
-              const std::array<double, vehicle::kParameterCount>& prior) {
-  const double value = car.parameters[parameter],
-               share = prior[static_cast<std::size_t>(parameter)];
-  return 0.5 * share * (value == 0.0 ? 1.0 : std::abs(value));  // priors are two deviations
+double off_by(const vehicle::Car<double>& car, P parameter, const Prior& prior) {
+  const double value = car.parameters[parameter];
+  return share_sd(prior, parameter) * (value == 0.0 ? 1.0 : std::abs(value));
 }
 
 /// Loads of strain gauges in struts, or of a simpler simulator, hold neither the wheels' moments
@@ -128,8 +125,7 @@ constexpr double kLoadsLack = 0.8;
 
 /// Cars and windows, each with one thing that was taken for granted moved by a standard deviation.
 std::vector<std::pair<vehicle::Car<double>, DriveWindows>> loads_granted(
-    const vehicle::Car<double>& car, const std::array<double, vehicle::kParameterCount>& prior,
-    const DriveWindows& drive) {
+    const vehicle::Car<double>& car, const Prior& prior, const DriveWindows& drive) {
   std::vector<std::pair<vehicle::Car<double>, DriveWindows>> out;
   for (const P parameter : kMassLeansOn) {
     out.emplace_back(car, drive);
@@ -239,20 +235,13 @@ std::array<Found, 6> named(const vehicle::Car<double>& car, double fuel_kg) {
   const auto with_fuel = [&](P of_car, P of_fuel) {
     return (dry * p[of_car] + fuel_kg * p[of_fuel]) / all;
   };
-  const auto found = [](const char* name, const char* unit, double stated) {
-    Found f;
-    f.name = name;
-    f.unit = unit;
-    f.stated = stated;
-    return f;
-  };
-  return {found("mass_kg", "kg", all),
-          found("mass_rate_kgps", "kg/s", DriveWindow::kNaN),
-          found("cog_behind_front_m", "m",
-                with_fuel(P::chassis_cog_behind_front_m, P::fuel_tank_behind_front_m)),
-          found("cog_height_m", "m", with_fuel(P::chassis_cog_height_m, P::fuel_tank_height_m)),
-          found("front_lift_area_m2", "m2", p[P::front_lift_area_m2]),
-          found("rear_lift_area_m2", "m2", p[P::rear_lift_area_m2])};
+  return {found_of("mass_kg", "kg", all),
+          found_of("mass_rate_kgps", "kg/s", DriveWindow::kNaN),
+          found_of("cog_behind_front_m", "m",
+                   with_fuel(P::chassis_cog_behind_front_m, P::fuel_tank_behind_front_m)),
+          found_of("cog_height_m", "m", with_fuel(P::chassis_cog_height_m, P::fuel_tank_height_m)),
+          found_of("front_lift_area_m2", "m2", p[P::front_lift_area_m2]),
+          found_of("rear_lift_area_m2", "m2", p[P::rear_lift_area_m2])};
 }
 
 /// Says of each number that the drive does not show why.
@@ -280,8 +269,7 @@ void hide_unseen(const DriveWindows& drive, double length_m, const MassFitOption
     else if (k == 3 && braked < 3.0)
       f.unseen = of_ax;
     else if (f.within > most[k])
-      f.unseen = fmt::format("its 90 % interval would be {:.3g} either way; {}, {}", f.within,
-                             of_speed, of_ax);
+      f.unseen = fmt::format("{}; {}, {}", too_wide(f.within), of_speed, of_ax);
   }
 }
 
@@ -317,8 +305,7 @@ void doubt_results(const Loads& l, const DriveWindows& drive, double length_m, d
 
 }  // namespace
 
-base::Answer<DriveFit> try_fit_mass(const vehicle::Car<double>& car,
-                                    const std::array<double, vehicle::kParameterCount>& prior,
+base::Answer<DriveFit> try_fit_mass(const vehicle::Car<double>& car, const Prior& prior,
                                     const DriveWindows& drive, const MassFitOptions& options) {
   if (auto refused = cannot_tell(drive)) return *std::move(refused);
   const double length = car.parameters[P::chassis_wheelbase_m];
@@ -335,18 +322,13 @@ base::Answer<DriveFit> try_fit_mass(const vehicle::Car<double>& car,
     for (std::size_t k = 0; k < 6; ++k) of_file[k] += (moved[k] - value[k]) * (moved[k] - value[k]);
   }
   if (drive.normal != NormalFrom::kMeasured)
-    of_file[0] += std::pow(
-        value[0] * 0.5 * prior[static_cast<std::size_t>(P::environment_gravity_mps2)], 2.0);
+    of_file[0] += std::pow(value[0] * share_sd(prior, P::environment_gravity_mps2), 2.0);
   const double off = wheelbase_off(car, drive);
   for (const std::size_t k : {2u, 3u}) of_file[k] += std::pow(value[k] * off, 2.0);
   const double freedom = static_cast<double>(l.fit.blocks - l.columns);
   std::array<Found, 6> found = named(car, options.fuel_kg);
-  for (std::size_t k = 0; k < 6; ++k) {
-    found[k].value = value[k];
-    found[k].sd_drive = sd_drive[k];
-    found[k].sd = std::hypot(sd_drive[k], std::sqrt(of_file[k]));
-    found[k].within = half_width_90(freedom, sd_drive[k], std::sqrt(of_file[k]));
-  }
+  for (std::size_t k = 0; k < 6; ++k)
+    set_found(found[k], value[k], freedom, sd_drive[k], std::sqrt(of_file[k]));
   hide_unseen(drive, length, options, found);
   DriveFit out;
   out.windows = drive.windows.size();
@@ -358,9 +340,8 @@ base::Answer<DriveFit> try_fit_mass(const vehicle::Car<double>& car,
   return out;
 }
 
-DriveFit fit_mass(const vehicle::Car<double>& car,
-                  const std::array<double, vehicle::kParameterCount>& prior,
-                  const DriveWindows& drive, const MassFitOptions& options) {
+DriveFit fit_mass(const vehicle::Car<double>& car, const Prior& prior, const DriveWindows& drive,
+                  const MassFitOptions& options) {
   return try_fit_mass(car, prior, drive, options).or_throw();
 }
 
@@ -386,10 +367,9 @@ std::string mass_sheet(const vehicle::Car<double>& car, const DriveFit& fit, dou
        (mass.value * cog.value - fuel_kg * p[P::fuel_tank_behind_front_m]) / empty);
   line(height, "chassis.cog_height_m",
        (mass.value * height.value - fuel_kg * p[P::fuel_tank_height_m]) / empty);
-  for (const char* axle : {"front", "rear"})
-    line(fit.at(fmt::format("{}_lift_area_m2", axle)),
-         axle[0] == 'f' ? "front.lift_area_m2" : "rear.lift_area_m2",
-         fit.at(fmt::format("{}_lift_area_m2", axle)).value);
+  const Found &front = fit.at("front_lift_area_m2"), &rear = fit.at("rear_lift_area_m2");
+  line(front, "front.lift_area_m2", front.value);
+  line(rear, "rear.lift_area_m2", rear.value);
   return out;
 }
 

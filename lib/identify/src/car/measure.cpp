@@ -15,7 +15,10 @@
 #include "identify/mass_fit.h"
 #include "identify/short_gaps.h"
 #include "identify/suspension_fit.h"
+#include "sheet_line.h"
 #include "vehicle/road_file.h"
+#include "wheel_names.h"
+#include "window_fit.h"
 
 namespace identify {
 namespace {
@@ -39,10 +42,8 @@ Options options_of(const ReadDrive& drive, const std::optional<DriveFit>& weighe
   Options out;
   out.fuel_kg = drive.fuel_kg;
   out.body_axes = drive.options.body_axes;
-  if (weighed) {
-    out.mass_kg = weighed->at("mass_kg").value;
-    out.mass_sd_kg = weighed->at("mass_kg").sd;
-  }
+  if (weighed)
+    out.mass_kg = weighed->at("mass_kg").value, out.mass_sd_kg = weighed->at("mass_kg").sd;
   return out;
 }
 
@@ -66,23 +67,17 @@ void measure_aero(const ReadDrive& drive, Measured& out) {
   options.engine_off_s = drive.request.engine_off_s;
   out.fit = fit_aero(drive.car, drive.vehicle.prior, out.windows, options);
   out.sheet = aero_sheet(out.fit);
-  for (const char* const axle : {"front", "rear"}) {
-    const std::string name = fmt::format("{}_lift_area_m2", axle);
-    Found lift{
-        name,
-        "m2",
-        0,
-        0,
-        0,
-        0,
-        drive.car.parameters.axle(axle[0] == 'f' ? 0 : 1, vehicle::Parameter::front_lift_area_m2),
-        "no wheel loads that tell weight and downforce apart"};
-    if (weighed) lift = weighed->at(name);
-    out.sheet += lift.unseen.empty()
-                     ? fmt::format("{}.lift_area_m2 = {:.6g}\n", axle, lift.value)
-                     : fmt::format("# {}.lift_area_m2 not observable: {}\n", axle, lift.unseen);
-    out.fit.found.push_back(std::move(lift));
+  DriveFit lift;
+  for (std::size_t a = 0; a < 2; ++a) {
+    const std::string name = fmt::format("{}_lift_area_m2", kAxleNames[a]);
+    lift.found.push_back(
+        weighed ? weighed->at(name)
+                : found_of(name, "m2",
+                           drive.car.parameters.axle(a, vehicle::Parameter::front_lift_area_m2),
+                           "no wheel loads that tell weight and downforce apart"));
   }
+  out.sheet += plain_sheet(lift.found);
+  join(out.fit, lift);
 }
 
 void measure_suspension(const ReadDrive& drive, Measured& out) {
@@ -92,7 +87,7 @@ void measure_suspension(const ReadDrive& drive, Measured& out) {
   out.fit = fit_suspension(drive.car, drive.vehicle.prior, out.windows,
                            weighed ? weighed->at("mass_kg").value : stated_kg);
   const DriveFit dampers = fit_dampers(drive.car, drive.recording);
-  out.sheet = suspension_sheet(out.fit) + dampers_sheet(dampers);
+  out.sheet = suspension_sheet(out.fit) + plain_sheet(dampers.found);
   join(out.fit, dampers);
 }
 
@@ -120,7 +115,7 @@ void measure_brakes(const ReadDrive& drive, Measured& out) {
   out.pads = fit_pad_map(drive.car, drive.vehicle.prior, out.windows, options);
   const DriveFit discs = discs_of(drive, out.fit);
   out.sheet = brakes_sheet(drive.car, out.fit);
-  out.discs_sheet = discs_sheet(discs);
+  out.discs_sheet = plain_sheet(discs.found);
   join(out.fit, out.pads->fit);
   join(out.fit, discs);
 }

@@ -8,7 +8,6 @@
 
 #include "base/error.h"
 #include "base/statistics.h"
-#include "identify/clustered_fit.h"
 #include "sheet_line.h"
 #include "vehicle/laws/suspension.h"
 #include "wheel_names.h"
@@ -120,11 +119,6 @@ Spread spread_of(const Windows& windows, std::size_t axle) {
   return {range(heave), range(roll)};
 }
 
-void hide_wide(Found& f, double most_share, const std::string& because) {
-  if (f.unseen.empty() && f.within > most_share * std::abs(f.value))
-    f.unseen = fmt::format("its 90 % interval would be {:.3g} either way; {}", f.within, because);
-}
-
 void find_springs(const vehicle::Car<double>& car, const Windows& windows, const ClusteredFit& fit,
                   const std::vector<ClusteredFit>& moved, std::size_t axle,
                   const SuspensionFitOptions& options, DriveFit& out) {
@@ -133,60 +127,44 @@ void find_springs(const vehicle::Car<double>& car, const Windows& windows, const
   const double freedom = static_cast<double>(fit.blocks) - static_cast<double>(kHeave);
   const Spread spread = spread_of(windows, axle);
   const double k = fit.value[spring_at(axle)], in_roll = fit.value[roll_at(axle)];
-  Found spring{name + "_spring_npm",
-               "N/m",
-               k,
-               0,
-               fit.sd(spring_at(axle)),
-               0,
-               p.axle(axle, P::front_spring_npm),
-               {}};
+  Found spring = found_of(name + "_spring_npm", "N/m", p.axle(axle, P::front_spring_npm));
   const double model = options.spring_share * std::abs(k);
-  spring.sd = std::hypot(spring.sd_drive, model);
-  spring.within = half_width_90(freedom, spring.sd_drive, model);
+  set_found(spring, k, freedom, fit.sd(spring_at(axle)), model);
   const std::string heaves = fmt::format("both travels together vary by {:.1f} mm",
                                          1e3 * spread.heave_m),
                     rolls = fmt::format("left against right by {:.1f} mm", 1e3 * spread.roll_m);
-  if (spread.heave_m < 0.002) spring.unseen = heaves + ", wanted 2";
-  hide_wide(spring, options.most_share, heaves);
+  if (spread.heave_m < 0.002)
+    spring.unseen = heaves + ", wanted 2";
+  else if (spring.within > options.most_share * std::abs(k))
+    spring.unseen = too_wide(spring.within) + "; " + heaves;
   std::vector<double> slope(fit.value.size(), 0.0);
   slope[roll_at(axle)] = 0.5;
   slope[spring_at(axle)] = -0.5;
-  Found bar{name + "_anti_roll_npm",
-            "N/m",
-            0.5 * (in_roll - k),
-            0,
-            fit.sd_of(slope),
-            0,
-            car.terms[Term::anti_roll_bar] * p.axle(axle, P::front_anti_roll_npm),
-            {}};
+  Found bar = found_of(name + "_anti_roll_npm", "N/m",
+                       car.terms[Term::anti_roll_bar] * p.axle(axle, P::front_anti_roll_npm));
   double square = 0.25 * model * model;
   for (const ClusteredFit& m : moved)
     square += std::pow(0.5 * (m.value[roll_at(axle)] - in_roll), 2.0);
-  bar.sd = std::hypot(bar.sd_drive, std::sqrt(square));
-  bar.within = half_width_90(freedom, bar.sd_drive, std::sqrt(square));
+  set_found(bar, 0.5 * (in_roll - k), freedom, fit.sd_of(slope), std::sqrt(square));
   if (!spring.unseen.empty()) bar.unseen = "the spring beside it is not";
   if (spread.roll_m < 0.002) bar.unseen = rolls + ", wanted 2";
   // A bar may be weak: what counts is how well it is known beside the whole rate in roll.
   if (bar.unseen.empty() && 2.0 * bar.within > options.most_share * std::abs(in_roll))
-    bar.unseen =
-        fmt::format("its 90 % interval would be {:.3g} either way, by what the links may carry; {}",
-                    bar.within, rolls);
+    bar.unseen = too_wide(bar.within) + ", by what the links may carry; " + rolls;
   out.found.push_back(std::move(spring));
   out.found.push_back(std::move(bar));
 }
 
 }  // namespace
 
-DriveFit fit_suspension(const vehicle::Car<double>& car,
-                        const std::array<double, vehicle::kParameterCount>& prior,
+DriveFit fit_suspension(const vehicle::Car<double>& car, const Prior& prior,
                         const DriveWindows& drive, double mass_kg,
                         const SuspensionFitOptions& options) {
   if (!drive.loads || !drive.travels)
     throw base::Error(fmt::format(
         "not observable: springs, bars and dampers: the recording has no {} of all four wheels",
         drive.loads ? "travels (suspension_fl_m ...)" : "loads (fz_fl_n ...)"));
-  std::vector<const DriveWindow*> windows;
+  Windows windows;
   for (const DriveWindow& w : drive.windows)
     if (clear_of_stops(car, w) && std::isfinite(w.along_mps2 + w.left_mps2)) windows.push_back(&w);
   if (windows.size() < 20)
@@ -201,7 +179,7 @@ DriveFit fit_suspension(const vehicle::Car<double>& car,
       solve_springs(car, windows, {mass_kg, 0.0, 1.0 + options.links_share})};
   for (const P gain : {P::front_camber_gain_radpm, P::rear_camber_gain_radpm}) {
     vehicle::Car<double> other = car;
-    other.parameters[gain] *= 1.0 + 0.5 * prior[static_cast<std::size_t>(gain)];
+    other.parameters[gain] *= 1.0 + share_sd(prior, gain);
     moved.push_back(solve_springs(other, windows, {mass_kg, 0.0, 1.0}));
   }
   DriveFit out;
@@ -238,14 +216,11 @@ DriveFit fit_suspension(const vehicle::Car<double>& car,
 
 std::string suspension_sheet(const DriveFit& fit) {
   std::string out;
-  const auto line = [&](const Found& f, const std::string& key, double value) {
-    out += sheet_line(f, key, value);
-  };
   for (std::size_t a = 0; a < 2; ++a) {
     const std::string axle = kAxleNames[a];
     const Found &spring = fit.at(axle + "_spring_npm"), &bar = fit.at(axle + "_anti_roll_npm");
-    line(spring, axle + ".spring_npm", spring.value);
-    line(bar, axle + ".anti_roll_npm", std::max(0.0, bar.value));
+    out += sheet_line(spring, axle + ".spring_npm", spring.value) +
+           sheet_line(bar, axle + ".anti_roll_npm", std::max(0.0, bar.value));
   }
   return out;
 }

@@ -1,13 +1,19 @@
 // What fits to the windows of a drive share.
 #pragma once
 
-#include <array>
+#include <fmt/format.h>
+
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <set>
+#include <string>
+#include <utility>
 #include <vector>
 
+#include "identify/clustered_fit.h"
+#include "identify/drive_fit.h"
 #include "identify/drive_windows.h"
-#include "vehicle/car.h"
 
 namespace identify {
 
@@ -19,14 +25,55 @@ inline std::size_t blocks_of(const Windows& windows) {
   return out.size();
 }
 
-/// A channel of the drive; nullptr: not recorded.
-using Column = const std::vector<double>*;
+/// Lateral acceleration of a window: recorded, else by turning; 0 where neither was.
+inline double left_mps2(const DriveWindow& w) {
+  if (std::isfinite(w.left_mps2)) return w.left_mps2;
+  return std::isfinite(w.yaw_rate_radps) ? w.yaw_rate_radps * w.vx_mps : 0.0;
+}
 
-/// How far the values of the vehicle file may be off, shares: two standard deviations.
-using Prior = std::array<double, vehicle::kParameterCount>;
+/// One standard deviation of a number of the vehicle file, a share.
+inline double share_sd(const Prior& prior, vehicle::Parameter parameter) {
+  return 0.5 * prior[static_cast<std::size_t>(parameter)];
+}
 
 // Standard deviations of what no file states: rolling resistance as a share, an accelerometer's
 // offset (5 thousandths of gravity).
 inline constexpr double kRollingShare = 0.15, kOffset_mps2 = 0.05;
+
+/// Sums of pairs, for what one is over the other. A pair with a NaN does not count.
+struct Pairs {
+  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
+  void add(double a, double b) {
+    if (!std::isfinite(a + b)) return;
+    n += 1.0, x += a, y += b, xx += a * a, xy += a * b, yy += b * b;
+  }
+  double variance() const { return (xx - x * x / n) / n; }
+  /// NaN where all x are the same.
+  double slope() const {
+    const double spread = n * xx - x * x;
+    return spread > 0.0 ? (n * xy - x * y) / spread : std::numeric_limits<double>::quiet_NaN();
+  }
+  /// Of the other regression: noise in x lowers the one, noise in y raises this.
+  double steepest() const { return (yy - y * y / n) / (xy - x * y / n); }
+  double correlation() const {
+    return (xy - x * y / n) / std::sqrt((xx - x * x / n) * (yy - y * y / n));
+  }
+};
+
+inline Found found_of(std::string name, std::string unit, double stated, std::string unseen = {}) {
+  return {std::move(name), std::move(unit), 0.0, 0.0, 0.0, 0.0, stated, std::move(unseen)};
+}
+
+/// A value with its interval: what the drive leaves open with `freedom` degrees, and the file.
+inline void set_found(Found& f, double value, double freedom, double sd_drive, double sd_file) {
+  f.value = value;
+  f.sd_drive = sd_drive;
+  f.sd = std::hypot(sd_drive, sd_file);
+  f.within = half_width_90(freedom, sd_drive, sd_file);
+}
+
+inline std::string too_wide(double within) {
+  return fmt::format("its 90 % interval would be {:.3g} either way", within);
+}
 
 }  // namespace identify

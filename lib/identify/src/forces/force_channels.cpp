@@ -282,19 +282,6 @@ void set_stated(const std::array<double, vehicle::kParameterCount>& prior, Place
 
 }  // namespace
 
-double noise_of(const std::vector<double>& values) {
-  std::vector<double> known;
-  for (const double v : values)
-    if (std::isfinite(v)) known.push_back(v);
-  if (known.size() < 20) return 0.0;
-  std::vector<double> third;
-  for (std::size_t k = 3; k < known.size(); ++k)
-    third.push_back(std::abs(known[k] - 3.0 * known[k - 1] + 3.0 * known[k - 2] - known[k - 3]));
-  const auto middle = third.begin() + static_cast<std::ptrdiff_t>(third.size() / 2);
-  std::nth_element(third.begin(), middle, third.end());
-  return 1.4826 * *middle / std::sqrt(20.0);
-}
-
 PlaceVector begin_deviations(const std::array<double, vehicle::kParameterCount>& prior) {
   PlaceVector sd = PlaceVector::Constant(1.0);
   const auto set = [&](std::size_t state, std::size_t count, double value) {

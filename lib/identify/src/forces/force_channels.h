@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "car_smoother.h"
+#include "drive_columns.h"
 #include "recording/recording.h"
 
 namespace identify {
@@ -25,10 +26,6 @@ struct ForceChannels {
 /// base::Error where one that is needed is missing.
 ForceChannels read_force_channels(const recording::Recording& recording,
                                   const vehicle::Car<double>& car);
-
-/// Standard deviation of white noise on the values of a channel that is smooth otherwise, by its
-/// third differences; NaN are skipped, 0 where there are fewer than 20 values.
-double noise_of(const std::vector<double>& values);
 
 /// What each estimated number is uncertain by at a begin, and the variance that comes into it per
 /// second. `prior`: two standard deviations of what the vehicle file says, as ParameterInfo has it.

@@ -1,0 +1,79 @@
+#include "map_places.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace identify {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+MatrixXd granted_covariance(
+    const Along& along, const std::vector<vehicle::Parameter>& numbers,
+    const std::vector<Granted>& moved, const MatrixXd& held, const MapFit& fit,
+    const std::function<MapEquations(const vehicle::Car<double>&, const Granted&)>& equations) {
+  const auto solve = [&](const vehicle::Car<double>& car, const Granted& granted) {
+    const MapEquations e = equations(car, granted);
+    return map_fit_again(e.rows, e.wanted, held, fit);
+  };
+  const VectorXd value = solve(along.car, along.is);
+  MatrixXd out = MatrixXd::Zero(value.size(), value.size());
+  const auto add = [&](const VectorXd& other) {
+    out += (other - value) * (other - value).transpose();
+  };
+  along.each_other_car(numbers,
+                       [&](const vehicle::Car<double>& car) { add(solve(car, along.is)); });
+  for (const Granted& granted : moved) add(solve(along.car, granted));
+  return out;
+}
+
+Found map_factor(std::string name, const VectorXd& weights, const MapSolved& solved) {
+  Found f = found_of(std::move(name), "1", 1.0);
+  set_found(f, 1.0 + weights.dot(solved.fit.value), static_cast<double>(solved.fit.blocks) - 2.0,
+            std::sqrt(weights.dot(solved.fit.noise * weights)),
+            std::sqrt(weights.dot((solved.fit.prior_left + solved.granted) * weights)));
+  return f;
+}
+
+PlaceFinder::PlaceFinder(const vehicle::Map2& stated, const MapSolved& solved, std::size_t counts,
+                         FoundMap& out)
+    : out_(out), from_(stated.z.size()) {
+  out.x = stated.x;
+  out.y = stated.y;
+  for (std::size_t k = 0; k < stated.z.size(); ++k) {
+    const Found f =
+        map_factor({}, VectorXd::Unit(solved.fit.value.size(), static_cast<Index>(k)), solved);
+    out.places.push_back({stated.x[k / stated.y.size()],
+                          stated.y[k % stated.y.size()],
+                          stated.z[k] + solved.fit.value(static_cast<Index>(k)),
+                          f.sd,
+                          f.within,
+                          stated.z[k],
+                          std::vector<double>(counts),
+                          {}});
+  }
+}
+
+void PlaceFinder::near(double x, double y, std::size_t count, double seconds, std::size_t block) {
+  for (const auto& [place, weight] : map_weights(out_.x, out_.y, x, y)) {
+    out_.places[place].seconds[count] += weight * seconds;
+    if (weight > 0.2) from_[place].insert(block);
+  }
+}
+
+void PlaceFinder::hide(double least_seconds, double most_share, double least, const char* of,
+                       const char* unit) {
+  for (std::size_t k = 0; k < out_.places.size(); ++k) {
+    MapPlace& place = out_.places[k];
+    const double all = std::accumulate(place.seconds.begin(), place.seconds.end(), 0.0);
+    if (all < least_seconds || from_[k].size() < 2)
+      place.unseen =
+          fmt::format("{:.1f} s {}near it, at {} places of the road", all, of, from_[k].size());
+    else if (place.within > most_share * std::max(std::abs(place.value), least))
+      place.unseen =
+          fmt::format("its 90 % interval would be {:.2g}{} either way", place.within, unit);
+  }
+}
+
+}  // namespace identify
