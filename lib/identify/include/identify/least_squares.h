@@ -13,12 +13,13 @@ struct Unknown {
   double value = 0.0;            ///< where the search begins, and what it found
   double low = 0.0, high = 0.0;  ///< never left
   double typical = 1.0;          ///< size of the unknown: differences are 1e-6 of it
+  double either_way = 0.0;       ///< differences to both sides, so far; 0: to one side
 };
 
 struct LeastSquares {
   double rms = 0.0;  ///< root mean square of what is left
   int rounds = 0;
-  bool converged = false;  ///< the last round took less than 1e-6 of the sum away
+  bool converged = false;  ///< the last round took less than `settled` of the sum away
 };
 
 /// Fills `left`, always of the same length, with what the values leave of the rows.
@@ -28,7 +29,7 @@ using Residuals = std::function<void(const std::vector<double>& values, std::vec
 /// by differences. Moves `unknowns` to the least sum of squares near where they begin. Throws
 /// base::Error when the begin leaves something that is not finite.
 LeastSquares least_squares(std::vector<Unknown>& unknowns, const Residuals& residuals,
-                           int most_rounds = 60);
+                           int most_rounds = 60, double settled = 1e-6);
 
 /// Weights of given columns that sum up to the wanted values with least squares: `columns[k][row]`.
 /// A column without effect gets weight 0.

@@ -3,6 +3,8 @@
 #include <Eigen/Dense>
 #include <algorithm>
 
+#include "identify/least_squares.h"
+
 namespace identify {
 namespace {
 
@@ -13,6 +15,13 @@ const ActuatorValues kLow{0.0, std::log(1e-3), std::log(0.05), std::log(1e-3), -
 
 /// Which rows a fit looks at: those of all blocks but every kFolds-th from `fold`.
 bool looked_at(int block, int fold) { return block >= 0 && (fold < 0 || block % kFolds != fold); }
+
+/// For slopes, to either side.
+double difference_of(const Record& record, std::size_t unknown) {
+  return unknown == kDead   ? 0.01 * record.step_s
+         : unknown == kPlay ? 1e-4 * record.command_range
+                            : 1e-4 * (unknown == kLead ? 0.1 : 1.0);
+}
 
 }  // namespace
 
@@ -56,9 +65,7 @@ Eigen::MatrixXd slopes_of(const Record& record, Hold hold, int fold, const Fitte
                       static_cast<Eigen::Index>(unknowns.size()));
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
     const auto u = static_cast<std::size_t>(unknowns[i]);
-    const double difference = u == kDead   ? 0.01 * record.step_s
-                              : u == kPlay ? 1e-4 * record.command_range
-                                           : 1e-4 * (u == kLead ? 0.1 : 1.0);
+    const double difference = difference_of(record, u);
     Fitted up = at, down = at;
     up.values[u] = std::min(kHigh[u], at.values[u] + difference);
     down.values[u] = std::max(kLow[u], at.values[u] - difference);
@@ -71,40 +78,28 @@ Eigen::MatrixXd slopes_of(const Record& record, Hold hold, int fold, const Fitte
 
 namespace {
 
-/// Levenberg and Marquardt.
+/// From the numbers of the fit down to the least sum of squares near them.
 void descend(const Record& record, Hold hold, int fold, Fitted& fit, int rounds) {
-  const std::vector<int> unknowns = unknowns_of(fit.order);
-  Eigen::VectorXd left = evaluate(record, hold, fold, fit);
-  double caution = 1e-3;
-  for (int round = 0; round < rounds && caution < 1e8; ++round) {
-    const Eigen::MatrixXd slopes = slopes_of(record, hold, fold, fit);
-    const Eigen::MatrixXd normal = slopes.transpose() * slopes;
-    const Eigen::VectorXd gradient = slopes.transpose() * left;
-    bool settled = false;
-    for (int tries = 0; tries < 8; ++tries) {
-      Eigen::MatrixXd damped = normal;
-      damped.diagonal() += caution * normal.diagonal();
-      damped.diagonal().array() += 1e-300;
-      const Eigen::VectorXd step = damped.ldlt().solve(-gradient);
-      Fitted next = fit;
-      for (std::size_t i = 0; i < unknowns.size(); ++i) {
-        const auto u = static_cast<std::size_t>(unknowns[i]);
-        next.values[u] =
-            std::clamp(fit.values[u] + step(static_cast<Eigen::Index>(i)), kLow[u], kHigh[u]);
-      }
-      Eigen::VectorXd then = evaluate(record, hold, fold, next);
-      if (next.sum2 < fit.sum2) {
-        settled = fit.sum2 - next.sum2 < 1e-7 * fit.sum2;
-        fit = next;
-        left = std::move(then);
-        caution = std::max(1e-9, 0.2 * caution);
-        break;
-      }
-      caution *= 8.0;
-      settled = tries == 7;
-    }
-    if (settled) break;
+  std::vector<Unknown> unknowns;
+  const std::vector<int> places = unknowns_of(fit.order);
+  for (const int place : places) {
+    const auto u = static_cast<std::size_t>(place);
+    unknowns.push_back({"", fit.values[u], kLow[u], kHigh[u], 1.0, difference_of(record, u)});
   }
+  const auto at = [&](const auto& value_of) {
+    Fitted out = fit;
+    for (std::size_t i = 0; i < places.size(); ++i)
+      out.values[static_cast<std::size_t>(places[i])] = value_of(i);
+    return out;
+  };
+  const auto residuals = [&](const std::vector<double>& values, std::vector<double>& left) {
+    Fitted one = at([&](std::size_t i) { return values[i]; });
+    const Eigen::VectorXd rows = evaluate(record, hold, fold, one);
+    left.assign(rows.begin(), rows.end());
+  };
+  least_squares(unknowns, residuals, rounds, 1e-7);
+  fit = at([&](std::size_t i) { return unknowns[i].value; });
+  evaluate(record, hold, fold, fit);
 }
 
 /// The best of a grid of beginnings, and from there down.

@@ -21,6 +21,7 @@ constexpr double kWorth = 0.99;
 // How the command ran between two rows is not in the log: what that may move a dead time or a lag
 // by, of a step, as measured with commands that were recorded at a twentieth of their rate.
 constexpr double kBetweenRows = 0.05;
+constexpr double kTold = 1e-10;   // of the slopes' squares, by which they must differ
 constexpr double kClearly = 3.0;  // standard errors that a larger order must be better by
 
 /// Standard errors by which b leaves less than a: of the mean over blocks of the logarithm of the
@@ -91,8 +92,8 @@ Fitted choose_order(const Record& record, Hold hold, unsigned threads,
   return best;
 }
 
-/// Standard deviations, and the numbers in their own units.
-void write_values(const Record& record, const Fitted& fitted, ActuatorFit& fit) {
+/// Standard deviations, and the numbers in their own units. Whether the rows tell them apart.
+bool write_values(const Record& record, const Fitted& fitted, ActuatorFit& fit) {
   Fitted at = fitted;
   const Eigen::VectorXd left = evaluate(record, fit.hold, -1, at);
   const auto model = simulate(at.order, at.values, fit.hold, record.step_s, record.command);
@@ -140,12 +141,16 @@ void write_values(const Record& record, const Fitted& fitted, ActuatorFit& fit) 
      : u == kLead    ? fit.lead_s
                      : fit.play) = one;
   }
+  const Eigen::VectorXd size = normal.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> scaled(
+      size.asDiagonal() * normal * size.asDiagonal(), Eigen::EigenvaluesOnly);
+  return scaled.eigenvalues()(0) > kTold;
 }
 
-/// Throws where the gain is not told from 0: because the movement is another's, or because it is
-/// bound up with the other numbers of the order.
-void require_gain(const Record& record, const ActuatorFit& fit) {
-  if (std::abs(fit.gain.value) > 3.0 * fit.gain.sd) return;
+/// Throws where the gain is not told from 0, because the movement is another's, and where the
+/// numbers of the order are not told apart.
+void require_told(const Record& record, const ActuatorFit& fit, bool told) {
+  if (told && std::abs(fit.gain.value) > 3.0 * fit.gain.sd) return;
   double n = 0.0, mean = 0.0, square = 0.0;
   for (std::size_t i = 0; i < record.movement.size(); ++i) {
     if (record.block[i] < 0) continue;
@@ -203,8 +208,7 @@ ActuatorFit fit_actuator(const std::vector<double>& time_s, const std::vector<do
   const Fitted fitted = options.order ? fit_order(record, fit.hold, *options.order)
                                       : choose_order(record, fit.hold, options.threads, fit.tried);
   fit.order = fitted.order;
-  write_values(record, fitted, fit);
-  require_gain(record, fit);
+  require_told(record, fit, write_values(record, fitted, fit));
   fit.poles_radps = poles_of(fit);
   Fitted plain;
   project(record, -1, record.command, plain);

@@ -27,19 +27,26 @@ class Rows : public ceres::CostFunction {
                 double** jacobians) const override {
     const std::size_t n = unknowns_.size();
     std::vector<double> values(parameters[0], parameters[0] + n), left(count_), then(count_),
-        before(count_);
+        before;
     residuals_(values, left);
     if (!all_finite(left)) return false;
     std::copy(left.begin(), left.end(), residuals);
     if (jacobians == nullptr || jacobians[0] == nullptr) return true;
     for (std::size_t k = 0; k < n; ++k) {
-      const double at = values[k];
-      double h = 1e-6 * unknowns_[k].typical;
-      if (at + h > unknowns_[k].high) h = -h;
-      values[k] = at + h;
+      const Unknown& u = unknowns_[k];
+      const double at = values[k], h = 1e-6 * u.typical;
+      const double to = u.either_way > 0.0 ? std::min(u.high, at + u.either_way)
+                                           : at + (at + h > u.high ? -h : h);
+      const double from = u.either_way > 0.0 ? std::max(u.low, at - u.either_way) : at;
+      values[k] = to;
       residuals_(values, then);
+      if (from != at) {
+        values[k] = from;
+        residuals_(values, before);
+      }
       values[k] = at;
-      for (std::size_t i = 0; i < count_; ++i) jacobians[0][i * n + k] = (then[i] - left[i]) / h;
+      for (std::size_t i = 0; i < count_; ++i)
+        jacobians[0][i * n + k] = (then[i] - (from != at ? before : left)[i]) / (to - from);
     }
     return true;
   }
@@ -53,7 +60,7 @@ class Rows : public ceres::CostFunction {
 }  // namespace
 
 LeastSquares least_squares(std::vector<Unknown>& unknowns, const Residuals& residuals,
-                           int most_rounds) {
+                           int most_rounds, double settled) {
   std::vector<double> values, left;
   for (const Unknown& u : unknowns) values.push_back(std::clamp(u.value, u.low, u.high));
   residuals(values, left);
@@ -66,9 +73,11 @@ LeastSquares least_squares(std::vector<Unknown>& unknowns, const Residuals& resi
     problem.SetParameterUpperBound(values.data(), static_cast<int>(k), unknowns[k].high);
   }
   ceres::Solver::Options options = one_thread(most_rounds);
-  options.function_tolerance = 1e-6;
+  options.function_tolerance = settled;
   options.gradient_tolerance = 0.0;  // rows have no common unit
   options.parameter_tolerance = 1e-12;
+  options.initial_trust_region_radius = 1e3;
+  options.max_num_line_search_step_size_iterations = 0;  // a step is put within the bounds
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   for (std::size_t k = 0; k < unknowns.size(); ++k) unknowns[k].value = values[k];
