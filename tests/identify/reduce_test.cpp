@@ -153,8 +153,8 @@ TEST(Reduce, TheRacerIsWithinTheBounds) {
 
   // What misses its bound is left out, and said.
   const ReduceBounds strict{0.02, 1e-6};
-  EXPECT_THAT(identify::why_refused_double(r, lap, strict), HasSubstr("steady-state limit is 0."));
-  EXPECT_THAT(identify::why_refused_double(r, lap, strict),
+  EXPECT_THAT(identify::why_refused(r, lap, strict, true), HasSubstr("steady-state limit is 0."));
+  EXPECT_THAT(identify::why_refused(r, lap, strict, true),
               ::testing::ContainsRegex("% at [0-9]+ m/s, pressed by [0-9.]+ m/s2"));
   const std::string without = identify::control_yaml(r, lap, strict, "a test");
   EXPECT_THAT(without, HasSubstr("refused: \"double-track: its steady-state limit"));
@@ -163,7 +163,7 @@ TEST(Reduce, TheRacerIsWithinTheBounds) {
               Not(HasSubstr("control_double_track")));
   LapError broken = lap;
   broken.two.ay_rms = std::nan("");
-  EXPECT_NE(identify::why_refused_double(r, broken, bounds), "");
+  EXPECT_NE(identify::why_refused(r, broken, bounds, true), "");
 }
 
 TEST(Reduce, AnyNumberOfThreadsGivesTheSame) {

@@ -135,9 +135,9 @@ TEST(SlowTextbookCars, AreReducedWithinTheBounds) {
     options.slips = 12;
     const Reduction r = identify::reduce_car(car, options);
     const LapError lap = identify::compare_on_lap(car, r, vehicle::Road(road));
-    EXPECT_EQ(identify::why_refused_double(r, lap, {}), "");
+    EXPECT_EQ(identify::why_refused(r, lap, {}, true), "");
     // One curve for two wheels of unlike loads: not for every car, and then the place is said.
-    const std::string refused = identify::why_refused_single(r, lap, {});
+    const std::string refused = identify::why_refused(r, lap, {}, false);
     single += refused.empty() ? 1 : 0;
     if (!refused.empty()) {
       EXPECT_THAT(refused, ::testing::HasSubstr("m/s, pressed by"));

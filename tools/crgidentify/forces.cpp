@@ -80,22 +80,13 @@ struct ForceLine {
 
 std::vector<ForceLine> force_lines(const identify::Forces& f) {
   std::vector<ForceLine> out;
-  for (std::size_t a = 0; a < 2; ++a) {
-    const std::string axle = a == 0 ? "front" : "rear";
-    out.push_back({"fy of the " + axle + " axle", "N", &f.axle_fy_n[a]});
-    out.push_back({"fx of the " + axle + " axle", "N", &f.axle_fx_n[a]});
-  }
-  const char* const names[] = {"fl", "fr", "rl", "rr"};
-  for (std::size_t i = 0; i < vehicle::kWheels; ++i) {
-    const std::string wheel = names[i];
-    out.push_back({"fy_" + wheel, "N", &f.wheel[i].fy_n});
-    out.push_back({"fx_" + wheel, "N", &f.wheel[i].fx_n});
-    out.push_back({"fz_" + wheel, "N", &f.wheel[i].fz_n});
-    out.push_back({"kappa_" + wheel, "1", &f.wheel[i].kappa});
-    out.push_back({"alpha_" + wheel, "rad", &f.wheel[i].alpha_rad});
-    out.push_back({"power_" + wheel, "W", &f.wheel[i].power_w});
-  }
-  out.push_back({"sideslip", "rad", &f.sideslip_rad});
+  for (std::size_t a = 0; a < 2; ++a)
+    for (const auto& c : identify::kAxleColumns)
+      out.push_back({std::string(c.name) + identify::kAxleNames[a], c.unit, &(f.*c.of)[a]});
+  for (std::size_t i = 0; i < vehicle::kWheels; ++i)
+    for (const auto& c : identify::kWheelColumns)
+      out.push_back({std::string(c.name) + identify::kWheelNames[i], c.unit, &(f.wheel[i].*c.of)});
+  for (const auto& c : identify::kCarColumns) out.push_back({c.name, c.unit, &(f.*c.of)});
   return out;
 }
 

@@ -113,8 +113,8 @@ int reduce(const ReduceCommand& command, Terminal& terminal) {
     base::write_file(stem + "_axles.csv", identify::axles_csv(r));
     base::write_file(stem + "_border.csv", identify::border_csv(r));
   }
-  const std::string single = why_refused_single(r, lap, bounds),
-                    both = why_refused_double(r, lap, bounds);
+  const std::string single = why_refused(r, lap, bounds, false),
+                    both = why_refused(r, lap, bounds, true);
   if (terminal.json) {
     ordered_json json{{"control", command.out_path},
                       {"header", stem + ".h"},

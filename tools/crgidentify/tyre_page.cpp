@@ -1,7 +1,6 @@
 // The page of a fitted tyre.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <tuple>
 
 #include "base/statistics.h"

@@ -4,7 +4,6 @@
 #include <complex>
 #include <cstddef>
 #include <optional>
-#include <string>
 #include <vector>
 
 namespace identify {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/progress.h"
+#include "identify/wheel_names.h"
 #include "recording/recording.h"
-#include "vehicle/car.h"
 #include "vehicle/road.h"
 
 namespace identify {
@@ -86,6 +86,30 @@ struct Forces {
   std::size_t wild = 0, measurements = 0;  ///< numbers further than four deviations from expected
 };
 
+/// One kind of number as a column: "fx_" + place + "_n", its deviation "fx_" + place + "_sd_n".
+template <class Member>
+struct ForcesColumn {
+  const char *name, *ending, *unit;
+  Member of;
+};
+inline constexpr ForcesColumn<Estimated WheelForces::*> kWheelColumns[] = {
+    {"fx_", "_n", "N", &WheelForces::fx_n},
+    {"fy_", "_n", "N", &WheelForces::fy_n},
+    {"fz_", "_n", "N", &WheelForces::fz_n},
+    {"kappa_", "", "1", &WheelForces::kappa},
+    {"alpha_", "_rad", "rad", &WheelForces::alpha_rad},
+    {"camber_", "_rad", "rad", &WheelForces::camber_rad},
+    {"power_", "_w", "W", &WheelForces::power_w}};
+inline constexpr ForcesColumn<std::array<Estimated, 2> Forces::*> kAxleColumns[] = {
+    {"fx_", "_n", "N", &Forces::axle_fx_n},
+    {"fy_", "_n", "N", &Forces::axle_fy_n},
+    {"fz_", "_n", "N", &Forces::axle_fz_n}};
+inline constexpr ForcesColumn<Estimated Forces::*> kCarColumns[] = {
+    {"vx", "_mps", "m/s", &Forces::vx_mps},
+    {"vy", "_mps", "m/s", &Forces::vy_mps},
+    {"yaw_rate", "_radps", "rad/s", &Forces::yaw_rate_radps},
+    {"sideslip", "_rad", "rad", &Forces::sideslip_rad},
+    {"steer", "_rad", "rad", &Forces::steer_rad}};
 /// Needs x_m, y_m, yaw_rad, vx_mps, steer_rad and throttle (or their commands), positions in the
 /// road's frame; everything else that was recorded is used. Noises of channels, and how far tyres,
 /// brakes and engine may differ from the car's, are estimated from the log by expectation

@@ -1,7 +1,6 @@
 // A few unknowns of a formula from many rows.
 #pragma once
 
-#include <cstddef>
 #include <functional>
 #include <string>
 #include <vector>

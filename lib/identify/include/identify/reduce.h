@@ -1,7 +1,6 @@
 // From the full car to a reduced one: what the rig shows, fitted; how far it is from the full car.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 

@@ -7,7 +7,6 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 
 namespace identify {
 
@@ -106,7 +105,7 @@ struct PlanarState {
 
 /// Lags of the slip angles; plain numbers that the caller keeps. Not valid before the first use.
 struct SlipLags {
-  bool begun = false;
+  int begun = 0;
   std::array<double, 4> wheel{};
   std::array<double, 2> axle{};
 };

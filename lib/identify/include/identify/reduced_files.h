@@ -14,10 +14,8 @@ struct ReduceBounds {
 };
 
 /// In words why a model must not be used; empty: it may.
-std::string why_refused_single(const Reduction& reduction, const LapError& lap,
-                               const ReduceBounds& bounds);
-std::string why_refused_double(const Reduction& reduction, const LapError& lap,
-                               const ReduceBounds& bounds);
+std::string why_refused(const Reduction& reduction, const LapError& lap, const ReduceBounds& bounds,
+                        bool two_tracks);
 
 /// Formulas, parameters, validity and errors. `source` names the vehicle and the road of the lap,
 /// one line without quotes. A refused model has its reason in place of its parameters.

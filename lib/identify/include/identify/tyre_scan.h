@@ -28,4 +28,9 @@ std::vector<TyreFault> scan_tyre(
     const vehicle::TyreCoefficients& tyre, const TyreRange& range,
     vehicle::AlphaConvention alpha = vehicle::AlphaConvention::kTangent);
 
+/// Slip (tangent of the angle, or kappa) of the largest force of the upright tyre, both directions
+/// together; at most 0.6.
+double peak_slip(const vehicle::TyreCoefficients& tyre, vehicle::AlphaConvention alpha, double fz_n,
+                 bool lateral);
+
 }  // namespace identify

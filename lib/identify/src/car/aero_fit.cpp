@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/error.h"
 #include "base/statistics.h"
 #include "longitudinal.h"
 #include "sheet_line.h"

@@ -9,8 +9,8 @@
 
 #include "base/statistics.h"
 #include "drive_columns.h"
+#include "identify/wheel_names.h"
 #include "vehicle/laws/suspension.h"
-#include "wheel_names.h"
 #include "window_fit.h"
 
 namespace identify {

@@ -9,9 +9,9 @@
 #include "base/statistics.h"
 #include "drive_columns.h"
 #include "identify/least_squares.h"
+#include "identify/wheel_names.h"
 #include "vehicle/laws/brake_pads.h"
 #include "vehicle/laws/disc_heat.h"
-#include "wheel_names.h"
 #include "window_fit.h"
 
 namespace identify {

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "base/statistics.h"
-#include "wheel_names.h"
+#include "identify/wheel_names.h"
 
 namespace identify {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "base/statistics.h"
+#include "identify/wheel_names.h"
 #include "longitudinal.h"
-#include "wheel_names.h"
 
 namespace identify {
 namespace {

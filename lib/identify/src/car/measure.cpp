@@ -15,9 +15,9 @@
 #include "identify/mass_fit.h"
 #include "identify/short_gaps.h"
 #include "identify/suspension_fit.h"
+#include "identify/wheel_names.h"
 #include "sheet_line.h"
 #include "vehicle/road_file.h"
-#include "wheel_names.h"
 #include "window_fit.h"
 
 namespace identify {

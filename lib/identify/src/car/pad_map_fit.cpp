@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "brakes_rows.h"
+#include "identify/wheel_names.h"
 #include "map_places.h"
-#include "wheel_names.h"
 
 namespace identify {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "base/error.h"
 #include "base/statistics.h"
+#include "identify/wheel_names.h"
 #include "sheet_line.h"
 #include "vehicle/laws/suspension.h"
-#include "wheel_names.h"
 #include "window_fit.h"
 
 namespace identify {

@@ -50,18 +50,10 @@ vehicle::Car<T> car_at(const vehicle::Car<T>& lifted, Point& x) {
   out.strip = lifted.strip;
   out.cams = lifted.cams;
   out.tyre_options = lifted.tyre_options;
-  const auto scale_part = [&](P which, const T& share) {
-    out.parameters[which] = lifted.parameters[which] * (1.0 + share);
-  };
-  scale_part(P::front_tyre_grip, x.at(kPlaceGrip));
-  scale_part(P::rear_tyre_grip, x.at(kPlaceGrip + 1));
-  scale_part(P::front_tyre_cornering_stiffness, x.at(kPlaceCornering));
-  scale_part(P::rear_tyre_cornering_stiffness, x.at(kPlaceCornering + 1));
-  scale_part(P::front_tyre_slip_stiffness, x.at(kPlaceSlipStiffness));
-  scale_part(P::rear_tyre_slip_stiffness, x.at(kPlaceSlipStiffness + 1));
-  scale_part(P::front_brake_area_m2, x.at(kPlaceBrakes));
-  scale_part(P::rear_brake_area_m2, x.at(kPlaceBrakes + 1));
-  scale_part(P::engine_torque, x.at(kPlaceDrive));
+  for (std::size_t i = 0; i < kParts.size(); ++i) {
+    const P part = kParts[i].parameter;
+    out.parameters[part] = lifted.parameters[part] * (1.0 + x.at(kPlaceParts + i));
+  }
   return out;
 }
 

@@ -38,12 +38,23 @@ enum EstimatedPlace : std::size_t {
   kPlaces = kPlaceRest + (kChangingPlaces - kPlaceParts)
 };
 
-/// What of a car is known by its file only, is wrong by some per cent and stays so over a drive, in
-/// the order of the places.
+/// A number of the vehicle file that a place is the share beyond of.
 struct StatedPlace {
   vehicle::Parameter parameter;
   const char* name;
 };
+/// The car's parts, in the order of the places.
+inline constexpr std::array<StatedPlace, kChangingPlaces - kPlaceParts> kParts{
+    {{vehicle::Parameter::front_tyre_grip, "grip of the front tyres"},
+     {vehicle::Parameter::rear_tyre_grip, "grip of the rear tyres"},
+     {vehicle::Parameter::front_tyre_cornering_stiffness, "cornering stiffness of the front tyres"},
+     {vehicle::Parameter::rear_tyre_cornering_stiffness, "cornering stiffness of the rear tyres"},
+     {vehicle::Parameter::front_tyre_slip_stiffness, "slip stiffness of the front tyres"},
+     {vehicle::Parameter::rear_tyre_slip_stiffness, "slip stiffness of the rear tyres"},
+     {vehicle::Parameter::front_brake_area_m2, "torque of the front brakes"},
+     {vehicle::Parameter::rear_brake_area_m2, "torque of the rear brakes"},
+     {vehicle::Parameter::engine_torque, "torque of the engine"}}};
+/// What of a car is known by its file only, is wrong by some per cent and stays so over a drive.
 inline constexpr std::size_t kStatedNumbers = kMovingPlaces - kPlaceStated;
 inline constexpr std::array<StatedPlace, kStatedNumbers> kStated{
     {{vehicle::Parameter::chassis_mass_kg, "mass"},

@@ -8,9 +8,9 @@
 
 #include "base/error.h"
 #include "feet.h"
+#include "identify/wheel_names.h"
 #include "pedal_stops.h"
 #include "vehicle/driver.h"
-#include "wheel_names.h"
 
 namespace identify {
 namespace {
@@ -266,45 +266,49 @@ void set_stated(const std::array<double, vehicle::kParameterCount>& prior, Place
   const auto of = [&](P p) { return 0.5 * prior[static_cast<std::size_t>(p)]; };
   for (std::size_t i = 0; i < kStated.size(); ++i)
     sd[static_cast<Index>(kPlaceStated + i)] = of(kStated[i].parameter);
-  const auto rest = [&](std::size_t part, double value) {
-    sd[static_cast<Index>(rest_of(part))] = value;
-  };
-  rest(kPlaceGrip, of(P::front_tyre_grip));
-  rest(kPlaceGrip + 1, of(P::rear_tyre_grip));
-  rest(kPlaceCornering, of(P::front_tyre_cornering_stiffness));
-  rest(kPlaceCornering + 1, of(P::rear_tyre_cornering_stiffness));
-  rest(kPlaceSlipStiffness, of(P::front_tyre_slip_stiffness));
-  rest(kPlaceSlipStiffness + 1, of(P::rear_tyre_slip_stiffness));
-  rest(kPlaceBrakes, std::hypot(of(P::front_brake_area_m2), of(P::front_brake_friction)));
-  rest(kPlaceBrakes + 1, std::hypot(of(P::rear_brake_area_m2), of(P::rear_brake_friction)));
-  rest(kPlaceDrive, of(P::engine_torque));
+  for (std::size_t i = 0; i < kParts.size(); ++i) {
+    const P part = kParts[i].parameter;
+    double share = of(part);
+    if (part == P::front_brake_area_m2) share = std::hypot(share, of(P::front_brake_friction));
+    if (part == P::rear_brake_area_m2) share = std::hypot(share, of(P::rear_brake_friction));
+    sd[static_cast<Index>(rest_of(kPlaceParts + i))] = share;
+  }
+}
+
+}  // namespace
+
+namespace {
+
+/// Of states that are estimated: at a begin, and what comes in per second.
+struct StateDeviation {
+  std::size_t state, count;
+  double begin, per_second;
+};
+constexpr StateDeviation kStateDeviations[] = {
+    {vehicle::kX, 2, 0.3, 1e-3},           {vehicle::kZ, 1, 0.01, 1e-3},
+    {vehicle::kRoll, 2, 0.01, 1e-4},       {vehicle::kYaw, 1, 0.03, 1e-4},
+    {vehicle::kVx, 2, 0.5, 3e-3},          {vehicle::kVz, 1, 0.1, 0.01},
+    {vehicle::kRollRate, 3, 0.1, 2e-3},    {vehicle::kTravel, 4, 0.01, 1e-4},
+    {vehicle::kTravelRate, 4, 0.05, 0.02}, {vehicle::kSpin, 4, 3.0, 0.1},
+    {vehicle::kSlipX, 8, 0.01, 1e-5},      {vehicle::kEngine, 1, 30.0, 1.0},
+    {vehicle::kBoost, 1, 0.3, 0.02}};
+
+PlaceVector deviations(double rest, double StateDeviation::*of, double brake, double part) {
+  PlaceVector sd = PlaceVector::Constant(rest);
+  for (const StateDeviation& d : kStateDeviations)
+    for (std::size_t i = 0; i < d.count; ++i) sd[static_cast<Index>(place_of(d.state + i))] = d.*of;
+  sd.segment<kPlaceParts - kPlaceBrake>(kPlaceBrake).setConstant(brake);
+  sd.segment<kChangingPlaces - kPlaceParts>(kPlaceParts).setConstant(part);
+  return sd;
 }
 
 }  // namespace
 
 PlaceVector begin_deviations(const std::array<double, vehicle::kParameterCount>& prior) {
-  PlaceVector sd = PlaceVector::Constant(1.0);
-  const auto set = [&](std::size_t state, std::size_t count, double value) {
-    for (std::size_t i = 0; i < count; ++i) sd[static_cast<Index>(place_of(state + i))] = value;
-  };
-  set(vehicle::kX, 2, 0.3);
-  set(vehicle::kZ, 1, 0.01);
-  set(vehicle::kRoll, 2, 0.01);
-  set(vehicle::kYaw, 1, 0.03);
-  set(vehicle::kVx, 2, 0.5);
-  set(vehicle::kVz, 1, 0.1);
-  set(vehicle::kRollRate, 3, 0.1);
-  set(vehicle::kTravel, 4, 0.01);
-  set(vehicle::kTravelRate, 4, 0.05);
-  set(vehicle::kSpin, 4, 3.0);
-  set(vehicle::kSlipX, 8, 0.01);
-  set(vehicle::kEngine, 1, 30.0);
-  set(vehicle::kBoost, 1, 0.3);
+  PlaceVector sd = deviations(1.0, &StateDeviation::begin, 3e5, 0.03);
   sd[kPlaceSteer] = 0.02;
   sd[kPlaceSteerRate] = 0.3;
   sd[kPlaceThrottle] = 0.1;
-  for (std::size_t i = kPlaceBrake; i < kPlaceParts; ++i) sd[static_cast<Index>(i)] = 3e5;
-  for (std::size_t i = kPlaceParts; i < kChangingPlaces; ++i) sd[static_cast<Index>(i)] = 0.03;
   set_stated(prior, sd);
   sd[kPlaceAxOffset] = sd[kPlaceAyOffset] = 0.1;
   sd[kPlaceYawRateOffset] = 0.003;
@@ -314,26 +318,10 @@ PlaceVector begin_deviations(const std::array<double, vehicle::kParameterCount>&
 }
 
 PlaceVector noise_per_second() {
-  PlaceVector sd = PlaceVector::Zero();
-  const auto set = [&](std::size_t state, std::size_t count, double value) {
-    for (std::size_t i = 0; i < count; ++i) sd[static_cast<Index>(place_of(state + i))] = value;
-  };
-  set(vehicle::kX, 3, 1e-3);
-  set(vehicle::kRoll, 3, 1e-4);
-  set(vehicle::kVx, 2, 3e-3);
-  set(vehicle::kVz, 1, 0.01);
-  set(vehicle::kRollRate, 3, 2e-3);
-  set(vehicle::kTravel, 4, 1e-4);
-  set(vehicle::kTravelRate, 4, 0.02);
-  set(vehicle::kSpin, 4, 0.1);
-  set(vehicle::kSlipX, 8, 1e-5);
-  set(vehicle::kEngine, 1, 1.0);
-  set(vehicle::kBoost, 1, 0.02);
+  PlaceVector sd =
+      deviations(0.0, &StateDeviation::per_second, 5e6, 0.03 * std::sqrt(2.0 / kForgetPart_s));
   sd[kPlaceSteerRate] = 2.0;
   sd[kPlaceThrottle] = 1.0;
-  for (std::size_t i = kPlaceBrake; i < kPlaceParts; ++i) sd[static_cast<Index>(i)] = 5e6;
-  for (std::size_t i = kPlaceParts; i < kChangingPlaces; ++i)
-    sd[static_cast<Index>(i)] = 0.03 * std::sqrt(2.0 / kForgetPart_s);
   return sd.cwiseAbs2();
 }
 

@@ -32,17 +32,13 @@ void make_room(Forces& out, const std::vector<double>& time) {
   out.u_m.assign(n, kNaN);
   out.v_m.assign(n, kNaN);
   for (WheelForces& w : out.wheel) {
-    for (Estimated* e :
-         {&w.fx_n, &w.fy_n, &w.fz_n, &w.kappa, &w.alpha_rad, &w.camber_rad, &w.power_w})
-      room(*e);
+    for (const auto& column : kWheelColumns) room(w.*column.of);
     w.vx_mps.assign(n, kNaN);
     w.tyre_k.assign(n, kNaN);
   }
-  for (std::size_t a = 0; a < 2; ++a)
-    for (Estimated* e : {&out.axle_fx_n[a], &out.axle_fy_n[a], &out.axle_fz_n[a]}) room(*e);
-  for (Estimated* e :
-       {&out.vx_mps, &out.vy_mps, &out.yaw_rate_radps, &out.steer_rad, &out.sideslip_rad})
-    room(*e);
+  for (const auto& column : kAxleColumns)
+    for (Estimated& e : out.*column.of) room(e);
+  for (const auto& column : kCarColumns) room(out.*column.of);
 }
 
 /// `off`: how far the side force of each axle is from the tyre file's, as a share.
@@ -54,24 +50,16 @@ void write_row(Forces& out, std::size_t k, const SmoothedRow& row,
   };
   for (std::size_t i = 0; i < kWheels; ++i) {
     WheelForces& w = out.wheel[i];
-    const auto seen = [&](Estimated& e, SeenOfWheel what) {
-      put(e, row.seen.value[seen_of(i, what)], row.seen_sd[seen_of(i, what)]);
-    };
-    seen(w.fx_n, kSeenFx);
-    seen(w.fy_n, kSeenFy);
-    seen(w.fz_n, kSeenFz);
-    seen(w.kappa, kSeenKappa);
-    seen(w.alpha_rad, kSeenAlpha);
-    seen(w.camber_rad, kSeenCamber);
-    seen(w.power_w, kSeenPower);
+    for (std::size_t what = 0; what < std::size(kWheelColumns); ++what) {  // as SeenOfWheel
+      const std::size_t place = seen_of(i, static_cast<SeenOfWheel>(what));
+      put(w.*kWheelColumns[what].of, row.seen.value[place], row.seen_sd[place]);
+    }
     w.vx_mps[k] = row.seen.wheel_vx_mps[i];
     w.tyre_k[k] = row.point.state[vehicle::kTyre + i];
   }
-  for (std::size_t a = 0; a < 2; ++a) {
-    put(out.axle_fx_n[a], row.axle[a][kSeenFx], row.axle_sd[a][kSeenFx]);
-    put(out.axle_fy_n[a], row.axle[a][kSeenFy], row.axle_sd[a][kSeenFy]);
-    put(out.axle_fz_n[a], row.axle[a][kSeenFz], row.axle_sd[a][kSeenFz]);
-  }
+  for (std::size_t what = 0; what < std::size(kAxleColumns); ++what)
+    for (std::size_t a = 0; a < 2; ++a)
+      put((out.*kAxleColumns[what].of)[a], row.axle[a][what], row.axle_sd[a][what]);
   const auto state = [&](Estimated& e, std::size_t place) {
     put(e, row.point.at(place), row.point_sd[place]);
   };
@@ -95,21 +83,7 @@ void write_row(Forces& out, std::size_t k, const SmoothedRow& row,
   ++out.rows;
 }
 
-struct PartName {
-  std::size_t place;
-  const char* name;
-};
 constexpr double kRollingOff = 0.08;  // no tyre's rolling radius is stated this far off
-constexpr std::array<PartName, 9> kParts{
-    {{kPlaceGrip, "grip of the front tyres"},
-     {kPlaceGrip + 1, "grip of the rear tyres"},
-     {kPlaceCornering, "cornering stiffness of the front tyres"},
-     {kPlaceCornering + 1, "cornering stiffness of the rear tyres"},
-     {kPlaceSlipStiffness, "slip stiffness of the front tyres"},
-     {kPlaceSlipStiffness + 1, "slip stiffness of the rear tyres"},
-     {kPlaceBrakes, "torque of the front brakes"},
-     {kPlaceBrakes + 1, "torque of the rear brakes"},
-     {kPlaceDrive, "torque of the engine"}}};
 
 /// The rows that a piece keeps. Where the car cannot follow, each half is tried by itself, down to
 /// a second; rows without a value stay.
@@ -256,9 +230,9 @@ void describe_rolling(const Work& work, std::size_t axle, Forces& out) {
 
 void describe_use(const Work& work, Forces& out) {
   out.remarks = work.channels.said;
-  for (const PartName& part : kParts)
-    out.parts.push_back({part.name, work.mean[static_cast<Index>(rest_of(part.place))],
-                         work.begin_sd[static_cast<Index>(part.place)]});
+  for (std::size_t i = kPlaceParts; i < kChangingPlaces; ++i)
+    out.parts.push_back({kParts[i - kPlaceParts].name, work.mean[static_cast<Index>(rest_of(i))],
+                         work.begin_sd[static_cast<Index>(i)]});
   for (std::size_t a = 0; a < 2; ++a) describe_rolling(work, a, out);
   for (std::size_t i = 0; i < kStated.size(); ++i)
     out.stated.push_back({kStated[i].name, work.begin_sd[static_cast<Index>(kPlaceStated + i)]});

@@ -3,10 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-
-#include "wheel_names.h"
 
 namespace identify {
 namespace {
@@ -49,27 +46,14 @@ recording::Table forces_table(const Forces& forces) {
   for (std::size_t i = 0; i < vehicle::kWheels; ++i) {
     const WheelForces& w = forces.wheel[i];
     const std::string name = kWheelNames[i];
-    out.add("fx_" + name, "_n", w.fx_n);
-    out.add("fy_" + name, "_n", w.fy_n);
-    out.add("fz_" + name, "_n", w.fz_n);
-    out.add("kappa_" + name, "", w.kappa);
-    out.add("alpha_" + name, "_rad", w.alpha_rad);
-    out.add("camber_" + name, "_rad", w.camber_rad);
-    out.add("power_" + name, "_w", w.power_w);
+    for (const auto& c : kWheelColumns) out.add(c.name + name, c.ending, w.*c.of);
     out.add("wheel_vx_" + name + "_mps", w.vx_mps);
     out.add("tyre_" + name + "_k", w.tyre_k);
   }
-  for (std::size_t a = 0; a < 2; ++a) {
-    const std::string name = kAxleNames[a];
-    out.add("fx_" + name, "_n", forces.axle_fx_n[a]);
-    out.add("fy_" + name, "_n", forces.axle_fy_n[a]);
-    out.add("fz_" + name, "_n", forces.axle_fz_n[a]);
-  }
-  out.add("vx", "_mps", forces.vx_mps);
-  out.add("vy", "_mps", forces.vy_mps);
-  out.add("yaw_rate", "_radps", forces.yaw_rate_radps);
-  out.add("sideslip", "_rad", forces.sideslip_rad);
-  out.add("steer", "_rad", forces.steer_rad);
+  for (std::size_t a = 0; a < 2; ++a)
+    for (const auto& c : kAxleColumns)
+      out.add(std::string(c.name) + kAxleNames[a], c.ending, (forces.*c.of)[a]);
+  for (const auto& c : kCarColumns) out.add(c.name, c.ending, forces.*c.of);
   return out.table;
 }
 

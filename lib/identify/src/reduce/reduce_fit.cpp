@@ -123,9 +123,9 @@ void fit_loads(ReducedCar& car, const std::vector<CarMoment>& moments,
         angle.add(m.wheel[i].camber_rad,
                   side_of(i) * (lean[0] + lean[1] * m.wheel[i].fz_n) + lean[2] * m.ay_mps2);
     }
-    errors.push_back(load.as(fmt::format("{} axle load", kAxle[a]), "N"));
-    errors.push_back(across.as(fmt::format("{} lateral load transfer", kAxle[a]), "N"));
-    errors.push_back(angle.as(fmt::format("{} inclination", kAxle[a]), "rad"));
+    errors.push_back(load.as(fmt::format("{} axle load", kAxleNames[a]), "N"));
+    errors.push_back(across.as(fmt::format("{} lateral load transfer", kAxleNames[a]), "N"));
+    errors.push_back(angle.as(fmt::format("{} inclination", kAxleNames[a]), "rad"));
   }
 }
 
@@ -261,7 +261,7 @@ void fit_relaxation(ReducedCar& car, const std::vector<std::vector<CarMoment>>& 
     car.sigma_m[a] = 0.5 * (low + high);
     with.sigma_m[a] = car.sigma_m[a];
     errors.push_back(
-        misses(with, a).as(fmt::format("{} axle in swept sines, side force", kAxle[a]), "N"));
+        misses(with, a).as(fmt::format("{} axle in swept sines, side force", kAxleNames[a]), "N"));
   }
 }
 

@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "identify/reduce.h"
+#include "identify/wheel_names.h"
 
 namespace identify {
 
 inline constexpr double kMostWheelSlip = 0.25;  ///< of a wheel that counts as rolling
 inline constexpr double kLeastLoad_n = 100.0;   ///< of a wheel that counts as standing on the road
 inline constexpr double kPastPeak = 0.999;  ///< of the largest side force of an axle: it is past
-inline constexpr const char* kAxle[2] = {"front", "rear"};
 
 inline double side_of(std::size_t wheel) { return wheel % 2 == 0 ? 1.0 : -1.0; }
 

@@ -1,6 +1,5 @@
 #include "identify/reduced_car.h"
 
-#include <algorithm>
 #include <bit>
 
 #include "control_car.h"
@@ -18,9 +17,6 @@ control::control_car c_of(const ReducedCar& car) {
 control::control_state c_of(const PlanarState& in) {
   return std::bit_cast<control::control_state>(in);
 }
-ReducedForces cpp_of(const control::control_forces& forces) {
-  return std::bit_cast<ReducedForces>(forces);
-}
 
 using Track = control::control_forces (*)(const control::control_car*,
                                           const control::control_state*, control::control_lags*,
@@ -30,18 +26,9 @@ ReducedForces by_track(Track track, const ReducedCar& car, const PlanarState& in
                        double step_s) {
   const control::control_car p = c_of(car);
   const control::control_state state = c_of(in);
-  control::control_lags c_lags = control::control_no_lags();
-  if (lags != nullptr) {
-    c_lags.begun = lags->begun ? 1 : 0;
-    std::copy(lags->wheel.begin(), lags->wheel.end(), c_lags.wheel);
-    std::copy(lags->axle.begin(), lags->axle.end(), c_lags.axle);
-  }
-  const ReducedForces out = cpp_of(track(&p, &state, &c_lags, step_s));
-  if (lags != nullptr) {
-    lags->begun = c_lags.begun != 0;
-    std::copy_n(c_lags.wheel, lags->wheel.size(), lags->wheel.begin());
-    std::copy_n(c_lags.axle, lags->axle.size(), lags->axle.begin());
-  }
+  auto c_lags = lags ? std::bit_cast<control::control_lags>(*lags) : control::control_no_lags();
+  const auto out = std::bit_cast<ReducedForces>(track(&p, &state, &c_lags, step_s));
+  if (lags != nullptr) *lags = std::bit_cast<SlipLags>(c_lags);
   return out;
 }
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -82,24 +81,6 @@ std::string place_of(const Reduction& r, double GripPoint::*reduced) {
                                         100.0 * miss(*worst), worst->vx_mps, worst->an_mps2);
 }
 
-std::string why(const char* name, const LapError::Model& lap, const PartError& limit,
-                const ReduceBounds& bounds, const std::string& place) {
-  // NaN is no answer either.
-  if (!(lap.ay_rms <= bounds.lap_share))
-    return fmt::format(
-        "{}: its lateral acceleration on the lap is {:.2f} % of the largest from the full car's "
-        "(root mean square), at most {:.2f} % is allowed",
-        name, 100.0 * lap.ay_rms, 100.0 * bounds.lap_share);
-  if (limit.rows == 0)
-    return fmt::format("{}: the full car has no steady state at its limit to compare with", name);
-  if (!(limit.rms <= bounds.limit_share))
-    return fmt::format(
-        "{}: its steady-state limit is {:.2f} % from the full car's (root mean square{}), at most "
-        "{:.2f} % is allowed",
-        name, 100.0 * limit.rms, place, 100.0 * bounds.limit_share);
-  return {};
-}
-
 constexpr char kBorder[] = R"(
 /* How far out a place of the g-g diagram is: 1 on the border, more beyond; NaN where the border was
    not found. Between its nodes of speed and pressing acceleration by straight lines. */
@@ -153,15 +134,27 @@ constexpr char kFormulas[] = R"yaml(formulas:
 
 }  // namespace
 
-std::string why_refused_single(const Reduction& r, const LapError& lap,
-                               const ReduceBounds& bounds) {
-  return why("single-track", lap.single, r.limit_single, bounds,
-             place_of(r, &GripPoint::single_mps2));
-}
-
-std::string why_refused_double(const Reduction& r, const LapError& lap,
-                               const ReduceBounds& bounds) {
-  return why("double-track", lap.two, r.limit_double, bounds, place_of(r, &GripPoint::double_mps2));
+std::string why_refused(const Reduction& r, const LapError& of_lap, const ReduceBounds& bounds,
+                        bool two_tracks) {
+  const LapError::Model& lap = two_tracks ? of_lap.two : of_lap.single;
+  const PartError& limit = two_tracks ? r.limit_double : r.limit_single;
+  const char* const name = two_tracks ? "double-track" : "single-track";
+  // NaN is no answer either.
+  if (!(lap.ay_rms <= bounds.lap_share))
+    return fmt::format(
+        "{}: its lateral acceleration on the lap is {:.2f} % of the largest from the full car's "
+        "(root mean square), at most {:.2f} % is allowed",
+        name, 100.0 * lap.ay_rms, 100.0 * bounds.lap_share);
+  if (limit.rows == 0)
+    return fmt::format("{}: the full car has no steady state at its limit to compare with", name);
+  if (!(limit.rms <= bounds.limit_share))
+    return fmt::format(
+        "{}: its steady-state limit is {:.2f} % from the full car's (root mean square{}), at most "
+        "{:.2f} % is allowed",
+        name, 100.0 * limit.rms,
+        place_of(r, two_tracks ? &GripPoint::double_mps2 : &GripPoint::single_mps2),
+        100.0 * bounds.limit_share);
+  return {};
 }
 
 std::string control_yaml(const Reduction& r, const LapError& lap, const ReduceBounds& bounds,
@@ -202,8 +195,8 @@ std::string control_yaml(const Reduction& r, const LapError& lap, const ReduceBo
       "stick_radps: {:.9g}\n  lock_nms: {:.9g}\n  rolling_radius_m: {}\n",
       car.preload_nm, car.drive_ramp, car.coast_ramp, car.stick_radps, car.lock_nms,
       yaml(car.roll_m));
-  const std::string single = why_refused_single(r, lap, bounds),
-                    both = why_refused_double(r, lap, bounds);
+  const std::string single = why_refused(r, lap, bounds, false),
+                    both = why_refused(r, lap, bounds, true);
   out += model_yaml("single_track", lap.single, r.limit_single, single);
   if (single.empty())
     out += "  front_axle:\n" + curve_yaml(car.axle[0], "    ", true) + "  rear_axle:\n" +
@@ -241,8 +234,8 @@ std::string control_header(const Reduction& r, const LapError& lap, const Reduce
   std::string out = fmt::format("/* {} */\n#ifndef CONTROL_CAR_H\n#define CONTROL_CAR_H\n", safe);
   out += "#include <math.h>\n\n";
   out += kControlCar;
-  const std::string single = why_refused_single(r, lap, bounds),
-                    both = why_refused_double(r, lap, bounds);
+  const std::string single = why_refused(r, lap, bounds, false),
+                    both = why_refused(r, lap, bounds, true);
   out += fmt::format(
       "\nstatic const control_car control_car_values = {{\n    {:.9g}, {:.9g}, {:.9g}, {:.9g}, "
       "{:.9g}, {:.9g}, {:.9g},\n    {}, {}, {:.9g}, {:.9g}, {:.9g},\n    {},\n    {}, {}, {}, "

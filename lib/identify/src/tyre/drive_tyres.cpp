@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/statistics.h"
+#include "identify/tyre_scan.h"
 
 namespace identify {
 namespace {
@@ -140,23 +141,6 @@ constexpr double kNearPeak = 0.75;  // of the peak's slip: from there on the cur
 
 std::size_t index(SlipKind kind) { return static_cast<std::size_t>(kind); }
 
-/// The slip of the largest force of an upright tyre in one direction.
-double peak_slip(const vehicle::TyreCoefficients& tyre, SlipKind kind, double fz_n,
-                 vehicle::AlphaConvention alpha) {
-  vehicle::TyreInput<double> at;
-  at.fz_n = fz_n;
-  at.vx_mps = tyre.nominal_speed_mps;
-  double most_n = 0.0, found = 0.0;
-  for (int k = 1; k <= 200; ++k) {
-    const double slip = 0.005 * k;
-    (kind == SlipKind::kLateral ? at.tan_alpha : at.kappa) = slip;
-    const auto f = vehicle::tyre_forces(tyre, at, {}, {.alpha = alpha, .moments = false});
-    const double force_n = std::abs(kind == SlipKind::kLateral ? f.fy_n : f.fx_n);
-    if (force_n > most_n) most_n = force_n, found = slip;
-  }
-  return found;
-}
-
 const char* word_of(SlipKind kind) {
   return kind == SlipKind::kLateral ? "side slip" : "longitudinal slip";
 }
@@ -172,7 +156,8 @@ void hold_unseen_peaks(const TyreSamples& rows, const vehicle::TyreCoefficients&
     }
     if (slips.empty()) continue;
     const double reach = base::quantile(slips, 0.99),
-                 peak = peak_slip(reference, kind, base::median(loads_n), options.alpha);
+                 peak = peak_slip(reference, options.alpha, base::median(loads_n),
+                                  kind == SlipKind::kLateral);
     if (reach >= kNearPeak * peak) continue;
     options.hold[index(kind)] = TyreHold::kPeak;
     options.hold[index(SlipKind::kCombined)] = TyreHold::kAll;

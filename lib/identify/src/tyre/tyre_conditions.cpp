@@ -27,27 +27,6 @@ vehicle::TyreInput<double> upright(const TyreFit& fit, double fz_n, bool lateral
   return in;
 }
 
-/// Slip of the largest force of the upright tyre, both directions together.
-double peak_slip(const TyreFit& fit, double fz_n, bool lateral) {
-  constexpr int kPoints = 400;
-  constexpr double kMost = 0.6;
-  const vehicle::TyreOptions law{.alpha = fit.alpha, .moments = false};
-  double most = 0.0, at = kMost;
-  for (int i = 1; i <= kPoints; ++i) {
-    const double slip = kMost * i / kPoints;
-    double force = 0.0;
-    for (const double way : {-slip, slip}) {
-      const auto f = vehicle::tyre_forces(fit.tyre, upright(fit, fz_n, lateral, way), {}, law);
-      force += std::abs(lateral ? f.fy_n : f.fx_n);
-    }
-    if (force > most) {
-      most = force;
-      at = slip;
-    }
-  }
-  return at;
-}
-
 /// Root mean square of what was measured; NaN where nothing was.
 struct MeanSquare {
   double sum = 0.0, rows = 0.0;
@@ -123,7 +102,8 @@ TyreConditions tyre_conditions(const TyreFit& fit, const TyreSamples& samples) {
   std::array<std::array<double, kLoadEdges.size()>, 2> peak{};  // lateral, longitudinal
   for (std::size_t l = 0; l < loads.size(); ++l)
     for (std::size_t k = 0; k < 2; ++k)
-      if (!loads[l].empty()) peak[k][l] = peak_slip(fit, base::median(loads[l]), k == 0);
+      if (!loads[l].empty())
+        peak[k][l] = peak_slip(fit.tyre, fit.alpha, base::median(loads[l]), k == 0);
 
   constexpr SlipKind kKinds[] = {SlipKind::kLateral, SlipKind::kLongitudinal, SlipKind::kCombined};
   for (const SlipKind kind : kKinds)

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace identify {
 namespace {
@@ -81,6 +80,27 @@ std::vector<TyreFault> scan_tyre(const vehicle::TyreCoefficients& tyre, const Ty
     }
   }
   return out;
+}
+
+double peak_slip(const vehicle::TyreCoefficients& tyre, vehicle::AlphaConvention alpha, double fz_n,
+                 bool lateral) {
+  constexpr int kPoints = 400;
+  constexpr double kMost = 0.6;
+  vehicle::TyreInput<double> in;
+  in.fz_n = fz_n;
+  in.vx_mps = tyre.nominal_speed_mps;
+  double most = 0.0, at = kMost;
+  for (int i = 1; i <= kPoints; ++i) {
+    const double slip = kMost * i / kPoints;
+    double force = 0.0;
+    for (const double way : {-slip, slip}) {
+      (lateral ? in.tan_alpha : in.kappa) = way;
+      const auto f = vehicle::tyre_forces(tyre, in, {}, {.alpha = alpha, .moments = false});
+      force += std::abs(lateral ? f.fy_n : f.fx_n);
+    }
+    if (force > most) most = force, at = slip;
+  }
+  return at;
 }
 
 }  // namespace identify

@@ -1,3 +1,4 @@
+// As channels, columns and keys are named after them.
 #pragma once
 
 #include <array>
@@ -6,7 +7,6 @@
 
 namespace identify {
 
-/// As channels and columns are named after them.
 inline constexpr std::array<const char*, vehicle::kWheels> kWheelNames{"fl", "fr", "rl", "rr"};
 inline constexpr std::array<const char*, 2> kAxleNames{"front", "rear"};
 
