@@ -43,6 +43,25 @@ TEST(ForeignCsv, TitlesBetweenThePartsAreNoRows) {
   EXPECT_NEAR(of(log, "Offset").rate_hz, 10.0, 1e-9);
 }
 
+TEST(ForeignCsv, AClockWithTooFewDigitsGivesWayToAFinerOne) {
+  std::string rows = "Timestamp (s),Time (s),Lap time (s),RPM\n", alone = "Timestamp (s),RPM\n";
+  for (int k = 0; k < 60; ++k) {
+    rows += std::to_string(k / 10) + "." + std::to_string(k / 10) + "," + std::to_string(0.01 * k) +
+            "," + std::to_string(0.01 * (k % 50)) + ",900\n";
+    alone += std::to_string(0.1 * (k / 10)) + ",900\n";
+  }
+  EXPECT_NEAR(of(read(rows), "RPM").rate_hz, 100.0, 1e-6);
+  EXPECT_NEAR(of(read(alone), "RPM").rate_hz, 10.0, 1e-6) << "it stays the clock";
+}
+
+TEST(ForeignCsv, TimesMarkedAsTextAreTimes) {
+  const Log log = read(
+      "LAP,REC TIME,RPM\nL000,'00:00:00.00,0\nL000,'00:00:00.10,900\nL000,'00:00:00.20,2500\n");
+  EXPECT_THAT(of(log, "REC TIME").values,
+              ElementsAre(0.0, testing::DoubleNear(0.1, 1e-9), testing::DoubleNear(0.2, 1e-9)));
+  EXPECT_NEAR(of(log, "RPM").rate_hz, 10.0, 1e-6);
+}
+
 TEST(ForeignCsv, NumbersOfChannelsBelowTheUnitsAreNoSamples) {
   const Log log = read(
       "\"Format\",\"MoTeC CSV File\"\n\n\"Time\",\"Ground Speed\",\"Throttle Pos\"\n"

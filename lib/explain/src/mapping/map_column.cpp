@@ -225,6 +225,11 @@ std::string doubt(const Table& table, std::size_t c, const Guess& guess, const s
     return fmt::format("'{}' is no unit of time that is known", unit);
   if (has_quantity(guess) && is_unit(unit) && !unit_scale(guess.quantity, unit))
     return fmt::format("{} is no unit of {}", unit, guess.channel);
+  if (guess.channel == "time_s")
+    for (std::size_t k = 0; k < table.names.size(); ++k)
+      if (recording::is_finer_clock(table.names[k], table.columns[k], values))
+        return fmt::format("half of its rows or more have the moment before; '{}' is finer",
+                           table.names[k]);
   if (guess.channel.empty()) return "its name says nothing known";
   // A unit that stands apart in the file; brackets in a name may say something else.
   if (has_quantity(guess) && guess.quantity != "time" && table.names[c].ends_with(']') &&

@@ -28,6 +28,11 @@ std::vector<ChannelLook> look_at_channels(const Log& log);
 /// The moments of a channel's samples, s, one for each; empty where the file has no clock.
 std::vector<double> moments_of(const Log& log, const Channel& channel);
 
+/// Whether a column that is called a clock tells rows apart of which another one, `coarse`, has
+/// half or more at the moment of the row before: its digits are too few.
+bool is_finer_clock(const std::string& name, const std::vector<double>& values,
+                    const std::vector<double>& coarse);
+
 /// Share of the samples that repeat the one before exactly; NaN is skipped. The longest run of them
 /// does not count: a column that stands still from some time on is broken, not sampled and held. 0
 /// where hardly anything else is left.

@@ -32,7 +32,7 @@ bool is_clock(const std::string& word) {
 
 /// "time_of_day", "utc (ms)", "INS_time_sec"; a date alone is none. The last are of single loggers.
 bool may_be_clock(const std::string& word) {
-  for (const char* name : {"seconds", "secondselapsed", "interval", "offset", "cts"})
+  for (const char* name : {"seconds", "secondselapsed", "interval", "offset", "cts", "rectime"})
     if (word == name) return true;
   return word.find("date") == std::string::npos &&
          (word.starts_with("time") || word.starts_with("zeit") || word.starts_with("utc") ||
@@ -59,15 +59,10 @@ const Channel* clock_of(const Log& log) {
   return nullptr;
 }
 
-bool is_time_that_runs(const std::string& name, const std::vector<double>& values) {
-  const std::string word = clock_word(name);
-  const bool is_called_time =
-      word.find("time") != std::string::npos || word.ends_with("zeit") || word.ends_with("tempo");
-  Channel column;
-  column.name = name;
-  // What stands in brackets is a unit, or says which time it is: "Dwell time [deg]".
-  const bool is_plain = name.find_first_of("[(", 1) == std::string::npos;
-  if (!(is_called_time && is_plain) && !stated_scale(column)) return false;
+namespace {
+
+/// Whether nine in ten of the samples are later than the one before.
+bool runs(const std::vector<double>& values) {
   std::size_t forward = 0, steps = 0;
   double last = std::numeric_limits<double>::quiet_NaN();
   for (const double t : values) {
@@ -79,8 +74,31 @@ bool is_time_that_runs(const std::string& name, const std::vector<double>& value
   return steps >= 2 && 10 * forward >= 9 * steps;
 }
 
+}  // namespace
+
+bool is_time_that_runs(const std::string& name, const std::vector<double>& values) {
+  const std::string word = clock_word(name);
+  const bool is_called_time =
+      word.find("time") != std::string::npos || word.ends_with("zeit") || word.ends_with("tempo");
+  Channel column;
+  column.name = name;
+  // What stands in brackets is a unit, or says which time it is: "Dwell time [deg]".
+  const bool is_plain = name.find_first_of("[(", 1) == std::string::npos;
+  return ((is_called_time && is_plain) || stated_scale(column)) && runs(values);
+}
+
+bool is_finer_clock(const std::string& name, const std::vector<double>& values,
+                    const std::vector<double>& coarse) {
+  const std::string word = clock_word(name);
+  return share_held(coarse) > 0.5 && (is_clock(word) || may_be_clock(word)) && runs(values);
+}
+
 const Channel* clock_by_values(const Log& log) {
-  if (const Channel* const called = clock_of(log)) return called;
+  if (const Channel* const called = clock_of(log)) {
+    for (const Channel& channel : log.channels)
+      if (is_finer_clock(channel.name, channel.values, called->values)) return &channel;
+    return called;
+  }
   for (const Channel& channel : log.channels)
     if (is_time_that_runs(
             channel.unit.empty() ? channel.name : channel.name + " [" + channel.unit + "]",
