@@ -17,12 +17,6 @@ using P = vehicle::Parameter;
 
 constexpr double kGrade = 0.002;  // a standard deviation as those of window_fit.h
 
-bool unbraked(const DriveWindow& w, const AeroFitOptions& options) {
-  for (const double pressure : w.brake_pa)
-    if (pressure > options.most_brake_pa) return false;  // NaN: not recorded
-  return true;
-}
-
 bool straight(const DriveWindow& w, const AeroFitOptions& options) {
   return std::abs(left_mps2(w)) < options.most_left_mps2;
 }
@@ -34,7 +28,7 @@ Windows coasting(const DriveWindows& drive, const AeroFitOptions& options) {
     const bool stated = std::any_of(
         options.engine_off_s.begin(), options.engine_off_s.end(),
         [&](const auto& s) { return w.time_s > s.first + 0.25 && w.time_s < s.second - 0.25; });
-    if ((stated || w.gear == 0.0) && straight(w, options) && unbraked(w, options))
+    if ((stated || w.gear == 0.0) && straight(w, options) && !braked(w, options.most_brake_pa))
       out.push_back(&w);
   }
   return out;
@@ -45,7 +39,7 @@ Windows pulling(const vehicle::Car<double>& car, const DriveWindows& drive,
                 const AeroFitOptions& options) {
   Windows out;
   const auto open = [&](const DriveWindow& w) {
-    return w.throttle > options.least_throttle && unbraked(w, options) &&
+    return w.throttle > options.least_throttle && !braked(w, options.most_brake_pa) &&
            gear_of(car, w).value_or(0) > 0 && std::isfinite(w.wheel_radps[2] + w.wheel_radps[3]);
   };
   for (std::size_t k = 1; k < drive.windows.size(); ++k) {

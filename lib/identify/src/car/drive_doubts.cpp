@@ -32,10 +32,8 @@ void doubt_radius(const vehicle::Car<double>& car, const DriveWindows& drive,
   rolling.files = &files;
   std::vector<double> shares;
   for (const DriveWindow& w : drive.windows) {
-    const bool braked = std::any_of(w.brake_pa.begin(), w.brake_pa.end(),
-                                    [](double pa) { return pa > kUnbraked_pa; });
     const double turns = 0.5 * (w.wheel_radps[0] + w.wheel_radps[1]);
-    if (braked || !straight(w) || !(turns > 0.0)) continue;
+    if (braked(w, kUnbraked_pa) || !straight(w) || !(turns > 0.0)) continue;
     const double radius = force_arm(rolling, w, 0, car.parameters[P::chassis_mass_kg]);
     shares.push_back(w.vx_mps / (turns * radius) - 1.0);
   }

@@ -97,14 +97,6 @@ struct Mean {
   void put() const { *of = rows == 0 ? kNaN : sum / static_cast<double>(rows); }
 };
 
-/// Loaded radius of a rolling tyre: it grows and stiffens with speed.
-double radius_under(const vehicle::TyreCoefficients& tyre, double load_n, double pressure_pa,
-                    double v_mps) {
-  const double r0 = tyre.unloaded_radius_m, speed = std::abs(v_mps) / tyre.nominal_speed_mps;
-  return r0 * (tyre.qre0 + tyre.qv1 * speed * speed) -
-         vehicle::static_deflection(tyre, load_n / (1.0 + tyre.qv2 * speed), pressure_pa);
-}
-
 /// How far each wheel's place on the body has come down from where it stands without fuel: travel
 /// and what the tyre's radius gives way. Without loads the springs' own say what the tyre carries.
 std::array<double, kWheels> sink_of(const vehicle::Car<double>& car, const DriveWindow& w,
@@ -126,8 +118,7 @@ std::array<double, kWheels> sink_of(const vehicle::Car<double>& car, const Drive
       travel = both / std::max(1e3, spring) + apart / std::max(1e3, spring + 2.0 * bar);
     }
     out[i] = travel + car.static_radius_m[a] -
-             radius_under(car.files->tyre[a], std::max(0.0, stands + more),
-                          p.axle(a, P::front_tyre_pressure_pa), w.vx_mps);
+             radii_under(car, a, std::max(0.0, stands + more), w.vx_mps).loaded_m;
   }
   return out;
 }

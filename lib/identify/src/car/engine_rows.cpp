@@ -99,8 +99,7 @@ class EngineCollector {
 
   bool braked(const DriveWindow& w) const {
     if (!std::isfinite(w.brake_pa[0])) return !(w.throttle > kBlindThrottle);
-    return std::any_of(w.brake_pa.begin(), w.brake_pa.end(),
-                       [&](double pa) { return pa > options_.most_brake_pa; });
+    return identify::braked(w, options_.most_brake_pa);
   }
 
   bool turns(const DriveWindow& w) const {

@@ -60,27 +60,26 @@ double rolling_torque(const vehicle::Car<double>& car, const DriveWindow& w, dou
   return car.terms[Term::rolling_resistance] * out;
 }
 
-double force_arm(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t axle,
-                 double mass_kg) {
+Radii radii_under(const vehicle::Car<double>& car, std::size_t axle, double load_n, double v_mps) {
   const vehicle::TyreCoefficients& tyre = car.files->tyre[axle];
-  const double load =
-      0.5 * (load_of(car, w, 2 * axle, mass_kg) + load_of(car, w, 2 * axle + 1, mass_kg));
-  const double r0 = tyre.unloaded_radius_m, speed = std::abs(w.vx_mps) / tyre.nominal_speed_mps;
-  const double pressure = car.parameters.axle(axle, P::front_tyre_pressure_pa);
+  const double r0 = tyre.unloaded_radius_m, speed = std::abs(v_mps) / tyre.nominal_speed_mps;
   const double free = r0 * (tyre.qre0 + tyre.qv1 * speed * speed);
   const double deflection =
-      vehicle::static_deflection(tyre, load / (1.0 + tyre.qv2 * speed), pressure);
-  const double loaded = free - deflection,
-               rolling = vehicle::rolling_radius(tyre, load, free, deflection);
-  switch (car.files->fx_arm) {
-    case vehicle::FxArm::kRollingRadius:
-      return rolling;
-    case vehicle::FxArm::kUnstated:
-      return 0.5 * (loaded + rolling);
-    case vehicle::FxArm::kLoadedRadius:
-      break;
-  }
-  return loaded;
+      vehicle::static_deflection(tyre, load_n / (1.0 + tyre.qv2 * speed),
+                                 car.parameters.axle(axle, P::front_tyre_pressure_pa));
+  return {free - deflection, vehicle::rolling_radius(tyre, load_n, free, deflection)};
+}
+
+double force_arm(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t axle,
+                 double mass_kg) {
+  const Radii radii = radii_under(
+      car, axle,
+      0.5 * (load_of(car, w, 2 * axle, mass_kg) + load_of(car, w, 2 * axle + 1, mass_kg)),
+      w.vx_mps);
+  const vehicle::FxArm arm = car.files->fx_arm;
+  return arm == vehicle::FxArm::kRollingRadius ? radii.rolling_m
+         : arm == vehicle::FxArm::kUnstated    ? 0.5 * (radii.loaded_m + radii.rolling_m)
+                                               : radii.loaded_m;
 }
 
 std::optional<int> gear_of(const vehicle::Car<double>& car, const DriveWindow& w) {

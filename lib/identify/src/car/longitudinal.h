@@ -27,6 +27,12 @@ double load_of(const vehicle::Car<double>& car, const DriveWindow& w, std::size_
 /// Torque of all wheels' rolling resistance, N m, positive.
 double rolling_torque(const vehicle::Car<double>& car, const DriveWindow& w, double mass_kg);
 
+/// Of a rolling tyre: it grows and stiffens with speed.
+struct Radii {
+  double loaded_m = 0.0, rolling_m = 0.0;
+};
+Radii radii_under(const vehicle::Car<double>& car, std::size_t axle, double load_n, double v_mps);
+
 /// Arm of the longitudinal force about a rolling wheel, m: as the vehicle file states it, else
 /// halfway between loaded and rolling radius.
 double force_arm(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t axle,

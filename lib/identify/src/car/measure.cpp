@@ -23,14 +23,18 @@
 namespace identify {
 namespace {
 
+MassFitOptions mass_options(const ReadDrive& drive) {
+  MassFitOptions out;
+  out.fuel_kg = drive.fuel_kg;
+  out.body_axes = drive.options.body_axes;
+  return out;
+}
+
 /// The fit of the loads; nothing where there are none, or where they do not tell. What makes it
 /// doubtful joins the doubts of the windows: all fits lean on the loads.
 std::optional<DriveFit> mass_where_seen(const ReadDrive& drive, DriveWindows& windows) {
   if (!windows.loads || !windows.accelerations) return std::nullopt;
-  MassFitOptions options;
-  options.fuel_kg = drive.fuel_kg;
-  options.body_axes = drive.options.body_axes;
-  auto fit = try_fit_mass(drive.car, drive.vehicle.prior, windows, options);
+  auto fit = try_fit_mass(drive.car, drive.vehicle.prior, windows, mass_options(drive));
   if (fit && fit->doubts.empty() && fit->at("mass_kg").unseen.empty()) return *std::move(fit);
   if (fit) windows.doubts.insert(windows.doubts.end(), fit->doubts.begin(), fit->doubts.end());
   return std::nullopt;  // the vehicle file's mass stands in, and is named
@@ -54,10 +58,7 @@ void join(DriveFit& fit, const DriveFit& more) {
 }
 
 void measure_mass(const ReadDrive& drive, Measured& out) {
-  MassFitOptions options;
-  options.fuel_kg = drive.fuel_kg;
-  options.body_axes = drive.options.body_axes;
-  out.fit = fit_mass(drive.car, drive.vehicle.prior, out.windows, options);
+  out.fit = fit_mass(drive.car, drive.vehicle.prior, out.windows, mass_options(drive));
   out.sheet = mass_sheet(drive.car, out.fit, drive.fuel_kg);
 }
 

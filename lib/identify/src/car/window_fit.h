@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -29,6 +30,11 @@ inline std::size_t blocks_of(const Windows& windows) {
 inline double left_mps2(const DriveWindow& w) {
   if (std::isfinite(w.left_mps2)) return w.left_mps2;
   return std::isfinite(w.yaw_rate_radps) ? w.yaw_rate_radps * w.vx_mps : 0.0;
+}
+
+/// Whether any brake was pressed harder; not where none was recorded.
+inline bool braked(const DriveWindow& w, double most_pa) {
+  return std::any_of(w.brake_pa.begin(), w.brake_pa.end(), [&](double pa) { return pa > most_pa; });
 }
 
 /// One standard deviation of a number of the vehicle file, a share.

@@ -241,22 +241,12 @@ void fit_relaxation(ReducedCar& car, const std::vector<std::vector<CarMoment>>& 
     };
     double low = 0.02, high = 1.5;  // golden section
     constexpr double kGolden = 0.6180339887498949;
-    double x1 = high - kGolden * (high - low), x2 = low + kGolden * (high - low);
-    double f1 = at(x1), f2 = at(x2);
     for (int i = 0; i < 14; ++i) {  // to a thousandth of the range
-      if (f1 < f2) {
+      const double x1 = high - kGolden * (high - low), x2 = low + kGolden * (high - low);
+      if (at(x1) < at(x2))
         high = x2;
-        x2 = x1;
-        f2 = f1;
-        x1 = high - kGolden * (high - low);
-        f1 = at(x1);
-      } else {
+      else
         low = x1;
-        x1 = x2;
-        f1 = f2;
-        x2 = low + kGolden * (high - low);
-        f2 = at(x2);
-      }
     }
     car.sigma_m[a] = 0.5 * (low + high);
     with.sigma_m[a] = car.sigma_m[a];

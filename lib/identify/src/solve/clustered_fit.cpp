@@ -13,12 +13,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Sums of squares and products of one equation, of each block and of all.
+/// Sums of squares and products of one equation, of each block and, the last, of all.
 struct Sums {
   std::vector<MatrixXd> normal;
   std::vector<VectorXd> right;
-  MatrixXd all;
-  VectorXd all_right, size;
 };
 
 MatrixXd scaled_columns(const Equation& e, VectorXd& size) {
@@ -37,18 +35,16 @@ Sums sums_of(const Equation& e, const MatrixXd& a, const std::vector<std::size_t
              std::size_t blocks) {
   const Index n = a.cols();
   Sums out;
-  out.normal.assign(blocks, MatrixXd::Zero(n, n));
-  out.right.assign(blocks, VectorXd::Zero(n));
+  out.normal.assign(blocks + 1, MatrixXd::Zero(n, n));
+  out.right.assign(blocks + 1, VectorXd::Zero(n));
   for (Index r = 0; r < a.rows(); ++r) {
     const auto row = static_cast<std::size_t>(r);
     out.normal[block[row]] += a.row(r).transpose() * a.row(r);
     out.right[block[row]] += e.wanted[row] * a.row(r).transpose();
   }
-  out.all = MatrixXd::Zero(n, n);
-  out.all_right = VectorXd::Zero(n);
   for (std::size_t b = 0; b < blocks; ++b) {
-    out.all += out.normal[b];
-    out.all_right += out.right[b];
+    out.normal[blocks] += out.normal[b];
+    out.right[blocks] += out.right[b];
   }
   return out;
 }
@@ -103,7 +99,7 @@ base::Answer<ClusteredFit> try_clustered_fit(const std::vector<Equation>& equati
     VectorXd scale;
     const MatrixXd a = scaled_columns(e, scale);
     const Sums sums = sums_of(e, a, place, out.blocks);
-    const auto solved = solve(sums.all, sums.all_right);
+    const auto solved = solve(sums.normal.back(), sums.right.back());
     if (!solved) return solved.refusal();
     const VectorXd& found = *solved;
     const auto wanted =
@@ -112,7 +108,8 @@ base::Answer<ClusteredFit> try_clustered_fit(const std::vector<Equation>& equati
         std::sqrt((wanted - a * found).squaredNorm() / static_cast<double>(e.wanted.size())));
     value.segment(first, a.cols()) = found.cwiseQuotient(scale);
     for (std::size_t b = 0; b < out.blocks; ++b) {
-      const auto left = solve(sums.all - sums.normal[b], sums.all_right - sums.right[b]);
+      const auto left =
+          solve(sums.normal.back() - sums.normal[b], sums.right.back() - sums.right[b]);
       if (!left) return left.refusal();
       without.col(static_cast<Index>(b)).segment(first, a.cols()) = left->cwiseQuotient(scale);
     }

@@ -91,23 +91,18 @@ LeastSquares least_squares(std::vector<Unknown>& unknowns, const Residuals& resi
 
 std::vector<double> linear_fit(const std::vector<std::vector<double>>& columns,
                                const std::vector<double>& wanted) {
-  const auto rows = static_cast<Eigen::Index>(wanted.size());
-  Eigen::MatrixXd a(rows, static_cast<Eigen::Index>(columns.size()));
-  Eigen::VectorXd size(static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t k = 0; k < columns.size(); ++k) {
-    const auto column = static_cast<Eigen::Index>(k);
-    a.col(column) = Eigen::Map<const Eigen::VectorXd>(columns[k].data(), rows);
-    size(column) = a.col(column).norm();
-    if (size(column) > 0.0) a.col(column) /= size(column);
-  }
-  const Eigen::VectorXd found = a.completeOrthogonalDecomposition().solve(
-      Eigen::Map<const Eigen::VectorXd>(wanted.data(), rows));
-  std::vector<double> out(columns.size(), 0.0);
-  for (std::size_t k = 0; k < columns.size(); ++k) {
-    const auto column = static_cast<Eigen::Index>(k);
-    if (size(column) > 0.0) out[k] = found(column) / size(column);
-  }
-  return out;
+  const auto rows = static_cast<Eigen::Index>(wanted.size()),
+             n = static_cast<Eigen::Index>(columns.size());
+  Eigen::MatrixXd a(rows, n);
+  for (Eigen::Index k = 0; k < n; ++k)
+    a.col(k) = Eigen::Map<const Eigen::VectorXd>(columns[static_cast<std::size_t>(k)].data(), rows);
+  // A column without effect stays 0 and gets weight 0.
+  const Eigen::VectorXd size = a.colwise().norm().transpose().cwiseMax(1e-300);
+  const Eigen::VectorXd found = (a * size.cwiseInverse().asDiagonal())
+                                    .completeOrthogonalDecomposition()
+                                    .solve(Eigen::Map<const Eigen::VectorXd>(wanted.data(), rows))
+                                    .cwiseQuotient(size);
+  return {found.begin(), found.end()};
 }
 
 }  // namespace identify
