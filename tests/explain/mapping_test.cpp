@@ -114,6 +114,8 @@ TEST(Mapping, KnowsChannelsOfTopicsByTheirLastParts) {
       {"log time [s]", "time_s"},
       {"/odom.pose.pose.position.x [m]", "x_m"},
       {"/odom.pose.pose.position.y [m]", "y_m"},
+      {"pose.position.z", "z_m"},
+      {"twist.linear.y", "vy_mps"},
       {"/odom.pose.pose.orientation.x", ""},
       {"/odom.pose.pose.orientation.yaw [rad]", "yaw_rad"},
       {"/odom.pose.covariance.0", ""},

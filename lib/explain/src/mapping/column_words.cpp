@@ -367,14 +367,14 @@ std::string unit_by_word(const std::string& word) {
   if (is_one_of({"kph", "kmh"})) return "km/h";
   if (word == "mph") return "mph";
   if (word.starts_with("linearacceleration")) return "m/s2";  // of ROS and Android
-  if (word == "seconds") return "s";
   if (is_one_of({"timestampms", "timems", "cts"})) return "ms";
-  return "";
+  return word == "seconds" ? "s" : "";
 }
 
 std::vector<std::string> words_of(const std::string& stem) {
-  // Fields of a topic: "/odom.pose.position.x", or as rostopic writes them "field.position.x".
-  const bool of_topic = stem.starts_with('/') || stem.starts_with("field.");
+  // Fields of a topic: "/odom.pose.position.x", "field.position.x", or of its messages alone.
+  const bool of_topic = stem.starts_with('/') || stem.starts_with("field.") ||
+                        stem.starts_with("pose.") || stem.starts_with("twist.");
   const std::size_t last = stem.rfind('.');
   if (!of_topic || last == std::string::npos) {
     std::vector<std::string> out{base::letters_and_digits_of(stem)};
