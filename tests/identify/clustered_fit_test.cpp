@@ -41,11 +41,11 @@ TEST(ClusteredFit, IntervalsHoldWhereErrorsComeInBlocks) {
   const int draws = 500;
   for (int k = 0; k < draws; ++k) {
     const Rows r = rows(1000u + static_cast<std::uint64_t>(k), 25);
-    const ClusteredFit fit = identify::clustered_fit({r.equation}, r.block);
+    const ClusteredFit fit = identify::clustered_fit({r.equation}, r.block).or_throw();
     EXPECT_EQ(fit.blocks, 25u);
     std::vector<std::size_t> alone(r.block.size());
     for (std::size_t i = 0; i < alone.size(); ++i) alone[i] = i;
-    const ClusteredFit rowwise = identify::clustered_fit({r.equation}, alone);
+    const ClusteredFit rowwise = identify::clustered_fit({r.equation}, alone).or_throw();
     EXPECT_NEAR(rowwise.value[1], fit.value[1], 1e-9);
     const double off = std::abs(fit.value[1] - 0.5);
     inside += off < identify::t90(23.0) * fit.sd(1) ? 1 : 0;
@@ -60,7 +60,7 @@ TEST(ClusteredFit, EquationsShareTheirBlocks) {
   const Rows r = rows(5, 30);
   Equation doubled = r.equation;
   for (double& w : doubled.wanted) w *= 2.0;
-  const ClusteredFit fit = identify::clustered_fit({r.equation, doubled}, r.block);
+  const ClusteredFit fit = identify::clustered_fit({r.equation, doubled}, r.block).or_throw();
   ASSERT_EQ(fit.value.size(), 4u);
   EXPECT_NEAR(fit.value[2], 2.0 * fit.value[0], 1e-9);
   // The second is twice the first, error and all: their difference to that is certain.
@@ -71,12 +71,12 @@ TEST(ClusteredFit, EquationsShareTheirBlocks) {
 TEST(ClusteredFit, RefusesWhatCannotBeTold) {
   Rows r = rows(5, 30);
   Rows few = rows(5, 3);
-  EXPECT_THROW(identify::clustered_fit({few.equation}, few.block), base::Error);
+  EXPECT_THROW(identify::clustered_fit({few.equation}, few.block).or_throw(), base::Error);
   r.equation.columns[1] = r.equation.columns[0];
-  EXPECT_THROW(identify::clustered_fit({r.equation}, r.block), base::Error);
+  EXPECT_THROW(identify::clustered_fit({r.equation}, r.block).or_throw(), base::Error);
   // Told apart by one block alone: not without it.
   for (std::size_t i = 0; i < 10; ++i) r.equation.columns[1][i] += 1.0 + static_cast<double>(i);
-  EXPECT_THROW(identify::clustered_fit({r.equation}, r.block), base::Error);
+  EXPECT_THROW(identify::clustered_fit({r.equation}, r.block).or_throw(), base::Error);
 }
 
 TEST(ClusteredFit, QuantilesAreThoseOfTheTables) {

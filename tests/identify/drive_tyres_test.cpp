@@ -243,7 +243,8 @@ bool find_mass(support::RecordedCar& c, std::array<double, vehicle::kParameterCo
   options.fuel_kg = 0.0;
   options.body_axes = false;
   const auto fit =
-      identify::fit_mass(car, prior, identify::drive_windows(car, nullptr, log, windows), options);
+      identify::fit_mass(car, prior, identify::drive_windows(car, nullptr, log, windows), options)
+          .or_throw();
   vehicle::Vehicle found;
   found.parameters = c.parameters;
   found.prior = prior;

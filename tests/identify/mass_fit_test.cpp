@@ -102,11 +102,11 @@ TEST(MassFit, AWrongWheelbaseIsSaidAndWidensWhatGoesWithIt) {
   const double height_m = truth_of(d, options.fuel_kg).at("cog_height_m");
   DriveWindows w = identify::drive_windows(car, &surface, d.recording);
   w.wheelbase_m = w.wheelbase_sd_m = NAN;  // as where no steering was recorded
-  EXPECT_THAT(identify::fit_mass(car, other.prior, w, options).remarks,
+  EXPECT_THAT(identify::fit_mass(car, other.prior, w, options).or_throw().remarks,
               testing::Contains(testing::HasSubstr("in proportion to the wheelbase of 3.45 m")));
   w.wheelbase_m = d.truth[P::chassis_wheelbase_m];
   w.wheelbase_sd_m = 0.02;
-  const DriveFit fit = identify::fit_mass(car, other.prior, w, options);
+  const DriveFit fit = identify::fit_mass(car, other.prior, w, options).or_throw();
   EXPECT_THAT(fit.remarks, testing::Contains(testing::HasSubstr("say a wheelbase of 3.00 m")));
   EXPECT_NE(fit.at("cog_behind_front_m").unseen, "");
   EXPECT_LT(std::abs(fit.at("cog_height_m").value - height_m), fit.at("cog_height_m").within);
@@ -128,7 +128,7 @@ TEST(MassFit, TheTruthLiesInItsIntervals) {
     for (const bool with_road : {true, false}) {
       const DriveWindows w =
           identify::drive_windows(stated, with_road ? &surface : nullptr, d.recording);
-      const DriveFit fit = identify::fit_mass(stated, d.stated.prior, w, options);
+      const DriveFit fit = identify::fit_mass(stated, d.stated.prior, w, options).or_throw();
       EXPECT_TRUE(fit.doubts.empty());
       for (const auto& [name, is] : truth_of(d, options.fuel_kg)) {
         EXPECT_EQ(fit.at(name).unseen, "") << name;
@@ -196,7 +196,7 @@ TEST(MassFit, LoadsOfAnotherSimulator) {
     identify::MassFitOptions options;
     options.fuel_kg = 0.0;
     options.body_axes = false;
-    const DriveFit fit = identify::fit_mass(o.car, o.prior, o.windows, options);
+    const DriveFit fit = identify::fit_mass(o.car, o.prior, o.windows, options).or_throw();
     EXPECT_TRUE(fit.doubts.empty());
     const auto& factors = trial.at("parameter_factors");
     const double rate = id == "t18" ? -0.016 : 0.0, half_s = 0.5 * o.windows.end_s;
@@ -237,10 +237,12 @@ TEST(MassFit, LoadsOfASimplerSimulatorAreInTheIntervals) {
     const auto car = make_car(stated.files, stated.parameters, stated.terms);
     identify::MassFitOptions options;
     options.fuel_kg = 0.0;
-    const DriveFit fit = identify::fit_mass(
-        car, support::default_priors(),
-        identify::drive_windows(car, nullptr, support::recorded_log(folder + "/" + id + ".csv.xz")),
-        options);
+    const DriveFit fit =
+        identify::fit_mass(car, support::default_priors(),
+                           identify::drive_windows(
+                               car, nullptr, support::recorded_log(folder + "/" + id + ".csv.xz")),
+                           options)
+            .or_throw();
     const Found &place = fit.at("cog_behind_front_m"), &height = fit.at("cog_height_m");
     EXPECT_LT(std::abs(place.value - 1.6 * factors.at("cog").get<double>()), place.within);
     EXPECT_LT(std::abs(height.value - 0.28), height.within);
@@ -264,7 +266,7 @@ class MassFitOneDrive : public testing::Test {
     return identify::drive_windows(car_, nullptr, recording::make_recording(log, "log"));
   }
   DriveFit fit(const DriveWindows& w) const {
-    return identify::fit_mass(car_, driven_->stated.prior, w);
+    return identify::fit_mass(car_, driven_->stated.prior, w).or_throw();
   }
   static inline crg::Surface* surface_ = nullptr;
   static inline Driven* driven_ = nullptr;

@@ -32,12 +32,8 @@ struct ClusteredFit {
 /// with less than two blocks more than there are columns in an equation, or where the
 /// columns cannot be told apart (condition of the scaled columns above 1e6) with any block left
 /// out.
-base::Answer<ClusteredFit> try_clustered_fit(const std::vector<Equation>& equations,
-                                             const std::vector<std::size_t>& block);
-
-/// The same for those who have nothing else to give: throws the refusal as base::Error.
-ClusteredFit clustered_fit(const std::vector<Equation>& equations,
-                           const std::vector<std::size_t>& block);
+base::Answer<ClusteredFit> clustered_fit(const std::vector<Equation>& equations,
+                                         const std::vector<std::size_t>& block);
 
 /// How many standard deviations make a 90 % interval with `freedom` degrees of it: the quantile of
 /// Student's t at 95 % by its expansion (M. Abramowitz, I. A. Stegun, Handbook of Mathematical

@@ -24,12 +24,8 @@ struct MassFitOptions {
 /// of the drive), mass_rate_kgps, cog_behind_front_m, cog_height_m (with fuel, standing),
 /// front_lift_area_m2, rear_lift_area_m2. A refusal where there are no loads, no accelerations, or
 /// too few windows.
-base::Answer<DriveFit> try_fit_mass(const vehicle::Car<double>& car, const Prior& prior,
-                                    const DriveWindows& drive, const MassFitOptions& options = {});
-
-/// The same for those who ask for the mass: throws the refusal as base::Error.
-DriveFit fit_mass(const vehicle::Car<double>& car, const Prior& prior, const DriveWindows& drive,
-                  const MassFitOptions& options = {});
+base::Answer<DriveFit> fit_mass(const vehicle::Car<double>& car, const Prior& prior,
+                                const DriveWindows& drive, const MassFitOptions& options = {});
 
 /// What `fit` says as lines of a setup sheet, without the fuel; a remark for what was not found.
 std::string mass_sheet(const vehicle::Car<double>& car, const DriveFit& fit, double fuel_kg);

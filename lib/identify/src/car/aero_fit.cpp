@@ -75,7 +75,7 @@ ClusteredFit solve_drag(const Along& a, const vehicle::Car<double>& car, const W
                        granted.rolling * f.rolling_n);
     block.push_back(w->block);
   }
-  return clustered_fit({e}, block);
+  return clustered_fit({e}, block).or_throw();
 }
 
 double speed_spread(const Windows& windows) {

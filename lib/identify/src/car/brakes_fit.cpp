@@ -32,7 +32,7 @@ base::Answer<ClusteredFit> solve_brakes(const Along& a, const vehicle::Car<doubl
     e.wanted.push_back(braking_force(car, *w, a.by_speed, granted));
     block.push_back(w->block);
   }
-  return try_clustered_fit({e}, block);
+  return clustered_fit({e}, block);
 }
 
 /// The drag found beside one factor of the brakes, over the vehicle file's: pressures and speeds
@@ -52,7 +52,7 @@ base::Answer<ClusteredFit> solve_drag_too(const Along& a, const Windows& windows
     e.wanted.push_back(left);
     block.push_back(w->block);
   }
-  return try_clustered_fit({e}, block);
+  return clustered_fit({e}, block);
 }
 
 void doubt_drag(const Along& a, const Windows& windows, DriveFit& out) {

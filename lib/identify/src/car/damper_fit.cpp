@@ -185,7 +185,7 @@ void find_dampers(const vehicle::Car<double>& car, const Collected& axle, std::s
     why = fmt::format("travels' rates vary by {:.0f} mm/s, wanted 20", 1e3 * spread);
   ClusteredFit fit;
   if (why.empty()) {
-    auto fitted = try_clustered_fit({axle.equation}, axle.block);
+    auto fitted = clustered_fit({axle.equation}, axle.block);
     if (fitted)
       fit = *std::move(fitted);
     else

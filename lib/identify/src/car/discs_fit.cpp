@@ -189,7 +189,7 @@ base::Answer<ClusteredFit> around(const Model& model, const std::vector<Unknown>
   }
   for (double& v : left) v = -v;
   e.wanted = left;
-  return try_clustered_fit({e}, block);
+  return clustered_fit({e}, block);
 }
 
 void find_discs(const vehicle::Car<double>& car, double heat_sd, const Model& model,

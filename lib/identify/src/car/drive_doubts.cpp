@@ -102,7 +102,7 @@ DriveWindows with_wheelbase(DriveWindows drive, const recording::Recording& reco
     block.push_back(w.block);
   }
   if (static_cast<double>(block.size()) < kLeastWindows) return drive;
-  if (const auto fit = try_clustered_fit({e}, block)) {
+  if (const auto fit = clustered_fit({e}, block)) {
     drive.wheelbase_m = fit->value[0];
     drive.wheelbase_sd_m = fit->sd(0);
   }

@@ -70,7 +70,7 @@ base::Answer<Loads> solve_loads(const vehicle::Car<double>& car, const DriveWind
         both[a].wanted.push_back(w.load_n[2 * a] + w.load_n[2 * a + 1] + (a == 0 ? known : -known));
       }
     }
-    auto fit = try_clustered_fit(both, block);
+    auto fit = clustered_fit(both, block);
     if (!fit) return fit.refusal();
     out.fit = *std::move(fit);
     out.mass_kg = out.axle(0, 0) + out.axle(1, 0);
@@ -305,8 +305,8 @@ void doubt_results(const Loads& l, const DriveWindows& drive, double length_m, d
 
 }  // namespace
 
-base::Answer<DriveFit> try_fit_mass(const vehicle::Car<double>& car, const Prior& prior,
-                                    const DriveWindows& drive, const MassFitOptions& options) {
+base::Answer<DriveFit> fit_mass(const vehicle::Car<double>& car, const Prior& prior,
+                                const DriveWindows& drive, const MassFitOptions& options) {
   if (auto refused = cannot_tell(drive)) return *std::move(refused);
   const double length = car.parameters[P::chassis_wheelbase_m];
   const bool with_rate = drive.end_s - drive.begin_s > options.least_rate_s;
@@ -338,11 +338,6 @@ base::Answer<DriveFit> try_fit_mass(const vehicle::Car<double>& car, const Prior
   doubt(l, drive, out);
   doubt_results(l, drive, length, 3.0 * prior[static_cast<std::size_t>(P::chassis_mass_kg)], out);
   return out;
-}
-
-DriveFit fit_mass(const vehicle::Car<double>& car, const Prior& prior, const DriveWindows& drive,
-                  const MassFitOptions& options) {
-  return try_fit_mass(car, prior, drive, options).or_throw();
 }
 
 std::string mass_sheet(const vehicle::Car<double>& car, const DriveFit& fit, double fuel_kg) {

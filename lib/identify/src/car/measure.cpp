@@ -34,7 +34,7 @@ MassFitOptions mass_options(const ReadDrive& drive) {
 /// doubtful joins the doubts of the windows: all fits lean on the loads.
 std::optional<DriveFit> mass_where_seen(const ReadDrive& drive, DriveWindows& windows) {
   if (!windows.loads || !windows.accelerations) return std::nullopt;
-  auto fit = try_fit_mass(drive.car, drive.vehicle.prior, windows, mass_options(drive));
+  auto fit = fit_mass(drive.car, drive.vehicle.prior, windows, mass_options(drive));
   if (fit && fit->doubts.empty() && fit->at("mass_kg").unseen.empty()) return *std::move(fit);
   if (fit) windows.doubts.insert(windows.doubts.end(), fit->doubts.begin(), fit->doubts.end());
   return std::nullopt;  // the vehicle file's mass stands in, and is named
@@ -58,7 +58,7 @@ void join(DriveFit& fit, const DriveFit& more) {
 }
 
 void measure_mass(const ReadDrive& drive, Measured& out) {
-  out.fit = fit_mass(drive.car, drive.vehicle.prior, out.windows, mass_options(drive));
+  out.fit = fit_mass(drive.car, drive.vehicle.prior, out.windows, mass_options(drive)).or_throw();
   out.sheet = mass_sheet(drive.car, out.fit, drive.fuel_kg);
 }
 

@@ -96,7 +96,7 @@ ClusteredFit solve_springs(const vehicle::Car<double>& car, const Windows& windo
     all.push_back(std::move(heave));
     all.push_back(std::move(roll));
   }
-  return clustered_fit(all, block);
+  return clustered_fit(all, block).or_throw();
 }
 
 /// Place of an axle's spring rate and of its rate in roll among the weights.

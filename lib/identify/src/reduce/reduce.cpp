@@ -148,13 +148,8 @@ const CarMoment* best_trim(const std::vector<CarMoment>& moments, const RigRun& 
   return best;
 }
 
-struct BorderPlan {
-  RigRun run;
-  double an_mps2 = 0.0;
-};
-
-std::vector<BorderPlan> border_runs(const vehicle::Car<double>& car, const ReduceOptions& options,
-                                    double most_mps, double friction, Reduction& reduction) {
+std::vector<RigRun> border_runs(const vehicle::Car<double>& car, const ReduceOptions& options,
+                                double most_mps, double friction, Reduction& reduction) {
   const std::vector<double> speeds = speeds_of(options, most_mps);
   const std::size_t places = speeds.size() * options.gravities.size();
   std::vector<Straight> straight(places);
@@ -163,7 +158,7 @@ std::vector<BorderPlan> border_runs(const vehicle::Car<double>& car, const Reduc
       straight[k] = straight_on(car, options, speeds[k / options.gravities.size()],
                                 options.gravities[k % options.gravities.size()], friction);
   });
-  std::vector<BorderPlan> out;
+  std::vector<RigRun> out;
   for (std::size_t k = 0; k < places; ++k) {
     const double speed = speeds[k / options.gravities.size()],
                  gravity = options.gravities[k % options.gravities.size()];
@@ -183,11 +178,11 @@ std::vector<BorderPlan> border_runs(const vehicle::Car<double>& car, const Reduc
                               car.parameters[P::chassis_wheelbase_m]);
       run.throttle = run.braking = 0.0;
       run.neutral = true;
-      out.push_back({run, an});
+      out.push_back(run);
       run.neutral = false;
       for (const double share : {0.4, 0.7, 0.95}) {
         run.throttle = share * straight[k].throttle;
-        out.push_back({run, an});
+        out.push_back(run);
       }
       run.throttle = 0.0;
       run.neutral = true;
@@ -199,38 +194,29 @@ std::vector<BorderPlan> border_runs(const vehicle::Car<double>& car, const Reduc
                                       car.parameters[P::rear_lift_area_m2]) /
                                      (car.parameters[P::chassis_mass_kg] + options.fuel_kg);
         run.braking *= an / load;
-        out.push_back({run, an});
+        out.push_back(run);
       }
     }
   }
   return out;
 }
 
-PlanarState at_border(const GripPoint& p) {
-  PlanarState in;
-  in.vx_mps = p.vx_mps;
-  in.ax_mps2 = p.ax_mps2;
-  in.an_mps2 = p.an_mps2;
-  in.fx_n = p.fx_n;
-  in.drive_nm = p.drive_nm;
-  return in;
-}
-
-void find_border(const ReduceOptions& options, const std::vector<BorderPlan>& plans,
+void find_border(const ReduceOptions& options, const std::vector<RigRun>& plans,
                  const std::vector<std::vector<CarMoment>>& driven, Reduction& out) {
   // Both ways of the same throttle or braking: the better one is the border.
   const std::size_t half = 8;  // runs of one way at one place
   for (std::size_t place = 0; place * 2 * half < plans.size(); ++place)
     for (std::size_t level = 0; level < half; ++level) {
       const std::size_t one = place * 2 * half + level;
-      const CarMoment* best = best_trim(driven[one], plans[one].run);
-      const CarMoment* other = best_trim(driven[one + half], plans[one + half].run);
+      const CarMoment* best = best_trim(driven[one], plans[one]);
+      const CarMoment* other = best_trim(driven[one + half], plans[one + half]);
       if (best == nullptr || (other != nullptr && other->ay_mps2 > best->ay_mps2)) best = other;
-      if (best == nullptr || best->ay_mps2 < 0.1 * plans[one].an_mps2) continue;
+      const double an_mps2 = plans[one].gravity * out.car.gravity_mps2;
+      if (best == nullptr || best->ay_mps2 < 0.1 * an_mps2) continue;
       const PlanarState s = planar_state(*best);
       GripPoint p;
-      p.vx_mps = plans[one].run.speed_mps;
-      p.an_mps2 = plans[one].an_mps2;
+      p.vx_mps = plans[one].speed_mps;
+      p.an_mps2 = an_mps2;
       p.ax_mps2 = s.ax_mps2;
       p.full_mps2 = best->ay_mps2;
       p.fx_n = s.fx_n;
@@ -245,8 +231,13 @@ void find_border(const ReduceOptions& options, const std::vector<BorderPlan>& pl
   base::parallel_for(out.border.size(), 1, options.threads,
                      [&](std::size_t begin, std::size_t end) {
                        for (std::size_t k = begin; k < end; ++k) {
-                         const PlanarState in = at_border(out.border[k]);
                          GripPoint& p = out.border[k];
+                         PlanarState in;
+                         in.vx_mps = p.vx_mps;
+                         in.ax_mps2 = p.ax_mps2;
+                         in.an_mps2 = p.an_mps2;
+                         in.fx_n = p.fx_n;
+                         in.drive_nm = p.drive_nm;
                          const double most_rad = kBorderSlip * options.most_slip_rad;
                          p.single_mps2 = steady_limit(out.car, in, false, most_rad);
                          p.double_mps2 = steady_limit(out.car, in, true, most_rad);
@@ -337,13 +328,11 @@ Reduction reduce_car(const vehicle::Car<double>& car, const ReduceOptions& optio
   std::vector<CarMoment> moments;
   for (const auto& run : drive_all(car, runs, options, "full car on the rig", 0.0, 0.4))
     moments.insert(moments.end(), run.begin(), run.end());
-  const std::vector<BorderPlan> plans = border_runs(car, options, most_mps, friction, out);
-  std::vector<RigRun> trim_runs;
-  for (const BorderPlan& plan : plans) trim_runs.push_back(plan.run);
-  const auto trims = drive_all(car, trim_runs, options, "border of the full car", 0.4, 0.7);
+  const std::vector<RigRun> plans = border_runs(car, options, most_mps, friction, out);
+  const auto trims = drive_all(car, plans, options, "border of the full car", 0.4, 0.7);
   std::vector<CarMoment> trimmed;
   for (const auto& run : trims) trimmed.insert(trimmed.end(), run.begin(), run.end());
-  out.runs = runs.size() + trim_runs.size();
+  out.runs = runs.size() + plans.size();
   out.moments = moments.size() + trimmed.size();
   if (moments.size() < 5 * runs.size())
     throw base::Error(fmt::format(

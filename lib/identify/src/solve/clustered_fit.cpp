@@ -72,8 +72,8 @@ double ClusteredFit::sd_of(const std::vector<double>& slope) const {
   return std::sqrt(std::max(0.0, sum));
 }
 
-base::Answer<ClusteredFit> try_clustered_fit(const std::vector<Equation>& equations,
-                                             const std::vector<std::size_t>& block) {
+base::Answer<ClusteredFit> clustered_fit(const std::vector<Equation>& equations,
+                                         const std::vector<std::size_t>& block) {
   std::vector<std::size_t> names = block;  // blocks without a row do not count
   std::sort(names.begin(), names.end());
   names.erase(std::unique(names.begin(), names.end()), names.end());
@@ -121,11 +121,6 @@ base::Answer<ClusteredFit> try_clustered_fit(const std::vector<Equation>& equati
   out.value.assign(value.data(), value.data() + size);
   out.covariance.assign(covariance.data(), covariance.data() + size * size);
   return out;
-}
-
-ClusteredFit clustered_fit(const std::vector<Equation>& equations,
-                           const std::vector<std::size_t>& block) {
-  return try_clustered_fit(equations, block).or_throw();
 }
 
 double t90(double freedom) {
