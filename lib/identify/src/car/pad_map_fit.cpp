@@ -8,6 +8,7 @@
 #include "brakes_rows.h"
 #include "identify/wheel_names.h"
 #include "map_places.h"
+#include "vehicle/laws/brake_pads.h"
 
 namespace identify {
 namespace {
@@ -53,8 +54,10 @@ MapEquations equations(const vehicle::Car<double>& car, const Windows& windows,
       const std::size_t a = vehicle::axle_of(i);
       const double pressure = std::max(0.0, w.brake_pa[i]);
       const double per_friction =
-          share[a] * 2.0 * pressure * car.parameters.axle(a, P::front_brake_area_m2) *
-          car.parameters.axle(a, P::front_brake_radius_m) / force_arm(car, w, a, granted.mass_kg);
+          share[a] *
+          vehicle::laws::brake_torque(1.0, pressure, car.parameters.axle(a, P::front_brake_area_m2),
+                                      car.parameters.axle(a, P::front_brake_radius_m)) /
+          force_arm(car, w, a, granted.mass_kg);
       for (const auto& [place, weight] : map_weights(stated.x, stated.y, pressure, w.disc_k[i]))
         out.rows(r, static_cast<Index>(place)) += per_friction * weight;
       const double force = per_friction * vehicle::evaluate(stated, pressure, w.disc_k[i]);

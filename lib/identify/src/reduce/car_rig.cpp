@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "vehicle/driver.h"
+#include "vehicle/laws/brake_pads.h"
 #include "vehicle/laws/engine.h"
 
 namespace identify {
@@ -40,9 +41,10 @@ void press_brakes(const Car<double>& car, const RigRun& run, double braking,
     const std::size_t a = vehicle::axle_of(i);
     const double torque =
         braking * run.brake_axle[a] * detail.wheel[i].fz_n * car.static_radius_m[a];
-    in.brake_pa[i] = torque / (2.0 * car.parameters.axle(a, P::front_brake_friction) *
-                               car.parameters.axle(a, P::front_brake_area_m2) *
-                               car.parameters.axle(a, P::front_brake_radius_m));
+    in.brake_pa[i] =
+        torque / vehicle::laws::brake_torque(car.parameters.axle(a, P::front_brake_friction), 1.0,
+                                             car.parameters.axle(a, P::front_brake_area_m2),
+                                             car.parameters.axle(a, P::front_brake_radius_m));
   }
 }
 
