@@ -204,15 +204,15 @@ EngineEquations engine_equations(const vehicle::Car<double>& car, const EngineWi
     for (const EngineRow& row : e.rows) {
       const double stated = vehicle::evaluate(torque_nm, row.engine_radps, row.throttle);
       const Gearing g = gearing(car, w, e.gear, granted.mass_kg, stated > turned_nm);
-      const double count = 1.0 / static_cast<double>(e.rows.size());
+      const double part = 1.0 / static_cast<double>(e.rows.size());
       const double boosted = vehicle::laws::boosted_torque(stated, share, row.throttle - row.boost);
       const double left = stated == 0.0 ? 1.0 : boosted / stated;
       for (const auto& [place, weight] :
            map_weights(torque_nm.x, torque_nm.y, row.engine_radps, row.throttle))
-        out.rows(r, static_cast<Index>(place)) += count * g.per_torque_1pm * left * weight;
-      out.rows(r, places + e.gear - 1) += count * g.per_torque_1pm * boosted;
-      given += count * g.per_torque_1pm * (boosted - turned_nm);
-      out.inertia_n(r) += count * g.per_torque_1pm * turned_nm;
+        out.rows(r, static_cast<Index>(place)) += part * g.per_torque_1pm * left * weight;
+      out.rows(r, places + e.gear - 1) += part * g.per_torque_1pm * boosted;
+      given += part * g.per_torque_1pm * (boosted - turned_nm);
+      out.inertia_n(r) += part * g.per_torque_1pm * turned_nm;
     }
     out.drag_n(r) = p[P::aero_drag_area_m2] * f.drag_m2_n;
     out.wanted(r) = f.inertia_n + wheels_n + granted.mass_kg * granted.offset_mps2 +

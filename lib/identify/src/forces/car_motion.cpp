@@ -167,8 +167,8 @@ bool CarMotion::move(CarPoint& point, double dt_s, const Driven& driven,
   by.setZero();
   for (std::size_t i = 0; i < kChangingPlaces; ++i)
     by.row(static_cast<Eigen::Index>(i)).head<kMovingPlaces>() = x.at(i).v.transpose();
-  constexpr auto kParts = static_cast<Eigen::Index>(kChangingPlaces - kPlaceParts);
-  by.block<kParts, kParts>(kPlaceParts, kPlaceRest)
+  constexpr auto kCount = static_cast<Eigen::Index>(kChangingPlaces - kPlaceParts);
+  by.block<kCount, kCount>(kPlaceParts, kPlaceRest)
       .diagonal()
       .setConstant(1.0 - kept_of_parts(dt_s));
 
