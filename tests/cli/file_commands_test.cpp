@@ -85,8 +85,7 @@ TEST(FileCommands, LanesAreAsWideAsTheSummaryBesideTheRoadSays) {
     const std::string text = read(folder / "road.xodr"), mark = "<width sOffset=\"0\" a=\"";
     return std::stod(text.substr(text.find(mark) + mark.size()));
   };
-  EXPECT_NEAR(lane_begins("{" + of_this + "," + edges + "}"), 1.0, 0.02)
-      << "the last column inside";
+  EXPECT_NEAR(lane_begins("{" + of_this + "," + edges + "}"), 1.2, 0.02) << "between columns";
   for (const std::string& other :
        {std::string("["), std::string("3"), "{" + edges + "}", "{" + of_this + "}",
         R"({"outputs": 3, )" + edges + "}", R"({"outputs": [4, {"sha256": 5}], )" + edges + "}",

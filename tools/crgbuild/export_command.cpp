@@ -81,9 +81,13 @@ road::RoadEdges edges_beside(const std::string& crg, std::size_t rows) {
       }))
     return {};
   road::RoadEdges edges;
+  const auto between = [&](const std::vector<double>& of, std::size_t row) {
+    const std::size_t a = std::min(row / every, of.size() - 1), b = std::min(a + 1, of.size() - 1);
+    return std::lerp(of[a], of[b], static_cast<double>(row % every) / static_cast<double>(every));
+  };
   for (std::size_t i = 0; i < rows; ++i) {
-    edges.right_m.push_back(right_m[std::min(i / every, right_m.size() - 1)]);
-    edges.left_m.push_back(left_m[std::min(i / every, left_m.size() - 1)]);
+    edges.right_m.push_back(between(right_m, i));
+    edges.left_m.push_back(between(left_m, i));
   }
   return edges;
 }

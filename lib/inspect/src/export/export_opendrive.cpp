@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <pugixml.hpp>
 #include <sstream>
 
@@ -18,7 +19,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kPlan_m = 5e-4, kElevation_m = 2e-3, kSuperelevation_rad = 1e-4, kWidth_m = 0.01;
+// Together less than 2 mm at the edges of the lanes.
+constexpr double kWithin_m = 5e-4;
 constexpr double kLongest_m = 100.0;  // piece, of whatever
 
 /// Nodes at which pieces begin, and the last node: each piece as long as `fits` lets it be.
@@ -40,7 +42,10 @@ std::vector<std::size_t> pieces(std::size_t nodes, std::size_t most,
 struct Cubic {
   double a = 0.0, b = 0.0, c = 0.0, d = 0.0;
   double operator()(double s) const { return a + s * (b + s * (c + s * d)); }
+  double slope(double s) const { return b + s * (2.0 * c + s * 3.0 * d); }
 };
+
+Cubic straight(double from, double to, double length) { return {from, (to - from) / length}; }
 
 /// From value and slope at both ends.
 Cubic hermite(double from, double slope_from, double to, double slope_to, double length) {
@@ -63,8 +68,9 @@ Profile fit_profile(const std::vector<double>& value, double step_m, double with
     return (value[b] - value[a]) / (static_cast<double>(b - a) * step_m);
   };
   const auto cubic = [&](std::size_t begin, std::size_t end) {
-    return hermite(value[begin], slope(begin), value[end], slope(end),
-                   static_cast<double>(end - begin) * step_m);
+    const double length_m = static_cast<double>(end - begin) * step_m;
+    return end == begin + 1 ? straight(value[begin], value[end], length_m)
+                            : hermite(value[begin], slope(begin), value[end], slope(end), length_m);
   };
   const auto off = [&](std::size_t begin, std::size_t end) {
     const Cubic c = cubic(begin, end);
@@ -102,8 +108,9 @@ PlanPiece plan_piece(const crg::ReferenceLine& line, const std::vector<double>& 
   return piece;
 }
 
+/// Whether the nodes lie on the piece, and what is `reach_m` beside them where it turns them to.
 bool plan_fits(const crg::ReferenceLine& line, const std::vector<double>& heading_rad,
-               std::size_t begin, std::size_t end) {
+               const std::vector<double>& reach_m, std::size_t begin, std::size_t end) {
   const PlanPiece piece = plan_piece(line, heading_rad, begin, end);
   const double c = std::cos(piece.heading_rad), s = std::sin(piece.heading_rad);
   for (std::size_t i = begin + 1; i < end; ++i) {
@@ -111,61 +118,74 @@ bool plan_fits(const crg::ReferenceLine& line, const std::vector<double>& headin
     const double along = piece.along(p), left = piece.left(p);
     const double x = line.x_m[begin] + c * along - s * left;
     const double y = line.y_m[begin] + s * along + c * left;
-    if (std::hypot(x - line.x_m[i], y - line.y_m[i]) > kPlan_m) return false;
+    if (std::hypot(x - line.x_m[i], y - line.y_m[i]) > kWithin_m) return false;
+    const double turn_rad = std::atan2(piece.left.slope(p), piece.along.slope(p));
+    const double off_rad = turn_rad - (heading_rad[i] - piece.heading_rad);
+    if (std::abs(off_rad) * reach_m[i] > kWithin_m) return false;
   }
   return true;
 }
 
-/// At the nodes: between those of the two segments that meet there.
+/// At the nodes: across the mitres, so that t points where v does. Goes on beyond half a turn.
 std::vector<double> node_headings(const crg::ReferenceLine& line) {
-  const std::size_t n = line.size();
-  std::vector<double> heading_rad(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t a = i == 0 ? 0 : i - 1, b = std::min(i + 1, n - 1);
-    heading_rad[i] = std::atan2(line.y_m[b] - line.y_m[a], line.x_m[b] - line.x_m[a]);
-    if (i > 0)
-      heading_rad[i] = heading_rad[i - 1] +
-                       std::remainder(heading_rad[i] - heading_rad[i - 1], 2.0 * std::acos(-1.0));
+  std::vector<double> heading_rad;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const crg::Point2 left = crg::node_position(line, i, 1.0);
+    const double now_rad = std::atan2(line.x_m[i] - left.x_m, left.y_m - line.y_m[i]);
+    const double before_rad = heading_rad.empty() ? now_rad : heading_rad.back();
+    heading_rad.push_back(before_rad +
+                          std::remainder(now_rad - before_rad, 2.0 * std::numbers::pi));
   }
   return heading_rad;
 }
 
-/// The straight line through the heights of each row, from hole to hole about the reference line.
+/// What a row becomes: the straight line through both edges of the road, and the lanes to them in
+/// the plane that leans as it does.
 struct CrossSections {
-  std::vector<double> height_m, lean_rad;
+  std::vector<double> height_m, lean_rad, left_m, right_m, reach_m;
   double rms_m = 0.0, worst_m = 0.0;  ///< of the surface about them
 };
+
+/// Between the columns; a column without height next to an edge is not asked.
+double height_at(const HeightMap& map, std::size_t row, double v_m) {
+  const auto after = std::upper_bound(map.v_m.begin(), map.v_m.end(), v_m);
+  const auto j = static_cast<std::size_t>(
+      std::clamp<std::ptrdiff_t>(after - map.v_m.begin(), 1, map.v_m.end() - map.v_m.begin() - 1));
+  const double share = (v_m - map.v_m[j - 1]) / (map.v_m[j] - map.v_m[j - 1]);
+  if (share <= 0.0) return map.z_base_m + map.at(row, j - 1);
+  if (share >= 1.0) return map.z_base_m + map.at(row, j);
+  return map.z_base_m + (1.0 - share) * map.at(row, j - 1) + share * map.at(row, j);
+}
 
 CrossSections cross_sections(const HeightMap& map, const std::vector<TrackWidth>& widths) {
   CrossSections out;
   double square = 0.0, count = 0.0;
   for (std::size_t row = 0; row < map.rows(); ++row) {
-    const TrackWidth& width = widths[std::min(row, widths.size() - 1)];
-    double n = 0, sv = 0, sz = 0, svv = 0, svz = 0;
-    const auto each = [&](const auto& run) {
-      for (std::size_t j = 0; j < map.columns(); ++j) {
-        const double v_m = map.v_m[j], z_m = map.z_base_m + map.at(row, j);
-        if (v_m < -width.right_m - 1e-6 || v_m > width.left_m + 1e-6 || std::isnan(z_m)) continue;
-        // Fine columns at a kerb count no more than the road that they take.
-        const double left = j + 1 < map.columns() ? map.v_m[j + 1] - v_m : 0.0;
-        const double right = j > 0 ? v_m - map.v_m[j - 1] : 0.0;
-        run(v_m, z_m, 0.5 * (left + right));
-      }
-    };
-    each([&](double v, double z, double w) {
-      n += w, sv += w * v, sz += w * z, svv += w * v * v, svz += w * v * z;
-    });
-    const double spread = n * svv - sv * sv;
-    const double slope = spread > 1e-9 ? (n * svz - sv * sz) / spread : 0.0;
-    const double middle_m = (sz - slope * sv) / n;
-    each([&](double v, double z, double w) {
-      const double off_m = z - middle_m - slope * v;
-      out.worst_m = std::max(out.worst_m, std::abs(off_m));
-      square += w * off_m * off_m;
-      count += w;
-    });
+    const TrackWidth& width = widths[row % widths.size()];
+    const double all_m = width.left_m + width.right_m;
+    const double left_z_m = height_at(map, row, width.left_v_m);
+    const double right_z_m = height_at(map, row, width.right_v_m);
+    const double slope = all_m > 0.0 ? (left_z_m - right_z_m) / all_m : 0.0;
+    const double middle_m = left_z_m - slope * width.left_m;
+    const double slant = std::hypot(1.0, slope);
     out.height_m.push_back(middle_m);
     out.lean_rad.push_back(std::atan(slope));
+    out.left_m.push_back(width.left_m * slant);
+    out.right_m.push_back(width.right_m * slant);
+    out.reach_m.push_back(std::max(width.left_m, width.right_m));
+    // Per metre of v where the line is mitred.
+    const double stretch = all_m > 0.0 ? all_m / (width.left_v_m - width.right_v_m) : 1.0;
+    for (std::size_t j = 0; j < map.columns(); ++j) {
+      const double v_m = map.v_m[j];
+      if (v_m < width.right_v_m || v_m > width.left_v_m) continue;
+      const double off_m = map.z_base_m + map.at(row, j) - middle_m - slope * stretch * v_m;
+      // Fine columns at a kerb count no more than the road that they take.
+      const double weight =
+          0.5 * (map.v_m[std::min(j + 1, map.columns() - 1)] - map.v_m[j > 0 ? j - 1 : 0]);
+      out.worst_m = std::max(out.worst_m, std::abs(off_m));
+      square += weight * off_m * off_m;
+      count += weight;
+    }
   }
   out.rms_m = std::sqrt(square / std::max(count, 1e-12));
   return out;
@@ -209,11 +229,14 @@ void add_header(pugi::xml_node& top, const std::string& name, const crg::Crg& fi
         .set_value(proj_text(projection).c_str());
 }
 
-void add_plan(pugi::xml_node& road, const crg::ReferenceLine& line) {
+void add_plan(pugi::xml_node& road, const crg::ReferenceLine& line,
+              const std::vector<double>& reach_m) {
   const std::vector<double> heading_rad = node_headings(line);
-  const std::vector<std::size_t> ends = pieces(
-      line.size(), static_cast<std::size_t>(std::max(1.0, kLongest_m / line.u_step_m)),
-      [&](std::size_t begin, std::size_t end) { return plan_fits(line, heading_rad, begin, end); });
+  const std::vector<std::size_t> ends =
+      pieces(line.size(), static_cast<std::size_t>(std::max(1.0, kLongest_m / line.u_step_m)),
+             [&](std::size_t begin, std::size_t end) {
+               return plan_fits(line, heading_rad, reach_m, begin, end);
+             });
   pugi::xml_node plan = road.append_child("planView");
   for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
     const PlanPiece piece = plan_piece(line, heading_rad, ends[k], ends[k + 1]);
@@ -236,14 +259,12 @@ void add_plan(pugi::xml_node& road, const crg::ReferenceLine& line) {
   }
 }
 
-void add_lanes(pugi::xml_node& road, const std::vector<TrackWidth>& widths, std::size_t rows,
+void add_lanes(pugi::xml_node& road, const CrossSections& sections,
                const crg::ReferenceLine& line) {
   pugi::xml_node section = road.append_child("lanes").append_child("laneSection");
   put(section, "s", 0.0);
-  const auto lane_on = [&](const char* side, const std::string& id, const auto& width_of) {
-    std::vector<double> width_m;
-    for (std::size_t row = 0; row < rows; ++row)
-      width_m.push_back(width_of(widths[std::min(row, widths.size() - 1)]));
+  const auto lane_on = [&](const char* side, const std::string& id,
+                           const std::vector<double>& width_m) {
     if (*std::max_element(width_m.begin(), width_m.end()) <= 0.0) return;
     pugi::xml_node lane = section.append_child(side).append_child("lane");
     put(lane, "id", id);
@@ -254,15 +275,15 @@ void add_lanes(pugi::xml_node& road, const std::vector<TrackWidth>& widths, std:
       put(link.append_child("predecessor"), "id", id);
       put(link.append_child("successor"), "id", id);
     }
-    add_profile(lane, "width", "sOffset", fit_profile(width_m, line.u_step_m, kWidth_m),
+    add_profile(lane, "width", "sOffset", fit_profile(width_m, line.u_step_m, kWithin_m),
                 line.u_step_m);
   };
-  lane_on("left", "1", [](const TrackWidth& w) { return w.left_m; });
+  lane_on("left", "1", sections.left_m);
   pugi::xml_node middle = section.append_child("center").append_child("lane");
   put(middle, "id", "0");
   put(middle, "type", "none");
   put(middle, "level", "false");
-  lane_on("right", "-1", [](const TrackWidth& w) { return w.right_m; });
+  lane_on("right", "-1", sections.right_m);
 }
 
 void add_crg(pugi::xml_node& surface, const std::string& file, const char* purpose,
@@ -284,10 +305,11 @@ Exported opendrive(const crg::Surface& road, const std::string& name, const Name
                    const RoadEdges& edges) {
   const crg::ReferenceLine& line = road.reference_line();
   const HeightMap map = height_map(road);
-  const std::vector<TrackWidth> widths = track_widths(line, road.grid(), edges);
-  const CrossSections sections = cross_sections(map, widths);
-  const Profile elevation = fit_profile(sections.height_m, line.u_step_m, kElevation_m);
-  const Profile lean = fit_profile(sections.lean_rad, line.u_step_m, kSuperelevation_rad);
+  const CrossSections sections = cross_sections(map, track_widths(line, road.grid(), edges));
+  const double reach_m = *std::max_element(sections.reach_m.begin(), sections.reach_m.end());
+  const Profile elevation = fit_profile(sections.height_m, line.u_step_m, kWithin_m);
+  const Profile lean =
+      fit_profile(sections.lean_rad, line.u_step_m, kWithin_m / std::max(reach_m, 1.0));
   const double length_m = static_cast<double>(line.size() - 1) * line.u_step_m;
 
   pugi::xml_document document;
@@ -311,10 +333,10 @@ Exported opendrive(const crg::Surface& road, const std::string& name, const Name
       put(neighbour, "elementId", "1");
       put(neighbour, "contactPoint", contact);
     }
-  add_plan(node, line);
+  add_plan(node, line, sections.reach_m);
   add_profile(node.append_child("elevationProfile"), "elevation", "s", elevation, line.u_step_m);
   add_profile(node.append_child("lateralProfile"), "superelevation", "s", lean, line.u_step_m);
-  add_lanes(node, widths, line.size(), line);
+  add_lanes(node, sections, line);
   pugi::xml_node surface = node.append_child("surface");
   add_crg(surface, files.crg, "elevation", length_m);
   if (!files.friction_crg.empty()) add_crg(surface, files.friction_crg, "friction", length_m);

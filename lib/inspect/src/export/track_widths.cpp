@@ -11,9 +11,8 @@
 namespace road {
 namespace {
 
-double reach_m(const crg::ReferenceLine& line, const crg::Grid& grid, std::size_t row,
-               std::size_t column) {
-  const crg::Point2 edge = crg::node_position(line, row, grid.v_m[column]);
+double reach_m(const crg::ReferenceLine& line, std::size_t row, double v_m) {
+  const crg::Point2 edge = crg::node_position(line, row, v_m);
   return std::hypot(edge.x_m - line.x_m[row], edge.y_m - line.y_m[row]);
 }
 
@@ -39,13 +38,15 @@ std::vector<TrackWidth> track_widths(const crg::ReferenceLine& line, const crg::
       throw Error(fmt::format("no road on the reference line at u = {:.3f} m: widths need one",
                               grid.u_of(row)));
     std::size_t l = left, r = right;
-    const auto goes_on = [&](std::size_t j) {
-      return !std::isnan(grid.at(row, j)) && edges.has(row, v_m[j]);
-    };
-    while (l + 1 < grid.columns() && goes_on(l + 1)) ++l;
-    while (r > 0 && goes_on(r - 1)) --r;
-    widths.push_back(
-        {line.x_m[row], line.y_m[row], reach_m(line, grid, row, r), reach_m(line, grid, row, l)});
+    while (l + 1 < grid.columns() && !std::isnan(grid.at(row, l + 1))) ++l;
+    while (r > 0 && !std::isnan(grid.at(row, r - 1))) --r;
+    double right_v_m = v_m[r], left_v_m = v_m[l];
+    if (!edges.empty()) {
+      right_v_m = std::max(right_v_m, edges.right_m[row]);
+      left_v_m = std::min(left_v_m, edges.left_m[row]);
+    }
+    widths.push_back({line.x_m[row], line.y_m[row], reach_m(line, row, right_v_m),
+                      reach_m(line, row, left_v_m), right_v_m, left_v_m});
   }
   const double gap_m =
       std::hypot(line.x_m.back() - line.x_m.front(), line.y_m.back() - line.y_m.front());
