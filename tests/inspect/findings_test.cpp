@@ -210,6 +210,22 @@ TEST(Findings, WavesAreOneFinding) {
   EXPECT_NEAR(wave_m, 10.0, 0.2);
 }
 
+TEST(Findings, OneJumpIsAnErrorFourAreTheTrack) {
+  for (const int jumps : {1, 3, 4}) {
+    Oval oval = clean_oval();
+    plant(oval, [&](double u, double) {  // flat tops of 12 m with ramps of 3 m, 60 m apart
+      const double from_m =
+          u < 100.0 || u > 100.0 + 60.0 * jumps ? 60.0 : std::fmod(u - 100.0, 60.0);
+      return 0.8 * std::clamp((9.0 - std::abs(from_m - 9.0)) / 3.0, 0.0, 1.0);
+    });
+    const auto found = defects(oval);
+    ASSERT_FALSE(found.empty());
+    EXPECT_NEAR(found[0].u_begin_m, 100.0, 5.0);
+    EXPECT_EQ(road::verdict_of(found),
+              jumps < 4 ? road::Verdict::not_usable : road::Verdict::usable_with_remarks);
+  }
+}
+
 TEST(Findings, VerdictFollowsTheWorst) {
   road::Finding remark, error;
   error.severity = road::Severity::error;

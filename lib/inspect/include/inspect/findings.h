@@ -38,7 +38,7 @@ struct FindingOptions {
   /// undulations of up to 30 mm are ordinary road.
   double min_bump_m = 0.04;
   double max_bump_m = 0.3;         ///< beyond: error; no wheel follows, it is a wrong layer ...
-  double max_crest_slope = 0.35;   ///< ... but for four crests or more over all of the width
+  double max_crest_slope = 0.35;   ///< ... but for four humps or more, as wide as the road
   double min_seam_step_m = 0.002;  ///< a written float32 file keeps 1 mm
   double max_seam_step_m = 0.01;   ///< beyond: error; as ValidateLimits
   double min_seam_heading_rad = 0.002;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 #include "base/statistics.h"
@@ -181,14 +182,24 @@ std::vector<Finding> find_bumps(const HeightMap& map, const KerbStrips& kerbs,
     }
     return false;
   };
-  // Jumps and waves that a track was built with come in numbers; one alone is a fault of the mesh.
-  constexpr std::ptrdiff_t kFewestCrests = 4;
   const auto is_high_crest = [&](const Swelling& s) {
     return s.value_m > options.max_bump_m && is_crest(map, s, options.max_crest_slope);
   };
-  const bool has_crests = std::count_if(up.begin(), up.end(), is_high_crest) +
-                              std::count_if(down.begin(), down.end(), is_high_crest) >=
-                          kFewestCrests;
+  // Jumps and waves that a track was built with come in numbers; one alone is a fault of the mesh.
+  // One with a flat top is two crests between two troughs: two near each other count as one.
+  constexpr std::size_t kFewestHumps = 4;
+  const auto humps = [&](const std::vector<Swelling>& of) {
+    std::size_t count = 0, run = 0;
+    double before_m = -std::numeric_limits<double>::infinity();
+    for (const Swelling& s : of) {
+      if (!is_high_crest(s)) continue;
+      run = s.u_m - before_m < 2.0 * kShoulderFar_m ? run + 1 : 1;
+      before_m = s.u_m;
+      count += run == 2 ? 0 : run == 3 ? 2 : 1;
+    }
+    return count;
+  };
+  const bool has_crests = std::max(humps(up), humps(down)) >= kFewestHumps;
   for (const bool is_bump : {true, false}) {
     for (const Swelling& s : is_bump ? up : down) {
       if (is_echo(s, is_bump ? down : up)) continue;
