@@ -234,6 +234,20 @@ TEST_F(Question, TheUnitComesBeforeTheStrips) {
   EXPECT_THAT(built.summary["validation"]["failures"].dump(), HasSubstr("--unit"));
 }
 
+TEST_F(Question, AWidthThatIsRoundInFeetAloneIsDoubted) {
+  const auto wide = [&](double metres, double per_unit) {
+    road::Mesh mesh;
+    support::add_ring_strip(mesh, "road", -0.5 * metres, 0.5 * metres, 0.0, 0.0);
+    for (Eigen::Vector3d& v : mesh.vertices_m) v /= per_unit;
+    return build(mesh).summary;
+  };
+  EXPECT_THAT(wide(4.0, 0.3048)["validation"]["failures"].dump(),
+              HasSubstr("with --unit ft there is a closed road of 628 m, 4.0 m wide"));
+  const nlohmann::json summary = wide(18.0, 1.0);
+  EXPECT_TRUE(summary["validation"]["passed"].get<bool>());
+  EXPECT_THAT(summary["read"]["remarks"].dump(), HasSubstr("--unit ft"));
+}
+
 TEST_F(Question, TheUnitsOfAMeshThatIsNoRoadsSizeAreTried) {
   road::Mesh mesh = ring(0.12);
   for (Eigen::Vector3d& v : mesh.vertices_m) v /= 1609.344;

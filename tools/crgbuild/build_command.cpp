@@ -99,7 +99,7 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
       "{}: {} road of {:.1f} m, {:.1f} to {:.1f} m wide, with kerbs and run-off {:.1f} to {:.1f} "
       "m\n"
       "{}"
-      "  up {}, {}{}\n"
+      "  up {}, {}{}{}\n"
       "  kept {} of {} triangles (by {})\n"
       "  grid {} x {} nodes, {:.4g} x {:.4g} m; {} holes, {} filled, {} folds trimmed\n"
       "  {} kerbs; smoothing moved the road by at most {:.2f} mm{}\n"
@@ -112,6 +112,7 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
       direction_text(recipe, line.at("closed").get<bool>()), read.at("up").get<std::string>(),
       read.at("up_why").get<std::string>(),
       read.at("mirrored").get<bool>() ? "; mirrored, as told" : "",
+      read.at("unit_taken").get<bool>() ? "; metres, for the file states no unit" : "",
       clean.at("triangles_kept").get<std::size_t>(), clean.at("triangles_in").get<std::size_t>(),
       clean.at("told_by").get<std::string>(), grid.at("rows").get<std::size_t>(),
       grid.at("columns").get<std::size_t>(), number(grid.at("u_step_m")),

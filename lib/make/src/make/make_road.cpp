@@ -311,10 +311,13 @@ MadeRoad make_road(const Recipe& recipe, const std::vector<InputFile>& inputs,
       if (auto ends = doubt_about_ends(built.centreline, built.mesh, prepared.recipe.clean))
         doubts.push_back(std::move(*ends));
       if (prepared.recipe.read.unit == Unit::automatic && prepared.recipe.read.scale == 1.0 &&
-          prepared.tilt_and_scale.is_identity())
-        if (auto width = doubt_about_width(built.centreline, built.mesh,
-                                           summary.read.metres_per_unit, prepared.recipe.clean))
+          prepared.tilt_and_scale.is_identity()) {
+        if (auto width = doubt_about_width(built.centreline, built.mesh, summary.read,
+                                           prepared.recipe.clean))
           doubts.push_back(std::move(*width));
+        else if (auto wide = remark_on_width(built.centreline, summary.read))
+          summary.read.remarks.push_back(std::move(*wide));
+      }
       // A missing piece and another unit come first: they change the strips.
       if (doubts.size() == of_strips)
         ask_for_strip(doubts, built, prepared.recipe, options.question_path);

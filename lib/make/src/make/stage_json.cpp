@@ -37,6 +37,7 @@ Json json_of(const MeshReadReport& report) {
           {"up_why", report.up_why},
           {"mirrored", report.mirrored},
           {"unit", report.unit},
+          {"unit_taken", report.unit_taken},
           {"scale", report.scale},
           {"vertices", report.vertices},
           {"triangles", report.triangles},

@@ -28,6 +28,9 @@ constexpr double kLargestExtent_m = 40e3;  // that a mesh may have
 // The ovals of TORCS are 30 m wide; the next that was met, 33 m, was a road in feet.
 constexpr double kWidest_m = 31.0;
 
+// Few are wider; in feet it is as wide as two lanes. Taken for metres, but not without a word.
+constexpr double kWide_m = 16.4;
+
 // Of several units the one in which the road is about as wide as most comes first.
 constexpr double kUsualWidth_m = 11.0;
 
@@ -94,6 +97,20 @@ std::vector<Candidate> other_units(const Mesh& mesh, double metres_per_unit,
   return found;
 }
 
+/// Half of it within what rounding and noise leave.
+bool is_as_wide_all_along(const Centreline& line) {
+  std::vector<double> half_m = line.half_width_m;
+  std::sort(half_m.begin(), half_m.end());
+  const std::size_t n = half_m.size();
+  return half_m[3 * n / 4] - half_m[n / 4] <= 2e-3 * half_m[n / 2];
+}
+
+/// A width that somebody has chosen.
+bool is_round(double width_m) {
+  constexpr double kStep_m = 0.25;
+  return std::abs(std::remainder(width_m, kStep_m)) <= 5e-4 * width_m;
+}
+
 std::string described(const std::vector<Candidate>& found) {
   std::string text;
   for (const Candidate& road : found)
@@ -138,21 +155,43 @@ void refuse_in_this_unit(const std::string& refused, const Mesh& mesh, double me
 }
 
 std::optional<std::string> doubt_about_width(const Centreline& line, const Mesh& mesh,
-                                             double metres_per_unit, const CleanOptions& options) {
-  const double width_m = typical_width_m(line);
-  if (width_m <= kWidest_m) return std::nullopt;
-  std::string text = fmt::format("the road is {:.1f} m wide, and hardly any is wider than {:.0f} m",
-                                 width_m, kWidest_m);
+                                             const MeshReadReport& read,
+                                             const CleanOptions& options) {
+  const double width_m = typical_width_m(line), feet_m = metres_per(Unit::ft);
+  std::string text;
+  if (width_m > kWidest_m)
+    text = fmt::format("the road is {:.1f} m wide, and hardly any is wider than {:.0f} m", width_m,
+                       kWidest_m);
+  else if (read.unit_taken && width_m * feet_m >= kLeastWidth_m && is_as_wide_all_along(line) &&
+           is_round(width_m * feet_m) && !is_round(width_m))
+    text = fmt::format(
+        "the file states no unit, and the road is {:.2f} wide all along: in feet that is {:.2f} m, "
+        "in metres it is not round",
+        width_m, width_m * feet_m);
+  else
+    return std::nullopt;
   // A guide or a route lies in the unit that the mesh was read in.
   const bool can_try =
       mesh.triangles.size() <= kMostTriangles && !options.guide && options.route_m.empty();
-  const std::string others =
-      can_try ? described(other_units(mesh, metres_per_unit, anywhere(options))) : "";
+  std::vector<Candidate> found;
+  if (can_try)
+    found = width_m > kWidest_m ? other_units(mesh, read.metres_per_unit, anywhere(options))
+                                : roads_in(mesh, {{"--unit ft", feet_m}}, anywhere(options));
+  const std::string others = described(found);
   text += others.empty() ? "; if the mesh has another unit, give it (--unit or --scale)"
                          : "; " + others;
   if (options.guide && !options.guide_width_m)
     text += "; if nothing on the mesh shows the road's width, give it (--guide-width-m W)";
   return text + "; if it is as wide as that, say so with --line-is-right";
+}
+
+std::optional<std::string> remark_on_width(const Centreline& line, const MeshReadReport& read) {
+  const double width_m = typical_width_m(line);
+  if (!read.unit_taken || width_m <= kWide_m) return std::nullopt;
+  return fmt::format(
+      "the file states no unit: metres were taken, and the road is {:.1f} m wide; if they are feet "
+      "it is {:.1f} m: --unit ft",
+      width_m, width_m * metres_per(Unit::ft));
 }
 
 }  // namespace road

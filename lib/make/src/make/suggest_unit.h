@@ -28,10 +28,15 @@ std::vector<Candidate> candidates_of_unit(const Recipe& recipe, const std::vecto
 void refuse_in_this_unit(const std::string& refused, const Mesh& mesh, double metres_per_unit,
                          const CleanOptions& options);
 
-/// That a road of which nobody said the unit is wider on the median than roads are, with the units
-/// in which it would be as wide as they are (tried, where the mesh is not so large that this takes
-/// long) and the way to confirm it. Empty where it is not.
+/// That a road of which nobody said the unit is wider on the median than roads are, or, where the
+/// file states none either (`unit_taken`), as wide all along as is round in feet and not in metres;
+/// with the units in which it would be as wide as roads are (tried, where the mesh is not so large
+/// that this takes long) and the way to confirm it. Empty where it is not.
 std::optional<std::string> doubt_about_width(const Centreline& line, const Mesh& mesh,
-                                             double metres_per_unit, const CleanOptions& options);
+                                             const MeshReadReport& read,
+                                             const CleanOptions& options);
+
+/// What to know of a road wider than most whose unit nobody stated. Empty where it is not.
+std::optional<std::string> remark_on_width(const Centreline& line, const MeshReadReport& read);
 
 }  // namespace road

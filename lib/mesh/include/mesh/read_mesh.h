@@ -104,6 +104,7 @@ struct MeshReadReport {
   std::string up_why;            ///< "from the faces of 14,210 triangles"
   bool mirrored = false;         ///< because the options say so
   std::string unit;              ///< "m", "cm", "mm", "ft", "inch", "yard", "km", "mile"
+  bool unit_taken = false;       ///< metres, for neither the options nor the file state a unit
   double scale = 1.0;            ///< as in MeshReadOptions
   double metres_per_unit = 1.0;  ///< of the coordinates in the file: unit times scale
   std::size_t vertices = 0;

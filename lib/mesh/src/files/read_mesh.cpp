@@ -269,6 +269,7 @@ Mesh read_mesh(const std::string& path, const MeshReadOptions& options, MeshRead
     report->up_why = up.why;
     report->mirrored = options.mirror;
     report->unit = unit_name(unit_m);
+    report->unit_taken = options.unit == Unit::automatic && raw.metres_per_unit <= 0.0;
     report->scale = options.scale;
     report->metres_per_unit = scale;
     report->vertices = mesh.vertices_m.size();
