@@ -119,6 +119,17 @@ TEST(Findings, StripesAcrossAndAlong) {
   expect_only(defects(along), "nan_stripe", 100.0, 160.0, 60.0, 0.3);
 }
 
+TEST(Findings, AGapAslantIsBridgedOverAllOfItsLength) {
+  Oval oval = clean_oval();
+  const double widest_m = oval.grid.v_m.back();
+  plant(oval, [&](double u, double v) {
+    return std::abs(u - 150.0 - 2.0 * v / widest_m) < 2.3 ? kNan : 0.0;
+  });
+  const auto found = defects(oval);
+  ASSERT_FALSE(found.empty());
+  EXPECT_NE(found[0].text.find("--bridge-gap-m 6 closes it"), std::string::npos) << found[0].text;
+}
+
 TEST(Findings, FoldInATightBend) {
   OvalOptions options;
   options.radius_m = 8.0;  // the grid reaches 9 m to the inside

@@ -44,6 +44,20 @@ std::vector<RowRun> find_bare_rows(const std::vector<RowExtent>& extents, double
   return runs;
 }
 
+/// How far apart the ends of the road are at rows without any: a gap that runs aslant is longer in
+/// each column than its bare rows.
+double gap_m(const HeightMap& road, const RowRun& run) {
+  const auto most = static_cast<std::size_t>(30.0 / road.line.u_step_m);
+  std::size_t longest = run.end - run.begin;
+  for (std::size_t j = 0; j < road.columns(); ++j) {
+    std::size_t begin = run.begin, end = run.end;
+    while (begin > 0 && end - begin <= most && std::isnan(road.at(begin - 1, j))) --begin;
+    while (end < road.rows() && end - begin <= most && std::isnan(road.at(end, j))) ++end;
+    if (end - begin <= most) longest = std::max(longest, end - begin);
+  }
+  return static_cast<double>(longest) * road.line.u_step_m;
+}
+
 }  // namespace
 
 std::vector<Finding> find_missing(const HeightMap& map, const HeightMap& road,
@@ -55,15 +69,17 @@ std::vector<Finding> find_missing(const HeightMap& map, const HeightMap& road,
     std::fill(bare.begin() + static_cast<std::ptrdiff_t>(run.begin),
               bare.begin() + static_cast<std::ptrdiff_t>(run.end), 1);
     const double length_m = static_cast<double>(run.end - run.begin) * map.line.u_step_m;
+    const auto first = of_road.begin() + static_cast<std::ptrdiff_t>(run.begin),
+               end = of_road.begin() + static_cast<std::ptrdiff_t>(run.end);
+    const bool is_gap = std::any_of(first, end, [](const RowExtent& e) { return e.empty(); });
     stripes.push_back(finding(
         map, "nan_stripe", map.u_of(run.begin), map.u_of(run.end - 1), length_m, "m",
         Severity::error,
         fmt::format("No road over {:.2f} m from u = {:.1f} m: {}", length_m, map.u_of(run.begin),
-                    of_road[run.begin].empty()
-                        ? fmt::format("all of the width is missing; where the mesh has a gap, "
-                                      "--bridge-gap-m {:.0f} closes it",
-                                      std::ceil(length_m) + 1.0)
-                        : "more than half of the width is missing")));
+                    is_gap ? fmt::format("all of the width is missing; where the mesh has a gap, "
+                                         "--bridge-gap-m {:.0f} closes it",
+                                         std::ceil(gap_m(road, run)) + 1.0)
+                           : "more than half of the width is missing")));
   }
 
   // Nodes without height between the outermost heights of their row, joined to pieces.
