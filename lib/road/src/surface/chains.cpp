@@ -5,7 +5,6 @@
 #include <cmath>
 #include <deque>
 #include <numbers>
-#include <unordered_map>
 #include <utility>
 
 #include "base/statistics.h"
@@ -57,14 +56,11 @@ double where_straight(const std::vector<double>& quantity, const std::vector<dou
 }  // namespace
 
 std::vector<Chain> long_chains(const FlatSurface& flat, const Fans& fans) {
-  const std::vector<EdgeUse> uses = edge_uses(flat.triangles);
-  std::unordered_map<std::uint64_t, bool> taken;
-  taken.reserve(uses.size());
+  std::vector<char> taken(fans.edges(), 0);
   std::vector<Chain> chains;
-  for (const EdgeUse& use : uses) {
-    if (!taken.try_emplace(use.key, true).second) continue;
-    const auto a = static_cast<std::uint32_t>(use.key >> 32);
-    const auto b = static_cast<std::uint32_t>(use.key & 0xffffffffu);
+  fans.each_edge([&](std::uint32_t a, std::uint32_t b) {
+    const std::size_t own = fans.edge(a, b);
+    if (std::exchange(taken[own], 1)) return;
     std::deque<std::uint32_t> line{a, b};
     bool closed = false;
     for (int direction = 0; direction < 2 && !closed; ++direction) {
@@ -73,13 +69,13 @@ std::vector<Chain> long_chains(const FlatSurface& flat, const Fans& fans) {
       while (true) {
         const std::uint32_t w = fans.straight_on(u, v);
         if (w == kNoIndex) break;
-        const std::uint64_t key = undirected(v, w);
-        if (taken.contains(key)) {
-          closed = key == use.key && line.size() > 3;
+        const std::size_t edge = fans.edge(v, w);
+        if (taken[edge]) {
+          closed = edge == own && line.size() > 3;
           break;
         }
         if (fans.straight_on(w, v) != u) break;
-        taken.emplace(key, true);
+        taken[edge] = 1;
         direction == 0 ? line.push_back(w) : line.push_front(w);
         u = v;
         v = w;
@@ -94,7 +90,7 @@ std::vector<Chain> long_chains(const FlatSurface& flat, const Fans& fans) {
     }
     if (chain.length_m >= kShortestChain_m && chain.edges() >= kFewestChainEdges)
       chains.push_back(std::move(chain));
-  }
+  });
   return chains;
 }
 

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <numeric>
-#include <unordered_set>
 
 namespace road {
 namespace {
@@ -21,31 +20,27 @@ Eigen::Vector3d area_vector(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
 
 void Soup::merge_vertices(const std::vector<std::uint32_t>& target,
                           std::map<std::string, std::size_t>& dropped) {
-  struct Hash {
-    std::size_t operator()(const Triangle& t) const {
-      return (static_cast<std::size_t>(t[0]) * 73856093) ^
-             (static_cast<std::size_t>(t[1]) * 19349663) ^
-             (static_cast<std::size_t>(t[2]) * 83492791);
-    }
-  };
-  std::unordered_set<Triangle, Hash> seen;
-  seen.reserve(2 * triangles.size());
-  for (Triangle& t : triangles) {
+  std::vector<std::array<std::uint32_t, 4>> sorted;  // corners in order, triangle
+  sorted.reserve(triangles.size());
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    Triangle& t = triangles[i];
     for (std::uint32_t& index : t) index = target[index];
+    Triangle key = t;
+    std::sort(key.begin(), key.end());
+    sorted.push_back({key[0], key[1], key[2], i});
   }
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<char> again(triangles.size(), 0);
+  for (std::size_t k = 1; k < sorted.size(); ++k)
+    again[sorted[k][3]] = std::equal(sorted[k].begin(), sorted[k].end() - 1, sorted[k - 1].begin());
   filter([&](std::size_t i) {
-    Triangle key = triangles[i];
-    if (key[0] == key[1] || key[1] == key[2] || key[2] == key[0] ||
-        area_vector_of(i).norm() < kZeroArea_m2) {
+    const Triangle& t = triangles[i];
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0] || area_vector_of(i).norm() < kZeroArea_m2) {
       ++dropped["zero area"];
       return false;
     }
-    std::sort(key.begin(), key.end());
-    if (!seen.insert(key).second) {
-      ++dropped["duplicate"];
-      return false;
-    }
-    return true;
+    if (again[i]) ++dropped["duplicate"];
+    return !again[i];
   });
 }
 

@@ -19,29 +19,33 @@ Eigen::Vector3d normal_of(const FlatSurface& flat, std::uint32_t t) {
 }
 
 Fans::Fans(const FlatSurface& flat) : flat_(flat) {
-  left_.reserve(4 * flat.triangles.size());
-  for (std::uint32_t t = 0; t < flat.triangles.size(); ++t) {
+  const std::size_t vertices = flat.vertices_m.size();
+  first_.assign(vertices + 1, 0);
+  for (const Triangle& t : flat.triangles)
+    for (const std::uint32_t v : t) first_[v + 1] += 2;
+  for (std::size_t v = 0; v < vertices; ++v) first_[v + 1] += first_[v];
+  joined_.resize(first_[vertices]);
+  std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
+  for (std::uint32_t t = 0; t < flat.triangles.size(); ++t)
     for (std::size_t c = 0; c < 3; ++c) {
-      left_.try_emplace(directed(flat.triangles[t][c], flat.triangles[t][(c + 1) % 3]), t);
+      const std::uint32_t a = flat.triangles[t][c], b = flat.triangles[t][(c + 1) % 3];
+      joined_[next[a]++] = {b, t};
+      joined_[next[b]++] = {a, kNoIndex};
     }
+  // Of several triangles on the left of an edge the first.
+  std::size_t kept = 0;
+  for (std::size_t v = 0; v < vertices; ++v) {
+    const auto begin = joined_.begin() + static_cast<std::ptrdiff_t>(first_[v]),
+               end = joined_.begin() + static_cast<std::ptrdiff_t>(first_[v + 1]);
+    std::sort(begin, end, [](const Joined& l, const Joined& r) {
+      return l.vertex != r.vertex ? l.vertex < r.vertex : l.left < r.left;
+    });
+    first_[v] = kept;
+    for (auto at = begin; at != end; ++at)
+      if (at == begin || at->vertex != joined_[kept - 1].vertex) joined_[kept++] = *at;
   }
-  first_.assign(flat.vertices_m.size() + 1, 0);
-  std::vector<std::uint64_t> pairs;
-  pairs.reserve(2 * left_.size());
-  for (const Triangle& t : flat.triangles) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      pairs.push_back(directed(t[c], t[(c + 1) % 3]));
-      pairs.push_back(directed(t[(c + 1) % 3], t[c]));
-    }
-  }
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  joined_.reserve(pairs.size());
-  for (const std::uint64_t pair : pairs) {
-    ++first_[(pair >> 32) + 1];
-    joined_.push_back(static_cast<std::uint32_t>(pair));
-  }
-  for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
+  first_[vertices] = kept;
+  joined_.resize(kept);
 }
 
 std::uint32_t Fans::straight_on(std::uint32_t u, std::uint32_t v) const {
@@ -66,12 +70,12 @@ std::uint32_t Fans::straight_on(std::uint32_t u, std::uint32_t v) const {
   if (on != kNoIndex && std::abs(turn(u, v, on)) < kSharpest) return on;
   double best = kSharpestElsewhere;
   on = kNoIndex;
-  for (std::uint32_t i = first_[v]; i < first_[v + 1]; ++i) {
-    if (joined_[i] == u) continue;
-    const double angle = std::abs(turn(u, v, joined_[i]));
+  for (std::size_t i = first_[v]; i < first_[v + 1]; ++i) {
+    if (joined_[i].vertex == u) continue;
+    const double angle = std::abs(turn(u, v, joined_[i].vertex));
     if (angle < best) {
       best = angle;
-      on = joined_[i];
+      on = joined_[i].vertex;
     }
   }
   return on;

@@ -76,16 +76,29 @@ std::vector<std::uint32_t> weld(const std::vector<Eigen::Vector3d>& vertices_m, 
 }
 
 std::vector<EdgeUse> edge_uses(const std::vector<Triangle>& triangles) {
-  std::vector<EdgeUse> uses;
-  uses.reserve(3 * triangles.size());
-  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    for (std::uint8_t c = 0; c < 3; ++c) {
-      uses.push_back({undirected(triangles[t][c], triangles[t][(c + 1u) % 3u]), t, c});
-    }
-  }
-  std::sort(uses.begin(), uses.end(), [](const EdgeUse& l, const EdgeUse& r) {
-    return l.key != r.key ? l.key < r.key : l.t < r.t;
+  // By the lower vertex first: what is left to sort is small.
+  std::vector<std::size_t> first(1, 0);
+  const auto each = [&](const auto& use) {
+    for (std::uint32_t t = 0; t < triangles.size(); ++t)
+      for (std::uint8_t c = 0; c < 3; ++c) {
+        const std::uint32_t a = triangles[t][c], b = triangles[t][(c + 1u) % 3u];
+        use(std::min(a, b), EdgeUse{undirected(a, b), t, c});
+      }
+  };
+  each([&](std::uint32_t low, const EdgeUse&) {
+    if (first.size() < low + 2u) first.resize(low + 2u, 0);
+    ++first[low + 1];
   });
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<EdgeUse> uses(first.back());
+  std::vector<std::size_t> next(first.begin(), first.end() - 1);
+  each([&](std::uint32_t low, const EdgeUse& use) { uses[next[low]++] = use; });
+  for (std::size_t v = 0; v + 1 < first.size(); ++v)
+    std::sort(uses.begin() + static_cast<std::ptrdiff_t>(first[v]),
+              uses.begin() + static_cast<std::ptrdiff_t>(first[v + 1]),
+              [](const EdgeUse& l, const EdgeUse& r) {
+                return l.key != r.key ? l.key < r.key : l.t < r.t;
+              });
   return uses;
 }
 
