@@ -115,6 +115,11 @@ async function checkWhole(name, page) {
   }
   // The word NaN may stand in a finding of the file check, never as a number.
   check(!/undefined|\[object|NaN ?(mm|m\b|%|\n|$)/.test(await page.innerText('main')), `${name}: no NaN number, undefined or object in the text`);
+  check(await page.$eval('#report', (node) => [...node.childNodes].every((child) => child.nodeType === 1)), `${name}: no stray text between the panels`);
+  if (await page.$('[data-view="lead"]') === null) {
+    const rules = await page.$eval('[data-view="rules"]', (node) => node.getBoundingClientRect().bottom + scrollY);
+    check(rules <= 900, `${name}: map, verdict and all rules are on the first screen (${rules.toFixed(0)} px)`);
+  }
   const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
   check(wide <= 0, `${name}: nothing sticks out to the right (${wide} px)`);
 }
@@ -129,7 +134,8 @@ async function checkPrinted(page) {
   await page.evaluate(() => dispatchEvent(new Event('afterprint')));
   await settle(page);
   const pdf = await page.pdf({ path: shots ? join(shots, 'defects.pdf') : undefined, preferCSSPageSize: true, printBackground: true });
-  check(pdf.length > 50_000, `the page prints (${pdf.length} bytes)`);
+  const sheets = pdf.toString('latin1').match(/\/Type\s*\/Page[^s]/g)?.length;
+  check(pdf.length > 50_000 && sheets <= 4, `the page prints on at most four sheets (${sheets}, ${pdf.length} bytes)`);
 }
 
 try {

@@ -70,9 +70,15 @@ export function makeChart(options, rows, height, about) {
     else zoom(middle(), 1, 0.25 * wish.dx);
     return true;
   });
+  const tall = () => (document.documentElement.dataset.printing ? Math.round(0.55 * height) : height);
+  const fit = (width) => {
+    if (width < 10 || (Math.abs(chart.plot.width - width) <= 1 && chart.plot.height === tall())) return false;
+    chart.plot.setSize({ width, height: tall() });
+    return true;
+  };
   const build = () => {
     const width = Math.max(120, Math.floor(box.clientWidth || 600));
-    const plot = new uPlot({ width, height, ...options }, chart.rows, (self, init) => { box.prepend(self.root); init(); });
+    const plot = new uPlot({ width, height: tall(), ...options }, chart.rows, (self, init) => { box.prepend(self.root); init(); });
     plot.over.addEventListener('dblclick', (event) => { event.stopImmediatePropagation(); reset(); }, true);
     onTwoFingers(plot.over, (before, now) => {
       const pixels = plot.over.clientWidth || 1;
@@ -84,7 +90,7 @@ export function makeChart(options, rows, height, about) {
     const width = Math.floor(box.clientWidth);
     if (width < 10) return;
     if (!chart.plot) chart.plot = build();
-    else if (Math.abs(chart.plot.width - width) > 1) chart.plot.setSize({ width, height });
+    else fit(width);
   });
   observer.observe(box);
   chart.refresh = () => {
@@ -95,9 +101,7 @@ export function makeChart(options, rows, height, about) {
       const marker = name.querySelector('.u-marker'), colour = options.series[first + k]?.stroke?.();
       if (marker && colour) marker.style.borderColor = colour;
     });
-    const width = Math.floor(box.clientWidth);
-    if (width > 10 && Math.abs(chart.plot.width - width) > 1) chart.plot.setSize({ width, height });
-    else chart.plot.redraw(false, true);
+    if (!fit(Math.floor(box.clientWidth))) chart.plot.redraw(false, true);
   };
   chart.setRows = (next) => {
     chart.rows = next;

@@ -65,8 +65,11 @@ function rules(data, state) {
       el('td', { class: 'number' }, number(rule.limit, rule.unit)), el('td', { class: 'number' }, shown), el('td', { class: 'number' }, left),
       el('td', {}, rule.u_m === null ? '' : placeButton(state, rule.u_m, rule.u_m)));
   });
-  return el('div', { class: 'panel', 'data-view': 'rules' }, el('div', { class: 'scroll' }, el('table', {},
-    el('thead', {}, el('tr', {}, ['', 'rule', 'limit', 'largest seen', 'left', 'where'].map((head) => el('th', {}, head)))), el('tbody', {}, rows))));
+  // Side by side: all of them are seen with the map.
+  const part = (some) => el('div', { class: 'scroll' }, el('table', {},
+    el('thead', {}, el('tr', {}, ['', 'rule', 'limit', 'largest seen', 'left', 'where'].map((head) => el('th', {}, head)))), el('tbody', {}, some)));
+  const half = Math.ceil(rows.length / 2);
+  return el('div', { class: 'panel two even', 'data-view': 'rules' }, part(rows.slice(0, half)), part(rows.slice(half)));
 }
 
 /// Where to: "1406.8", or a stretch, "1400 to 1450".
@@ -163,7 +166,7 @@ async function main() {
     el('h1', {}, data.title),
     el('div', { class: `panel verdict ${data.verdict in verdicts ? data.verdict : ''}`, id: 'verdict', 'data-view': 'verdict' },
       el('strong', {}, word), el('span', {}, sentence), el('span', { class: 'muted' }, counts)),
-    (data.lead ?? []).length === 0 ? null : factsPanel(data.lead, 'lead'),
+    ...((data.lead ?? []).length === 0 ? [] : [factsPanel(data.lead, 'lead')]),
     el('div', { class: 'bar' },
       el('nav', {}, [['verdict', 'Verdict'], ['track', 'Track'], ['along', 'Along u'], ['errors', 'Errors'], ['kerbs', 'Kerbs'], ['roughness', 'Roughness'], ['health', 'File']]
         .map(([id, text]) => el('a', { href: `#${id}` }, text))),
@@ -181,16 +184,15 @@ async function main() {
     section('roughness', 'Roughness', roughness(data, state)),
     ...extraSections(data),
     section('health', 'File', health(data)),
-    el('footer', {}, 'Every number of this page is in report.json. Drawn with uPlot and three.js (MIT licence).'));
+    el('footer', {}, 'Every number of this page is in report.json; on paper the first findings, without single places and the 3-D view. Drawn with uPlot and three.js (MIT licence).'));
 
-  // Print light, at the paper's width, with every line of the tables. Browsers lay out for paper only after
+  // Print light, at the paper's width. Browsers lay out for paper only after
   // this event: the attribute gives the page its paper width while the charts are drawn anew.
   let themeBefore;
   addEventListener('beforeprint', () => {
     themeBefore = document.documentElement.dataset.theme;
     document.documentElement.dataset.theme = 'light';
     document.documentElement.dataset.printing = 'yes';
-    document.querySelectorAll('details').forEach((node) => { node.open = true; });
     state.emit('theme');
     state.emit('print');
     refreshCharts();

@@ -218,12 +218,12 @@ export function errors(data, state) {
     ].map((number) => ({ number }))]),
     el('h3', {}, 'Error over u and v'), heatMap(comparison, comparison.key === 'mesh' && data.rough ? data.rough.places : [], state),
     comparison.key === 'mesh' && data.rough ? roughPlaces(data, state) : null,
-    el('div', { class: 'two' },
+    el('div', { class: 'two no-print' },
       el('div', {}, el('h3', {}, 'Distribution'), histogram(comparison)),
       el('div', {}, el('h3', {}, 'Worst places'), table(['place', { number: 'error' }], comparison.worst.map((cut) => [
         placeButton(state, cut.u_m, cut.u_m), { number: mm(cut.value_m) }])))),
-    el('h3', {}, 'Cuts through the worst places'),
-    el('div', { class: 'cards' }, comparison.worst.map((cut, k) => el('div', { class: 'card', 'data-view': 'worst' },
+    el('h3', { class: 'no-print' }, 'Cuts through the worst places'),
+    el('div', { class: 'cards no-print' }, comparison.worst.map((cut, k) => el('div', { class: 'card', 'data-view': 'worst' },
       el('div', { class: 'head' }, el('span', {}, cut.title), placeButton(state, cut.u_m, cut.u_m)), makeCrossPlot(cut, `worst-${comparison.key}-${k + 1}`))))));
 }
 
@@ -237,10 +237,10 @@ export function kerbs(data, state) {
     data.kerbs.map((kerb) => [placeButton(state, kerb.u_begin_m, kerb.u_end_m), kerb.side,
       { number: `${metres(kerb.u_end_m - kerb.u_begin_m)} m` }, { number: mm(kerb.height_m) }, { number: `${fixed(kerb.width_m, 2)} m` },
       { number: `${fixed(kerb.v_begin_m, 1)} … ${fixed(kerb.v_end_m, 1)} m` }])));
-  const cards = el('div', { class: 'cards' });
+  const cards = el('div', { class: 'cards no-print' });
   const add = (begin, end) => cards.append(...data.kerbs.slice(begin, end).map((kerb, k) => el('div', { class: 'card' },
     el('div', { class: 'head' }, el('span', {}, kerb.profile.title), placeButton(state, kerb.u_begin_m, kerb.u_end_m)), makeCrossPlot(kerb.profile, `kerb-${begin + k + 1}`))));
-  root.append(el('h3', {}, 'Profiles'), cards);
+  root.append(el('h3', { class: 'no-print' }, 'Profiles'), cards);
   add(0, 9);
   if (data.kerbs.length > 9) {
     const more = el('button', { type: 'button', onclick: () => { more.remove(); add(9); } }, `Show the other ${data.kerbs.length - 9} profiles`);
