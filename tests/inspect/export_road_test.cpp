@@ -11,6 +11,7 @@
 #include <pugixml.hpp>
 #include <set>
 
+#include "base/read_file.h"
 #include "crg/file.h"
 #include "mesh/error.h"
 #include "mesh/export_mesh.h"
@@ -228,9 +229,16 @@ TEST(ExportRoad, TrianglesHaveTheHeightsOfTheRoad) {
   EXPECT_GT(origin_m.norm(), 1e5) << "32 bits hold no UTM";
   const std::string path = folder.path("road.glb");
   road::export_mesh(mesh, path, {road::UpAxis::y, road::Unit::m});
-  const road::Mesh back = road::read_mesh(path);
+  EXPECT_THAT(base::read_file(path), HasSubstr("\"NORMAL\""));
+  road::MeshReadOptions with_colours;
+  with_colours.want_colours = [](const auto&) { return true; };
+  const road::Mesh back = road::read_mesh(path, with_colours);
   std::set<std::string> names;
-  for (const road::MeshObject& object : back.objects) names.insert(object.name);
+  for (const road::MeshObject& object : back.objects) {
+    names.insert(object.name);
+    ASSERT_TRUE(object.colour) << object.name;
+    EXPECT_EQ((*object.colour)[0] > 2.0F * (*object.colour)[2], object.name == "kerb") << "red";
+  }
   EXPECT_EQ(names, (std::set<std::string>{"road", "kerb"}));
   const road::RaySurface rays(back);
   const crg::ReferenceLine& line = surface.reference_line();

@@ -49,7 +49,8 @@ Mesh surface_mesh(const crg::Surface& road, double step_m, Eigen::Vector3d& orig
   if (std::abs(map.line.x_m[0]) > kNear_m || std::abs(map.line.y_m[0]) > kNear_m)
     origin_m = {std::round(map.line.x_m[0]), std::round(map.line.y_m[0]), 0.0};
   Mesh mesh;
-  mesh.objects = {{"road", "road", ""}, {"kerb", "kerb", ""}};
+  mesh.objects = {{"road", "road", "", LinearColour{0.06, 0.06, 0.065}},
+                  {"kerb", "kerb", "", LinearColour{0.45, 0.03, 0.03}}};
   const auto kerbs = kerbs_of_rows(map);
   std::vector<std::uint32_t> before(map.columns(), kNone), here(map.columns(), kNone);
   for (std::size_t k = 0; k < rows.size(); ++k) {

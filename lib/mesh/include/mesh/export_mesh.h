@@ -15,7 +15,8 @@ struct MeshExportOptions {
 
 /// Writes .obj (+ .mtl), .glb, .ply or .stl by the ending of `path`, whole or not at all. Vertices
 /// are shared inside an object, not between objects. .obj and .glb keep object and material names
-/// (objects with empty names become one unnamed object); .ply holds float64, .glb and .stl float32
+/// (objects with empty names become one unnamed object); .glb has normals, smooth over the edges,
+/// and the objects' colours as those of their materials; .ply holds float64, .glb and .stl float32
 /// coordinates, .obj 1e-5 m. assimp (glb) stays private to the source file. Throws Error.
 void export_mesh(const Mesh& mesh, const std::string& path, const MeshExportOptions& options = {});
 

@@ -1,5 +1,6 @@
 #include "mesh/export_mesh.h"
 
+#include <assimp/material.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
@@ -11,6 +12,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -136,19 +138,40 @@ void export_obj(const Mesh& mesh, const std::filesystem::path& path, Unit unit) 
   base::write_file(path.string(), text);
 }
 
-std::unique_ptr<aiMesh> to_assimp(const Mesh& mesh, const std::vector<std::uint32_t>& triangles,
+/// Of each vertex, the mean of the faces around it by their area: smooth across objects, too.
+std::vector<Eigen::Vector3d> vertex_normals(const Mesh& mesh) {
+  std::vector<Eigen::Vector3d> normals(mesh.vertices_m.size(), Eigen::Vector3d::Zero());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Eigen::Vector3d& a = mesh.vertex(t, 0);
+    const Eigen::Vector3d area = (mesh.vertex(t, 1) - a).cross(mesh.vertex(t, 2) - a);
+    for (const std::uint32_t vertex : mesh.triangles[t]) normals[vertex] += area;
+  }
+  for (Eigen::Vector3d& normal : normals) {
+    const double length = normal.norm();
+    normal = length > 0.0 ? Eigen::Vector3d(normal / length) : Eigen::Vector3d::UnitY();
+  }
+  return normals;
+}
+
+aiVector3D to_assimp(const Eigen::Vector3d& v) {
+  return {static_cast<ai_real>(v.x()), static_cast<ai_real>(v.y()), static_cast<ai_real>(v.z())};
+}
+
+std::unique_ptr<aiMesh> to_assimp(const Mesh& mesh, const std::vector<Eigen::Vector3d>& normals,
+                                  const std::vector<std::uint32_t>& triangles,
                                   std::vector<std::uint32_t>& number) {
-  std::vector<aiVector3D> vertices;
+  std::vector<aiVector3D> vertices, facing;
   const auto faces = renumber(mesh, triangles, number, [&](std::uint32_t vertex) {
-    const Eigen::Vector3d& p = mesh.vertices_m[vertex];
-    vertices.emplace_back(static_cast<ai_real>(p.x()), static_cast<ai_real>(p.y()),
-                          static_cast<ai_real>(p.z()));
+    vertices.push_back(to_assimp(mesh.vertices_m[vertex]));
+    facing.push_back(to_assimp(normals[vertex]));
   });
   auto result = std::make_unique<aiMesh>();
   result->mPrimitiveTypes = aiPrimitiveType_TRIANGLE;
   result->mNumVertices = static_cast<unsigned>(vertices.size());
   result->mVertices = new aiVector3D[vertices.size()];
   std::copy(vertices.begin(), vertices.end(), result->mVertices);
+  result->mNormals = new aiVector3D[facing.size()];
+  std::copy(facing.begin(), facing.end(), result->mNormals);
   result->mNumFaces = static_cast<unsigned>(faces.size());
   result->mFaces = new aiFace[faces.size()];
   for (std::size_t i = 0; i < faces.size(); ++i) {
@@ -163,17 +186,22 @@ void export_glb(const Mesh& mesh, const std::string& path) {
   const auto groups = triangles_by_object(mesh);
   aiScene scene;
   scene.mRootNode = new aiNode("scene");
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(mesh);
   std::vector<std::string> materials;
+  std::vector<std::optional<LinearColour>> colours;
   std::vector<std::unique_ptr<aiMesh>> meshes;
   std::vector<aiNode*> nodes;
   std::vector<std::uint32_t> number(mesh.vertices_m.size(), kUnseen);
   for (std::size_t o = 0; o < mesh.objects.size(); ++o) {
     if (groups[o].empty()) continue;
-    auto item = to_assimp(mesh, groups[o], number);
+    auto item = to_assimp(mesh, normals, groups[o], number);
     const std::string& material = mesh.objects[o].material;
     const auto known = std::find(materials.begin(), materials.end(), material);
     item->mMaterialIndex = static_cast<unsigned>(known - materials.begin());
-    if (known == materials.end()) materials.push_back(material);
+    if (known == materials.end()) {
+      materials.push_back(material);
+      colours.push_back(mesh.objects[o].colour);
+    }
     item->mName = mesh.objects[o].name;
     auto* node = new aiNode(mesh.objects[o].name);
     node->mNumMeshes = 1;
@@ -187,6 +215,10 @@ void export_glb(const Mesh& mesh, const std::string& path) {
     scene.mMaterials[i] = new aiMaterial;
     const aiString name(materials[i]);
     scene.mMaterials[i]->AddProperty(&name, AI_MATKEY_NAME);
+    if (!colours[i]) continue;
+    const auto& [r, g, b] = *colours[i];
+    const aiColor4D base(r, g, b, 1.0F);
+    scene.mMaterials[i]->AddProperty(&base, 1, AI_MATKEY_BASE_COLOR);
   }
   scene.mNumMeshes = static_cast<unsigned>(meshes.size());
   scene.mMeshes = new aiMesh*[meshes.size()];
