@@ -175,6 +175,17 @@ TEST(Findings, ARoadThatIsClosedButDoesNotSaySo) {
   expect_only(defects(oval), "wrong_seam", end, end, 0.0, 0.01);
 }
 
+TEST(Findings, AnOpenRoadMayEndAslant) {
+  Oval oval = clean_oval();
+  oval.line.closed = false;
+  const std::size_t rows = oval.grid.rows() / 2;
+  for (auto* values : {&oval.line.x_m, &oval.line.y_m, &oval.line.heading_rad})
+    values->resize(rows);
+  oval.grid.z_m.resize(rows * oval.grid.columns());
+  plant(oval, [](double u, double v) { return u < 0.25 && v > -5.0 && v < -1.0 ? kNan : 0.0; });
+  EXPECT_EQ(road::verdict_of(defects(oval)), road::Verdict::usable_with_remarks);
+}
+
 TEST(Findings, BumpsOfManyShapes) {
   for (const double length_m : {0.4, 1.0, 2.0, 4.0}) {
     for (const double width_m : {1.0, 100.0}) {

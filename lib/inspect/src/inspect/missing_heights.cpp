@@ -58,6 +58,14 @@ double gap_m(const HeightMap& road, const RowRun& run) {
   return static_cast<double>(longest) * road.line.u_step_m;
 }
 
+/// An open road may end aslant to its rows.
+bool is_end(const HeightMap& map, std::size_t first, std::size_t last,
+            const FindingOptions& options) {
+  constexpr double kEnd_m = 1.0;
+  return !options.closed && (first == 0 || last + 1 == map.rows()) &&
+         static_cast<double>(last - first + 1) * map.line.u_step_m <= kEnd_m;
+}
+
 }  // namespace
 
 std::vector<Finding> find_missing(const HeightMap& map, const HeightMap& road,
@@ -125,7 +133,8 @@ std::vector<Finding> find_missing(const HeightMap& map, const HeightMap& road,
       const bool stripe = size_m >= 5.0 && size_m > 5.0 * std::min(length_m, width_m);
       Finding f = finding(
           map, stripe ? "nan_stripe" : "hole", map.u_of(i_low), map.u_of(i_high), size_m, "m",
-          size_m > options.max_hole_m ? Severity::error : Severity::remark,
+          size_m > options.max_hole_m && !is_end(map, i_low, i_high, options) ? Severity::error
+                                                                              : Severity::remark,
           fmt::format(
               "{} of {:.2f} m x {:.2f} m ({} nodes without height) at u = {:.1f} m, v = {:.1f} m",
               stripe ? "Stripe" : "Hole", length_m, width_m, nodes, map.u_of(i_low),
