@@ -9,6 +9,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <numbers>
 
 #include "crg/surface.h"
@@ -370,21 +371,38 @@ TEST(Edges, SurveyedCircuits) {
   }
 }
 
+/// Of a closed edge, straight between its points.
+double distance_m(const Eigen::Vector2d& at, const Edge& edge) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < edge.points_m.size(); ++k) {
+    const Eigen::Vector2d a = edge.points_m[k].head<2>();
+    const Eigen::Vector2d ab = edge.points_m[(k + 1) % edge.points_m.size()].head<2>() - a;
+    const double share = std::clamp((at - a).dot(ab) / std::max(ab.squaredNorm(), 1e-12), 0.0, 1.0);
+    nearest_m = std::min(nearest_m, (a + share * ab - at).norm());
+  }
+  return nearest_m;
+}
+
 TEST(Edges, CircuitsOfOthers) {
   struct Case {
     std::string name;
     double length_m, share;  // as published with the file; how near the road comes to it
   };
   for (const Case& c : {Case{"fl_zolder", 3995.7, 5e-3}, Case{"fl_pau_ville", 2761.9, 5e-3},
-                        Case{"fl_mugello_3d", 5252.6, 1e-3}, Case{"iac_monza", 5792.4, 1e-3},
-                        Case{"mount_panorama", 6232.7, 1e-3}}) {
+                        Case{"fl_senato_3d", 377.1, 1e-3}, Case{"fl_mugello_3d", 5252.6, 1e-3},
+                        Case{"iac_monza", 5792.4, 1e-3}, Case{"mount_panorama", 6232.7, 1e-3}}) {
     const std::string path = places::data() + "/edges2/" + c.name;
     if (!std::filesystem::exists(path + "_left.csv")) GTEST_SKIP() << "no " << path;
     EdgeOptions coarse;
     coarse.u_step_m = 0.5;
-    const EdgeRoad road =
-        road_between_edges(read_edge(path + "_left.csv"), read_edge(path + "_right.csv"), coarse);
+    const Edge left = read_edge(path + "_left.csv"), right = read_edge(path + "_right.csv");
+    const EdgeRoad road = road_between_edges(left, right, coarse);
     EXPECT_TRUE(road.line.closed) << c.name;
+    for (std::size_t i = 0; i < road.line.size(); i += 4) {
+      const Eigen::Vector2d at(road.line.x_m[i], road.line.y_m[i]);
+      EXPECT_NEAR(distance_m(at, left), distance_m(at, right), 1.0)
+          << c.name << ": off the middle by half of it at u = " << 0.5 * static_cast<double>(i);
+    }
     EXPECT_NEAR(road.line.u_step_m * static_cast<double>(road.line.size() - 1), c.length_m,
                 c.share * c.length_m)
         << c.name;

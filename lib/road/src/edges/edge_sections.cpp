@@ -96,7 +96,7 @@ void refuse_missed(const EdgeSection& section, const EdgeCurve& left, const Edge
 }
 
 Centreline recut(const EdgeCurve& left, const EdgeCurve& right, const crg::ReferenceLine& line,
-                 Rung guess) {
+                 Rung guess, double share) {
   const double u_begin =
       beside(line, left.at(0.0).head<2>(), 0.0) - (left.closed ? kSeamMargin_m : 0.0);
   const double length = line.u_step_m * static_cast<double>(line.size() - 1);
@@ -117,7 +117,7 @@ Centreline recut(const EdgeCurve& left, const EdgeCurve& right, const crg::Refer
     const EdgeSection section = cut_edges(left, right, guess, here.at, normal);
     refuse_missed(section, left, right, u - u_begin);
     guess = {section.left.s_m, section.right.s_m};
-    const Vector2d middle = here.at + 0.5 * (section.left.v_m + section.right.v_m) * normal;
+    const Vector2d middle = here.at + 0.5 * share * (section.left.v_m + section.right.v_m) * normal;
     if (!out.points_m.empty()) out.length_m += (middle - out.points_m.back().head<2>()).norm();
     out.points_m.emplace_back(middle.x(), middle.y(), 0.5 * (section.left.z_m + section.right.z_m));
     out.half_width_m.push_back(0.5 * (section.left.v_m - section.right.v_m));

@@ -22,8 +22,9 @@ EdgeSection cut_edges(const EdgeCurve& left, const EdgeCurve& right, const Rung&
 void refuse_missed(const EdgeSection& section, const EdgeCurve& left, const EdgeCurve& right,
                    double u);
 
-/// Stations where the normals of `line` meet both edges, from the first row of LEFT on.
+/// Stations where the normals of `line` meet both edges, from the first row of LEFT on: this
+/// share of the way to the middle between them.
 Centreline recut(const EdgeCurve& left, const EdgeCurve& right, const crg::ReferenceLine& line,
-                 Rung guess);
+                 Rung guess, double share);
 
 }  // namespace road
