@@ -140,6 +140,7 @@ void Collector::add(const Fall& fall) {
     Tall& here = tall[static_cast<std::size_t>(sum.tall)];
     ++here.points;
     here.box.add(static_cast<float>(fall.a_m), static_cast<float>(fall.b_m));
+    here.b += fall.b_m, here.bb += fall.b_m * fall.b_m;
     return;
   }
   const Section& section = sections_.list[fall.section];
@@ -364,6 +365,7 @@ void Collector::close(std::size_t index, OpenSection& open) {
       cell.square_m2 = static_cast<float>(square_of(sum)),
       cell.freedom = static_cast<float>(freedom_of(sum));
       cell.cut_above_m = sum.cut_above_m, cell.cut_points = sum.cut_points;
+      cell.sheet = sum.sheet;
       cell.doubtful = sum.doubtful, cell.beside = sum.beside;
     }
 }

@@ -73,6 +73,7 @@ class Collector {
     std::int32_t last_stray = -1;        ///< there, too
     std::int32_t tall = -1;              ///< in OpenSection::tall
     float cut_above_m = 0.0f, cut_points = 0.0f;
+    Sheet sheet = {};
     bool obstacle = false, doubtful = false;
     bool beside = false;  ///< an obstacle: its own ground
     void take_away(const Sum& other);
@@ -86,6 +87,7 @@ class Collector {
   struct Tall {
     std::uint32_t cell = 0, points = 0;
     StandingBox box;
+    double b = 0.0, bb = 0.0;  ///< sums across the road
   };
   struct OpenSection {
     std::vector<Sum> sums;

@@ -1,6 +1,7 @@
 // Walls, cars and trees: what stands on the road hides it, and the ground beside it is seen all the
 // same.
 #include <algorithm>
+#include <cmath>
 
 #include "collector.h"
 
@@ -10,6 +11,7 @@ namespace {
 constexpr std::size_t kAround = 2;  // cells to all sides of an obstacle: 1 m
 // Noise, drift, and feet that bulge; along the road few beams meet the same wall.
 constexpr float kAlong_m = 1.0f, kAcross_m = 0.25f;
+constexpr std::uint32_t kLeastOfSheet = 4;  // points
 
 }  // namespace
 
@@ -65,6 +67,13 @@ Collector::Sum Collector::ground_beside_obstacle(const Section& section, const O
       if (ground[at++] != 0) add(fall, section, left);
     }
     break;
+  }
+  if (const std::int32_t own = open.sums[cell].tall; own >= 0) {
+    const Tall& tall = open.tall[static_cast<std::size_t>(own)];
+    const double mean_m = tall.b / tall.points;
+    if (tall.points >= kLeastOfSheet)
+      left.sheet = {static_cast<float>(v_of(j) + mean_m),
+                    static_cast<float>(std::sqrt(tall.bb / tall.points - mean_m * mean_m + 1e-8))};
   }
   if (left.points < open.sums[cell].points)
     left.cut_above_m = static_cast<float>(most_above_ground_m(noise_m));

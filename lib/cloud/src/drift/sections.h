@@ -18,6 +18,12 @@ inline constexpr double kSectionLength_m = 5.0;
 inline constexpr double kVergeStretch_m = 10.0;
 inline constexpr double kLane_m = 1.2;  ///< to both sides of the sensor: what the wheels roll on
 
+/// What stands upright along the road, as a wall does: where across it, and how far its points
+/// deviate from that; 0: none.
+struct Sheet {
+  float v_m = 0.0f, deviation_m = 0.0f;
+};
+
 /// Mean of the points of one cell, relative to the section's sensor position.
 struct SectionCell {
   float x_m = 0.0f, y_m = 0.0f, z_m = 0.0f;
@@ -30,6 +36,7 @@ struct SectionCell {
   float sine2 = 0.0f;        ///< mean square of the sine of the angle of view; 0: no sensor
   float cut_above_m = 0.0f;  ///< points more than this over the ground were left out; 0: none were
   float cut_points = 0.0f;   ///< that many
+  Sheet sheet = {};          ///< in it
   bool doubtful = false;     ///< near grass, and not all on a ground of their own
   bool beyond = false;       ///< beyond the verge: no word about the trajectory
   bool beside = false;       ///< nor near what stands: its foot is in the ground that is left

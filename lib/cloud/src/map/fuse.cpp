@@ -10,13 +10,15 @@
 #include "base/parallel.h"
 #include "blend.h"
 #include "no_value.h"
+#include "overhang.h"
 
 namespace cloud {
 namespace {
 
 constexpr double kGate_m =
     0.02;  // beyond the robust heights around: four times the noise of a good sensor
-constexpr double kBetweenCells_m = 0.002;  // of the line between two heights: kerbs bend
+constexpr double kBetweenCells_m = 0.002;  // of the line between two heights
+constexpr double kOfSheet = 3.0;           // of a wall's points' deviations
 constexpr std::size_t kStripeRows = NodeSums::kStripeRows;
 
 /// Lowest and highest robust height among a cell and its neighbours.
@@ -129,6 +131,18 @@ bool take_out_along_u(const RoadFrame& frame, const Sections& sections, const Dr
   return true;
 }
 
+/// How far the surface may lie beside HeightCells::at_edge(): where that goes on along a line, all
+/// of a bend of the base before it may be wrong, or missing.
+double off_edge_m(const RoadFrame& frame, const HeightCells& surface, std::size_t i, std::size_t j,
+                  const GridPlace& place) {
+  const double begin_m = surface.v_begin_m + static_cast<double>(j) * surface.cell_m;
+  const bool left = place.v_m > begin_m + 0.5 * surface.cell_m;
+  const std::size_t on = left ? j + 1 : j - 1;
+  if (on < surface.across && std::isfinite(surface.height_m[i * surface.across + on]))
+    return kBetweenCells_m;
+  return kBetweenCells_m + bend_of(frame, {place.row, left ? begin_m : begin_m + surface.cell_m});
+}
+
 /// The node next to a point near the robust surface.
 OnNode node_of(const RoadPoint& point, int pass, const RoadFrame& frame, const HeightCells& surface,
                const std::vector<Band>& bands) {
@@ -140,9 +154,13 @@ OnNode node_of(const RoadPoint& point, int pass, const RoadFrame& frame, const H
   if (!(point.above_base_m > static_cast<double>(band.low) - kGate_m &&
         point.above_base_m < static_cast<double>(band.high) + kGate_m))
     return {};
+  if (const Sheet& sheet = surface.sheet[i * surface.across + j];
+      std::abs(point.place.v_m - static_cast<double>(sheet.v_m)) <
+      kOfSheet * static_cast<double>(sheet.deviation_m))
+    return {};
   if (const auto cut_m = static_cast<double>(surface.cut_above_m[i * surface.across + j]);
-      cut_m > 0.0 &&
-      point.above_base_m > surface.at_edge(i, j, point.place.v_m) + cut_m + kBetweenCells_m)
+      cut_m > 0.0 && point.above_base_m > surface.at_edge(i, j, point.place.v_m) + cut_m +
+                                              off_edge_m(frame, surface, i, j, point.place))
     return {};
   std::size_t column = 0;
   double share = 0.0;

@@ -61,6 +61,32 @@ double HeightCells::at_edge(std::size_t i, std::size_t j, double v_m) const {
   return own;
 }
 
+namespace {
+
+constexpr double kThin_m = 0.05;  // of a wall that curves, seen from passes with different drift
+
+struct Entry {
+  std::uint32_t cell;
+  float height, points, cut_above;
+  Sheet sheet;
+};
+
+/// The wall that at least half of a cell's sections see in it.
+Sheet sheet_of(const Entry* from, const Entry* to) {
+  double count = 0.0, sum = 0.0, sum2 = 0.0;
+  for (const Entry* e = from; e != to; ++e) {
+    const auto v_m = static_cast<double>(e->sheet.v_m),
+               deviation_m = static_cast<double>(e->sheet.deviation_m);
+    if (deviation_m > 0.0) count += 1.0, sum += v_m, sum2 += v_m * v_m + deviation_m * deviation_m;
+  }
+  if (2.0 * count < static_cast<double>(to - from)) return {};
+  const double deviation_m = std::sqrt(std::max(0.0, sum2 / count - std::pow(sum / count, 2)));
+  if (!(deviation_m < kThin_m)) return {};
+  return {static_cast<float>(sum / count), static_cast<float>(deviation_m)};
+}
+
+}  // namespace
+
 HeightCells cells_of(const Sections& sections, const std::vector<Correction>& corrections,
                      const RoadFrame& frame, int pass, unsigned threads,
                      std::vector<std::uint16_t> first_pass, bool older) {
@@ -73,10 +99,6 @@ HeightCells cells_of(const Sections& sections, const std::vector<Correction>& co
       static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) + 1;
   cells.v_begin_m = frame.v_m().front();
   cells.closed = frame.closed();
-  struct Entry {
-    std::uint32_t cell;
-    float height, points, cut_above;
-  };
   const std::size_t n = sections.list.size();
   std::vector<std::vector<Entry>> found(n);
   base::parallel_for(n, 1, threads, [&](std::size_t begin, std::size_t end) {
@@ -94,7 +116,8 @@ HeightCells cells_of(const Sections& sections, const std::vector<Correction>& co
         const double height = p.z() - frame.z_origin_m() - frame.height(*place);
         if (std::isfinite(height))
           found[k].push_back({static_cast<std::uint32_t>(i * cells.across + j),
-                              static_cast<float>(height), cell.points, cell.cut_above_m});
+                              static_cast<float>(height), cell.points, cell.cut_above_m,
+                              cell.sheet});
       }
     }
   });
@@ -110,6 +133,7 @@ HeightCells cells_of(const Sections& sections, const std::vector<Correction>& co
     for (const Entry& entry : list) sorted[at[entry.cell]++] = entry;
   cells.height_m.assign(count, std::numeric_limits<float>::quiet_NaN());
   cells.cut_above_m.assign(count, 0.0f);
+  cells.sheet.assign(count, Sheet());
   for (const Entry& entry : sorted) {
     if (!(entry.cut_above > 0.0f)) continue;
     const std::size_t i = entry.cell / cells.across, j = entry.cell % cells.across;
@@ -125,6 +149,7 @@ HeightCells cells_of(const Sections& sections, const std::vector<Correction>& co
       Entry* const from = sorted.data() + begin[i];
       Entry* const to = sorted.data() + begin[i + 1];
       if (from == to) continue;
+      cells.sheet[i] = sheet_of(from, to);
       std::sort(from, to, [](const Entry& a, const Entry& b) { return a.height < b.height; });
       float total = 0.0f, so_far = 0.0f;
       for (const Entry* e = from; e != to; ++e) total += e->points;

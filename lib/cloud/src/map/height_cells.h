@@ -14,6 +14,8 @@ struct HeightCells {
   /// Grass hangs over this cell or one beside it: points more than this over the ground do not
   /// belong to it; 0: none does.
   std::vector<float> cut_above_m;
+  /// Most of the sections see a wall in this cell: points as near to it are of its foot.
+  std::vector<Sheet> sheet;
   /// The ground changed: passes before this one do not belong to the cell; empty: nowhere.
   std::vector<std::uint16_t> first_pass;
   bool older = false;  ///< instead, where it changed, only they do

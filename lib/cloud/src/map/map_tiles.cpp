@@ -48,10 +48,14 @@ requires std::is_same_v<std::remove_const_t<Value>, PassApart>
 void fields(Archive& archive, Value& p) { archive(p.pass, p.deviation); }
 
 template <typename Archive, typename Value>
+requires std::is_same_v<std::remove_const_t<Value>, Sheet>
+void fields(Archive& archive, Value& s) { archive(s.v_m, s.deviation_m); }
+
+template <typename Archive, typename Value>
 requires std::is_same_v<std::remove_const_t<Value>, HeightCells>
 void fields(Archive& archive, Value& c) {
   archive(c.along, c.across, c.cell_rows, c.v_begin_m, c.cell_m, c.closed, c.height_m,
-          c.cut_above_m, c.first_pass, c.agrees_m);
+          c.cut_above_m, c.sheet, c.first_pass, c.agrees_m);
 }
 
 /// All but sections and corrections, which no later step wants, and what the trajectory says.
@@ -66,7 +70,7 @@ template <typename Archive, typename Value>
 requires std::is_same_v<std::remove_const_t<Value>, SectionCell>
 void fields(Archive& archive, Value& c) {
   archive(c.x_m, c.y_m, c.z_m, c.points, c.driven_m, c.driven2_m2, c.square_m2, c.freedom, c.sine2,
-          c.cut_above_m, c.cut_points, c.doubtful, c.beyond, c.beside);
+          c.cut_above_m, c.cut_points, c.sheet, c.doubtful, c.beyond, c.beside);
 }
 
 template <typename Archive, typename Value>
@@ -75,8 +79,8 @@ void fields(Archive& archive, Value& s) { archive(s.points, s.height, s.height2,
 
 namespace {
 
-constexpr base::ArchiveKind kReading{"kerbstone map, what was read", 3},
-    kState{"kerbstone map, its state", 2};
+constexpr base::ArchiveKind kReading{"kerbstone map, what was read", 4},
+    kState{"kerbstone map, its state", 3};
 
 /// After the last value. Throws Error.
 void require_whole(base::ArchiveReader& taker) {
