@@ -143,6 +143,11 @@ double KerbedRoad::base_height_m(double x_m, double v_m) const {
   return lift_m(x_m) + profile_m(v_m, kLowered_m) - share * tilt * v_m;
 }
 
+double KerbedRoad::correction_slope(double v_m) const {
+  const bool by_kerb = v_m > kRoad_m - 0.01 && v_m < kKerbEnd_m + 0.3;  // two nodes beyond it
+  return std::abs(tilt) + (by_kerb ? kLowered_m / (kKerbEnd_m - kRoad_m) : 0.0);
+}
+
 crg::Crg KerbedRoad::base() const {
   crg::ReferenceLine line;
   line.u_step_m = kRowStep_m;
@@ -210,18 +215,19 @@ KerbedScans scans_of(const KerbedRoad& road, const KerbedDrive& drive) {
 namespace {
 
 /// Across the nodes of a row that rest on the base, of what was added to it.
-double steepest_ramp_of(const crg::Grid& refined, const crg::Grid& base, const crg::Grid& source,
-                        std::size_t row) {
-  double steepest = 0.0;
+double ramp_over_correction(const KerbedRoad& road, const crg::Grid& refined, const crg::Grid& base,
+                            const crg::Grid& source, std::size_t row) {
+  double most = 0.0;
   for (std::size_t j = 0; j + 1 < refined.columns(); ++j) {
     if (is_measured(source.at(row, j)) && is_measured(source.at(row, j + 1))) continue;
     const auto added_m = [&](std::size_t k) {
       return static_cast<double>(refined.at(row, k) - base.at(row, k));
     };
-    steepest = std::max(
-        steepest, std::abs(added_m(j + 1) - added_m(j)) / (refined.v_m[j + 1] - refined.v_m[j]));
+    most = std::max(most,
+                    std::abs(added_m(j + 1) - added_m(j)) / (refined.v_m[j + 1] - refined.v_m[j]) -
+                        road.correction_slope(refined.v_m[j]));
   }
-  return steepest;
+  return most;
 }
 
 }  // namespace
@@ -289,8 +295,8 @@ KerbedError error_of(const KerbedRoad& road, const cloud::MapResult& result) {
       }
     }
     out.banking_rad = std::max(out.banking_rad, std::abs(ve / vv));
-    out.steepest_ramp =
-        std::max(out.steepest_ramp, steepest_ramp_of(result.grid, base, result.source, i));
+    out.ramp_over_correction = std::max(
+        out.ramp_over_correction, ramp_over_correction(road, result.grid, base, result.source, i));
   }
   std::sort(kerb_m.begin(), kerb_m.end());
   out.kerb_p95_m = kerb_m[kerb_m.size() * 95 / 100];

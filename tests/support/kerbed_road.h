@@ -24,6 +24,8 @@ struct KerbedRoad {
 
   double height_m(double x_m, double v_m) const;
   double base_height_m(double x_m, double v_m) const;
+  /// Steepest cross slope of what the base lacks there: of the left kerb 25 mm in 1 m more.
+  double correction_slope(double v_m) const;
   crg::Crg base() const;  ///< every 0.25 m along, 0.125 m across, 10 m to both sides
 };
 
@@ -75,9 +77,9 @@ struct KerbedError {
   double measured_kerb_p95_m = 0.0;              ///< the same where points lie; 0: nowhere
   double kerb_rmse_m = 0.0, outer_rmse_m = 0.0;  ///< `outer`: the outermost metre of the road
   double inside = 0.0, outer_inside = 0.0;
-  /// Nodes that rest on the base, wherever they lie, and the steepest ramp across them that is
-  /// laid over the base.
-  double unmeasured_rmse_m = 0.0, unmeasured_inside = 1.0, steepest_ramp = 0.0;
+  /// Nodes that rest on the base, wherever they lie, and by how much the ramps across them that
+  /// are laid over the base are steeper than the correction beside them, at most.
+  double unmeasured_rmse_m = 0.0, unmeasured_inside = 1.0, ramp_over_correction = 0.0;
   std::size_t unmeasured_nodes = 0;
   std::size_t road_nodes = 0, kerb_nodes = 0;
   KerbedTallies tallies;

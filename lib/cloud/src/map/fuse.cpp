@@ -18,7 +18,8 @@ namespace {
 constexpr double kGate_m =
     0.02;  // beyond the robust heights around: four times the noise of a good sensor
 constexpr double kBetweenCells_m = 0.002;  // of the line between two heights
-constexpr double kOfSheet = 3.0;           // of a wall's points' deviations
+constexpr double kOfSheet = 5.0;           // of a wall's points' deviations
+constexpr float kFew = 4.0f;               // points of a node
 constexpr std::size_t kStripeRows = NodeSums::kStripeRows;
 
 /// Lowest and highest robust height among a cell and its neighbours.
@@ -174,6 +175,24 @@ OnNode node_of(const RoadPoint& point, int pass, const RoadFrame& frame, const H
           static_cast<std::uint8_t>(range_class(point.ray_m.norm())), pass};
 }
 
+/// 1: few points, and no ground.
+std::vector<std::uint8_t> wild_nodes(const NodeSums& sums, const RoadFrame& frame,
+                                     const MapOptions& options, const Noise& noise) {
+  const auto least = static_cast<float>(options.min_points);
+  const std::size_t columns = frame.columns();
+  std::vector<std::uint8_t> wild(sums.size(), 0);
+  const auto look = [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = from * columns; k < to * columns; ++k) {
+      if (!(sums[k].points >= least && sums[k].points < kFew)) continue;
+      const NodeHeight around =
+          between_neighbours(sums, k / columns, k % columns, frame, least, noise, {});
+      wild[k] = is_wild(measured(sums[k], noise), around) ? 1 : 0;
+    }
+  };
+  base::parallel_for(sums.size() / columns, 256, options.threads, look);
+  return wild;
+}
+
 }  // namespace
 
 RoadSums accumulate(const CloudSource& source, const RoadFrame& frame,
@@ -243,6 +262,7 @@ void fuse(const RoadSums& road_sums, const RoadFrame& frame, const crg::Grid& ba
   std::vector<std::uint8_t> seen_row(rows, 0);
   for (std::size_t k = 0; k < rows * columns; ++k)
     if (sums[k].points >= least) seen_row[k / columns] = 1;
+  const std::vector<std::uint8_t> wild = wild_nodes(sums, frame, options, noise);
   base::parallel_for(rows, 256, options.threads, [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) {
       const StretchDeviation left = drift_left(drift, i, frame);
@@ -260,16 +280,17 @@ void fuse(const RoadSums& road_sums, const RoadFrame& frame, const crg::Grid& ba
           continue;
         }
         NodeHeight node;
-        if (sums[k].points >= least)
-          node = measured(sums[k], noise);
-        else if (is_near)
-          node = between_neighbours(sums, i, j, frame, least, noise);
+        const double grass_m2 = variance_of_grass(sections, frame, i, frame.v_m()[j]);
+        if (sums[k].points >= least && wild[k] == 0) node = measured(sums[k], noise);
+        const bool clear =
+            node.source == NodeSource::lidar && sums[k].points >= kFew && grass_m2 == 0.0;
+        if (is_near && !clear)
+          node = together(node, between_neighbours(sums, i, j, frame, least, noise, wild));
         if (node.source == NodeSource::base) {
           set(z, options.base_stddev_m, node.source);
           continue;
         }
-        node.variance =
-            noise_factor2 * node.variance + variance_of_grass(sections, frame, i, frame.v_m()[j]);
+        node.variance = noise_factor2 * node.variance + grass_m2;
         const double in_common = variance_in_common(left, frame, i, frame.v_m()[j]);
         // A base that the points contradict is as uncertain as it is wrong.
         const double base_variance = std::max(options.base_stddev_m * options.base_stddev_m,

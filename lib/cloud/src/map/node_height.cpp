@@ -14,6 +14,8 @@ namespace {
 
 constexpr double kAsADefault_m = 0.005;      // a good sensor's range noise, where nothing tells
 constexpr std::size_t kEnough = 30;          // pairs of points of a class: 12 % either way
+constexpr double kSlopeHeld = 0.1;           // as few nodes, one step away, do that are level
+constexpr std::size_t kLeastAround = 4;      // nodes with points, of eight
 constexpr std::size_t kMostNodes = 200'000;  // of all classes
 
 /// Deviation of one point by what nine of ten pairs in a node lie apart: 90 % intervals hold then,
@@ -123,33 +125,95 @@ NodeHeight measured(const PartSum& sum, const Noise& noise) {
   return {NodeSource::lidar, mean, ((n - 1.0) * scatter2 + 10.0 * typical2) / (n + 9.0) / n};
 }
 
+namespace {
+
+/// A node beside another: 1, rows, columns from that.
+struct Neighbour {
+  Eigen::Vector3d at = Eigen::Vector3d::Zero();
+  NodeHeight height;
+};
+
+/// The plane of some nodes, and what they scatter about it, m^2 together.
+struct NodePlane {
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d plane = Eigen::Vector3d::Zero();
+  double scatter_m2 = 0.0;
+
+  explicit NodePlane(const std::vector<Neighbour>& nodes) {
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (const Neighbour& node : nodes)
+      normal += node.at * node.at.transpose(), right += node.height.mean * node.at;
+    Eigen::Matrix3d held = normal;
+    held.diagonal().tail<2>().array() += kSlopeHeld;
+    plane = held.ldlt().solve(right);
+    for (const Neighbour& node : nodes) scatter_m2 += std::pow(above(node), 2);
+  }
+  double above(const Neighbour& node) const { return node.height.mean - plane.dot(node.at); }
+};
+
+/// Without the highest of the nodes, if the others have a plane that it has no part in.
+NodePlane plane_of(std::vector<Neighbour>& nodes) {
+  NodePlane plane(nodes);
+  if (nodes.size() <= kLeastAround) return plane;
+  std::vector<Neighbour> others = nodes;
+  others.erase(std::max_element(
+      others.begin(), others.end(),
+      [&](const Neighbour& a, const Neighbour& b) { return plane.above(a) < plane.above(b); }));
+  const NodePlane without(others);
+  if (without.scatter_m2 > 0.1 * plane.scatter_m2) return plane;
+  nodes = std::move(others);
+  return without;
+}
+
+}  // namespace
+
 NodeHeight between_neighbours(const NodeSums& sums, std::size_t row, std::size_t column,
-                              const RoadFrame& frame, float least, const Noise& noise) {
+                              const RoadFrame& frame, float least, const Noise& noise,
+                              const std::vector<std::uint8_t>& wild) {
   const auto columns = static_cast<std::ptrdiff_t>(frame.columns()),
              rows = static_cast<std::ptrdiff_t>(frame.rows() - (frame.closed() ? 1 : 0));
-  double around = 0.0, sum = 0.0, sum2 = 0.0, own = 0.0;
-  Eigen::Array2d place = Eigen::Array2d::Zero(), place2 = place;  // from the node, in steps
+  std::vector<Neighbour> nodes;
   for (std::ptrdiff_t di = -1; di <= 1; ++di)
     for (std::ptrdiff_t dj = -1; dj <= 1; ++dj) {
       const std::ptrdiff_t jj = static_cast<std::ptrdiff_t>(column) + dj;
       std::ptrdiff_t ii = static_cast<std::ptrdiff_t>(row) + di;
       if (frame.closed()) ii += ii < 0 ? rows : ii >= rows ? -rows : 0;
-      if (ii < 0 || ii >= rows || jj < 0 || jj >= columns) continue;
-      const NodeSum& other = sums[static_cast<std::size_t>(ii * columns + jj)];
-      if (other.points < least) continue;
-      const NodeHeight there = measured(other, noise);
-      around += 1.0, sum += there.mean, sum2 += there.mean * there.mean, own += there.variance;
-      const Eigen::Array2d at(static_cast<double>(di), static_cast<double>(dj));
-      place += at, place2 += at * at;
+      if (ii < 0 || ii >= rows || jj < 0 || jj >= columns || (di == 0 && dj == 0)) continue;
+      const auto k = static_cast<std::size_t>(ii * columns + jj);
+      if (sums[k].points >= least && (wild.empty() || wild[k] == 0))
+        nodes.push_back(
+            {{1.0, static_cast<double>(di), static_cast<double>(dj)}, measured(sums[k], noise)});
     }
-  if (!(around >= 4.0)) return {};
-  const double mean = sum / around;
-  place /= around, place2 = place2 / around - place * place;
+  if (nodes.size() < kLeastAround) return {};
+  const NodePlane fit = plane_of(nodes);
+  const auto around = static_cast<double>(nodes.size());
+  double own = 0.0, mean = 0.0, mean2 = 0.0;
+  for (const Neighbour& node : nodes)
+    own += node.height.variance / around, mean += node.height.mean / around,
+        mean2 += node.height.mean * node.height.mean / around;
+  const Eigen::Array2d place = fit.normal.col(0).tail<2>() / around,  // from the node, in steps
+      place2 = fit.normal.diagonal().tail<2>().array() / around - place.square();
   // What the neighbours scatter beyond their own noise is the base's error that goes on from one to
-  // the next: half of it in the middle of them, more where they lie to one side.
-  const double uneven = std::max(0.0, sum2 / around - mean * mean - own / around);
-  const double aside = (place * place / place2.max(0.1)).sum();
-  return {NodeSource::interpolated, mean, own / (around * around) + uneven * (0.5 + aside)};
+  // the next, as a slope or in one step: half of it in the middle of them. Where they lie to one
+  // side their plane may not go on.
+  const double uneven = std::max(0.0, mean2 - mean * mean - own),
+               off_plane = std::max(0.0, fit.scatter_m2 / (around - 2.0) - own),
+               aside = (place.square() / place2.max(0.1)).sum(), sloped = fit.plane[0] - mean;
+  return {NodeSource::interpolated, fit.plane[0],
+          own / around * (1.0 + aside) + 0.5 * uneven + aside * off_plane + 0.25 * sloped * sloped};
+}
+
+NodeHeight together(const NodeHeight& node, const NodeHeight& around) {
+  if (node.source == NodeSource::base || around.source == NodeSource::base)
+    return node.source == NodeSource::base ? around : node;
+  const double share = around.variance / (node.variance + around.variance);
+  return {node.source, share * node.mean + (1.0 - share) * around.mean, share * node.variance};
+}
+
+bool is_wild(const NodeHeight& node, const NodeHeight& around) {
+  const double above = node.mean - around.mean;
+  return around.source != NodeSource::base && above > 0.0 &&
+         above * above > 9.0 * (node.variance + around.variance);
 }
 
 double variance_of_grass(const Sections& sections, const RoadFrame& frame, std::size_t row,

@@ -79,9 +79,18 @@ struct NodeHeight {
 
 /// By its own points.
 NodeHeight measured(const PartSum& sum, const Noise& noise);
-/// In a gap among nodes with at least so many points.
+/// Of a node by those around it that have at least so many points and are not `wild` (as long as
+/// the nodes, or empty): their plane. No height with less than four of them.
 NodeHeight between_neighbours(const NodeSums& sums, std::size_t row, std::size_t column,
-                              const RoadFrame& frame, float least, const Noise& noise);
+                              const RoadFrame& frame, float least, const Noise& noise,
+                              const std::vector<std::uint8_t>& wild);
+
+/// By its own points and by those around it, as far as there are any.
+NodeHeight together(const NodeHeight& node, const NodeHeight& around);
+
+/// Whether few points of a node are a blade's, a drop's or of a wall's foot: three deviations above
+/// what those around it show.
+bool is_wild(const NodeHeight& node, const NodeHeight& around);
 
 /// Variance of grass too low to be told from a rough road, m^2.
 double variance_of_grass(const Sections& sections, const RoadFrame& frame, std::size_t row,
