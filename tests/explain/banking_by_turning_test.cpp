@@ -70,9 +70,10 @@ TEST(BankingByTurning, AFlatRoadGetsALimitWhateverTheGainOfTheGyro) {
   for (const double gain : {0.0, -0.04}) {
     d.gyro_gain = gain;
     const BankingByTurning b = found(d);
-    EXPECT_FALSE(b.counts) << b.saved << " of " << b.threshold;
+    // No gyro as it is usual is 4 % off: then the road may lean, or it is the gain.
+    EXPECT_TRUE(gain == 0 ? !b.counts : b.may_be_gain) << b.saved << " of " << b.threshold;
     if (gain == 0) {
-      EXPECT_LT(degrees(b.limit), 9);
+      EXPECT_LT(degrees(b.limit), 12);  // of 99 %
     }
   }
 }

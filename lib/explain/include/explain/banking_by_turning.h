@@ -46,8 +46,8 @@ struct BankingByTurning {
   double delay_s = 0.0, gain = 0.0, bias_radps = 0.0;  ///< of the gyro
   std::size_t windows = 0;
   /// Loss on half laps left out that the lean saves, against the stated road and a gyro as it is
-  /// usual; it must be selection::kProfileGain, and selection::kSure standard errors between half
-  /// laps.
+  /// usual, whose errors count by how unusual they are; it must be selection::kProfileGain, and
+  /// selection::kSure standard errors between half laps.
   double saved = 0.0, threshold = 0.0;
   bool counts = false;
   /// The same against a gyro whose gain is free. Below the threshold such a gain would do as well:
@@ -61,16 +61,16 @@ struct BankingByTurning {
   /// half of its 90 % interval.
   double lean = 0.0, lean_ci90 = 0.0;
   double limit =
-      0.0;  ///< of 95 % for the whole lean of all turns, m/m, if the gyro's gain is usual
+      0.0;  ///< of 99 % for the whole lean of all turns, m/m, if the gyro's gain is usual
 };
 
-/// Windows of 3 s of all recordings. The profile is periodic on a closed road, as rough as makes
-/// the recordings most likely, and leans into the turns, about a line that is found beside it. A
-/// gyro's gain is within 0.35 % (one standard deviation), as such sensors are; how late it is, up
-/// to 1 s, is found. Intervals count noise as what is left of half laps left out, as correlated as
-/// that is; where the road does not turn they reach to nothing. It counts if it leans by more than
-/// twice what such a gain takes from the cosine. No places: less than 30 windows, or a road that
-/// does not turn.
+/// Windows of a second of all recordings. The profile is periodic on a closed road, as rough as
+/// makes the recordings most likely, and leans into the turns, about a line that is found beside
+/// it. A gyro's gain is within 0.35 % (one standard deviation), as such sensors are; how late it
+/// is, up to 1 s, and a filter of the first order in it are found. Intervals count noise as what is
+/// left of half laps left out, as correlated as that is; where the road does not turn they reach to
+/// nothing. It counts if it leans by more than twice what such a gain takes from the cosine. No
+/// places: less than 30 windows, or a road that does not turn.
 BankingByTurning banking_by_turning(const std::vector<Turning>& logs, double length_m, bool closed);
 
 }  // namespace explain

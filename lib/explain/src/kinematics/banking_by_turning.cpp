@@ -42,14 +42,14 @@ Mean mean_over(const LeaningRoad& f, const std::vector<Index>& places) {
   return m;
 }
 
-/// What is saved of the loss of each half lap where something else is left of it, in all, and how
-/// much that varies between them.
+/// What is saved of the loss of each half lap, and of that of the gyro's errors, where the road
+/// does not lean; and how much that varies between half laps.
 struct Saved {
   double all = 0.0, sd = 0.0;
 };
-Saved saved_against(const LeaningRoad& f, const VectorXd& left_rad) {
+Saved saved_against(const LeaningRoad& f, const WithoutLean& other) {
   const VectorXd saved =
-      f.weight.cwiseAbs2().cwiseProduct(left_rad.cwiseAbs2() - f.left_rad.cwiseAbs2());
+      f.weight.cwiseAbs2().cwiseProduct(other.left_rad.cwiseAbs2() - f.left_rad.cwiseAbs2());
   std::vector<double> of_fold(static_cast<std::size_t>(f.windows.folds)), share = of_fold;
   for (Index i = 0; i < saved.size(); ++i) {
     const auto k = static_cast<std::size_t>(f.windows.fold[static_cast<std::size_t>(i)]);
@@ -59,6 +59,7 @@ Saved saved_against(const LeaningRoad& f, const VectorXd& left_rad) {
   Saved out{saved.sum(), 0.0};
   for (std::size_t k = 0; k < of_fold.size(); ++k)
     out.sd = std::hypot(out.sd, of_fold[k] - share[k] * out.all);
+  out.all += other.unusual - f.unusual;
   return out;
 }
 
@@ -109,11 +110,11 @@ BankingByTurning banking_by_turning(const std::vector<Turning>& logs, double len
   out.delay_s = f.delay_s;
   out.gain = f.gain;
   out.bias_radps = f.bias_radps;
-  out.any_gain = f.any_gain;
-  const Saved saved = saved_against(f, f.left_stated_rad);
+  out.any_gain = f.with_any_gain.gain;
+  const Saved saved = saved_against(f, f.stated);
   out.saved = saved.all;
   out.threshold = std::max(selection::kProfileGain, selection::kSure * saved.sd);
-  const Saved beside_gain = saved_against(f, f.left_any_gain_rad);
+  const Saved beside_gain = saved_against(f, f.with_any_gain);
   out.saved_beside_gain = beside_gain.all;
   out.gain_threshold = std::max(selection::kProfileGain, selection::kProfileSure * beside_gain.sd);
   out.may_be_gain = out.saved_beside_gain < out.gain_threshold &&
@@ -148,7 +149,8 @@ BankingByTurning banking_by_turning(const std::vector<Turning>& logs, double len
   for (Index k = 0; k < f.side.size(); ++k)
     if (f.turns[static_cast<std::size_t>(k)]) turning.push_back(k);
   const Mean m = mean_over(f, turning);
-  out.limit = m.lean + m.ci90;
+  out.limit =
+      tangent_of(m.deficit + selection::kTurningLimit * std::max(m.sd, selection::kUsualGyroGain));
   return out;
 }
 

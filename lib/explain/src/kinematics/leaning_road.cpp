@@ -7,7 +7,9 @@
 #include <limits>
 #include <utility>
 
+#include "derivatives_along.h"
 #include "lap_waves.h"
+#include "selection.h"
 #include "turns_along.h"
 #include "window_fit.h"
 
@@ -24,20 +26,20 @@ constexpr std::size_t kMostColumns = 121;
 constexpr Index kLeastWindows = 30;
 /// Ramps of a turn's lean: how long, and how far outside the turn their middle lies, to begin with;
 /// about which line inside the middle.
-constexpr std::array<double, 4> kRamps_m{40.0, 70.0, 110.0, 160.0}, kOutside_m{-10, 15, 40, 65};
-constexpr std::array<double, 2> kInside_m{-6.0, 6.0};
+constexpr std::array<double, 4> kOutside_m{-10, 15, 40, 65};
+constexpr std::array<double, 2> kRamps_m{55.0, 120.0}, kInside_m{-6.0, 6.0};
 /// Sizes of waves of the lean, m/m, and lengths over which they stay alike.
 constexpr std::array<double, 4> kSizes{0.003, 0.006, 0.015, 0.03};
 constexpr std::array<double, 3> kLengths_m{80.0, 200.0, 500.0};
 /// One standard deviation of errors of a gyro as they are usual: gain, bias, delay, filter; side
 /// slip per lateral acceleration, where the path's course stands for the heading.
-constexpr std::array<double, kErrors> kUsual{0.0035, 0.0007, 0.5, 0.05, 1e-3};
+constexpr std::array<double, kErrors> kUsual{selection::kUsualGyroGain, 0.0007, 0.5, 0.05, 1e-3};
 constexpr double kAnyGain = 0.2, kNoSlip = 1e-6;
-/// One standard deviation of leans, between turns, in them, of each; of ramps' places; of the
-/// pivot, for all turns alike and inside of them.
-constexpr double kBetween = 0.1, kLean = 0.6, kOfTurn = 0.08, kRamp_m = 25.0, kPivot_m = 5.0,
-                 kInner_m = 8.0;
-constexpr double kMostDelay_s = 1.0;
+/// One standard deviation of leans, between turns, in them, of each; of ramps' places; of their
+/// length, and of the places of each turn's; of the pivot, for all turns alike and inside of them.
+constexpr double kBetween = 0.1, kLean = 0.6, kOfTurn = 0.08, kRamp_m = 25.0, kUsualRamp_m = 85.0,
+                 kLongRamp = 0.5, kRampOfTurn_m = 12.0, kPivot_m = 2.5, kInner_m = 6.0;
+constexpr double kMostDelay_s = 1.0, kMostFilter_s = 0.5;
 /// Noise of a window to begin with, rad: a fit that begins with too much takes the road for noise.
 constexpr double kFirst_rad = 0.002, kRough_rad = 0.003;
 /// The driven line is taken as smooth: the wiggles of a reference line are none of the car's.
@@ -49,9 +51,10 @@ double step_up(double t) {
 }
 
 /// Amounts in this order: lean between the turns; of all turns; how far their ramps lie outside, at
-/// begin and end; what each turn leans more; waves; errors of the gyro; the pivot, of all turns
-/// alike and to the inside.
-enum : Index { kBetweenAt, kLeanAt, kBeginAt, kEndAt, kTurnsAt };
+/// begin and end; the logarithm of their length; of each turn, what it leans more and how much
+/// further out its ramps begin and end; waves; errors of the gyro; the pivot, of all turns alike
+/// and to the inside.
+enum : Index { kBetweenAt, kLeanAt, kBeginAt, kEndAt, kRampAt, kTurnsAt };
 struct Prior {
   VectorXd centre, precision;
 };
@@ -97,10 +100,11 @@ class Fitting {
   };
 
   Index count() const { return static_cast<Index>(turns_.size()); }
-  Index error_at(Index waves) const { return kTurnsAt + count() + waves; }
+  Index waves_at() const { return kTurnsAt + 3 * count(); }
+  Index error_at(Index waves) const { return waves_at() + waves; }
   Index pivot_at(Index waves) const { return error_at(waves) + kErrors; }
   void cut() {
-    out.windows = turning_windows(logs_, length_m_, closed_, places_, out.delay_s);
+    out.windows = turning_windows(logs_, length_m_, closed_, places_, out.delay_s, filter_s_);
     // The nose that pitches on the stated road.
     const VectorXd pitch = derivative(out.turned.grade), sine = sine_of(out.turned.bank);
     y_ = out.windows.more_rad - out.windows.went_m * pitch.cwiseProduct(sine);
@@ -109,57 +113,34 @@ class Fitting {
     return (1 + bank.array().square()).rsqrt().matrix();
   }
   static VectorXd sine_of(const VectorXd& bank) { return bank.cwiseProduct(cosine_of(bank)); }
-  VectorXd derivative(const VectorXd& x) const;
-  VectorXd second(const VectorXd& x) const;
-  MatrixXd second_of_columns(MatrixXd a) const;
-  MatrixXd ramps(double ramp_m, double begin_m, double end_m) const;
-  State state(const VectorXd& amount, double ramp_m, Index waves) const;
+  VectorXd derivative(const VectorXd& x) const {
+    return explain::derivative(x, out.place_m, closed_);
+  }
+  VectorXd second(const VectorXd& x) const { return second_derivative(x, out.place_m, closed_); }
+  MatrixXd ramps(double ramp_m, const VectorXd& begin_m, const VectorXd& end_m) const;
+  State state(const VectorXd& amount, Index waves) const;
   Prior prior(Index waves, double size, double alike_m, double outside_m) const;
   double loss(const State& s, const Prior& p, const VectorXd& weight) const;
-  State improve(const VectorXd& amount, double ramp_m, Index waves, const Prior& p,
-                const VectorXd& weight, int rounds) const;
+  State improve(const VectorXd& amount, Index waves, const Prior& p, const VectorXd& weight,
+                int rounds) const;
   VectorXd find_delay();
   VectorXd start(const VectorXd& leans, double ramp_m, double inside_m) const;
-  Refined refine(const VectorXd& from, double ramp_m) const;
+  Refined refine(const VectorXd& from) const;
   void tell(const Refined& r);
+  WithoutLean without_lean(const VectorXd& precision) const;
 
   const std::vector<Turning>& logs_;
   double length_m_;
   bool closed_;
   Index places_ = 0;
+  double filter_s_ = 0.0;
   std::vector<Turn> turns_;
   VectorXd line_v_m_, usual_, y_;
   MatrixXd waves_;
 };
 
-VectorXd Fitting::derivative(const VectorXd& x) const {
-  VectorXd d = VectorXd::Zero(places_);
-  for (Index k = closed_ ? 0 : 1; k < (closed_ ? places_ : places_ - 1); ++k)
-    d[k] = (x[(k + 1) % places_] - x[(k + places_ - 1) % places_]) / (2 * out.place_m);
-  return d;
-}
-
-VectorXd Fitting::second(const VectorXd& x) const {
-  VectorXd d = VectorXd::Zero(places_);
-  for (Index k = closed_ ? 0 : 1; k < (closed_ ? places_ : places_ - 1); ++k)
-    d[k] = (x[(k + 1) % places_] - 2 * x[k] + x[(k + places_ - 1) % places_]) /
-           (out.place_m * out.place_m);
-  return d;
-}
-
-/// Rows times the matrix of second().
-MatrixXd Fitting::second_of_columns(MatrixXd a) const {
-  if (!closed_) a.col(0).setZero(), a.col(places_ - 1).setZero();
-  MatrixXd d = -2 * a;
-  for (Index k = 0; k < places_; ++k) {
-    if (closed_ || k > 0) d.col(k) += a.col((k + places_ - 1) % places_);
-    if (closed_ || k + 1 < places_) d.col(k) += a.col((k + 1) % places_);
-  }
-  return d / (out.place_m * out.place_m);
-}
-
 /// Of each turn, the rise to the left where it leans by one.
-MatrixXd Fitting::ramps(double ramp_m, double begin_m, double end_m) const {
+MatrixXd Fitting::ramps(double ramp_m, const VectorXd& begin_m, const VectorXd& end_m) const {
   MatrixXd m = MatrixXd::Zero(places_, count());
   for (Index t = 0; t < count(); ++t) {
     const Turn& turn = turns_[static_cast<std::size_t>(t)];
@@ -167,45 +148,55 @@ MatrixXd Fitting::ramps(double ramp_m, double begin_m, double end_m) const {
       for (const double lap_m : {-length_m_, 0.0, length_m_}) {
         if (!closed_ && lap_m != 0) continue;
         const double at = static_cast<double>(k) * out.place_m + lap_m;
-        m(k, t) += turn.side * (step_up((at - turn.begin_m + begin_m) / ramp_m + 0.5) -
-                                step_up((at - turn.end_m - end_m) / ramp_m + 0.5));
+        m(k, t) += turn.side * (step_up((at - turn.begin_m + begin_m[t]) / ramp_m + 0.5) -
+                                step_up((at - turn.end_m - end_m[t]) / ramp_m + 0.5));
       }
   }
   return m;
 }
 
-Fitting::State Fitting::state(const VectorXd& amount, double ramp_m, Index waves) const {
+Fitting::State Fitting::state(const VectorXd& amount, Index waves) const {
   const Index n = count();
-  const VectorXd leans = amount.segment(kTurnsAt, n).array() + amount[kLeanAt];
-  const double begin_m = amount[kBeginAt], end_m = amount[kEndAt];
+  const VectorXd leans = amount.segment(kTurnsAt, n).array() + amount[kLeanAt],
+                 begin_m = amount.segment(kTurnsAt + n, n).array() + amount[kBeginAt],
+                 end_m = amount.segment(kTurnsAt + 2 * n, n).array() + amount[kEndAt];
+  const double ramp_m = std::exp(amount[kRampAt]);
   const MatrixXd r = ramps(ramp_m, begin_m, end_m);
-  constexpr double kStep_m = 4.0;
+  constexpr double kStep_m = 4.0, kLonger = 1.05;
+  const VectorXd step_m = VectorXd::Constant(n, kStep_m);
+  const MatrixXd by_begin =
+      (ramps(ramp_m, begin_m + step_m, end_m) - ramps(ramp_m, begin_m - step_m, end_m)) *
+      leans.asDiagonal() / (2 * kStep_m);
+  const MatrixXd by_end =
+      (ramps(ramp_m, begin_m, end_m + step_m) - ramps(ramp_m, begin_m, end_m - step_m)) *
+      leans.asDiagonal() / (2 * kStep_m);
   State s;
   s.amount = amount;
-  s.moves.resize(places_, kTurnsAt + n + waves);
-  s.moves << out.side, r.rowwise().sum(),
-      (ramps(ramp_m, begin_m + kStep_m, end_m) - ramps(ramp_m, begin_m - kStep_m, end_m)) * leans /
-          (2 * kStep_m),
-      (ramps(ramp_m, begin_m, end_m + kStep_m) - ramps(ramp_m, begin_m, end_m - kStep_m)) * leans /
-          (2 * kStep_m),
-      r, out.side.asDiagonal() * waves_.leftCols(waves);
+  s.moves.resize(places_, waves_at() + waves);
+  s.moves << out.side, r.rowwise().sum(), by_begin.rowwise().sum(), by_end.rowwise().sum(),
+      (ramps(ramp_m * kLonger, begin_m, end_m) - ramps(ramp_m / kLonger, begin_m, end_m)) * leans /
+          (2 * std::log(kLonger)),
+      r, by_begin, by_end, out.side.asDiagonal() * waves_.leftCols(waves);
   VectorXd added = amount[kBetweenAt] * out.side + r * leans;
-  if (waves > 0) added += s.moves.rightCols(waves) * amount.segment(kTurnsAt + n, waves);
+  if (waves > 0) added += s.moves.rightCols(waves) * amount.segment(waves_at(), waves);
   s.bank = out.turned.bank + added;
-  const VectorXd cosine = cosine_of(s.bank), sine = sine_of(s.bank), cube = cosine.array().cube(),
-                 stated = out.turned.bank;
+  // The car turned on the map by what the gyro felt, less the nose's pitching, over the cosine.
+  const VectorXd cosine = cosine_of(s.bank), stated = cosine_of(out.turned.bank),
+                 ratio = stated.cwiseQuotient(cosine), leaning = stated.cwiseProduct(s.bank);
   const VectorXd beside =
       line_v_m_.array() - amount[pivot_at(waves)] + amount[pivot_at(waves) + 1] * out.side.array();
   const VectorXd stated_pitch = derivative(out.turned.grade),
                  pitch = stated_pitch + second(added.cwiseProduct(beside));
   const MatrixXd &turned = out.windows.turned_rad, &went = out.windows.went_m;
-  s.base = turned * (cosine - cosine_of(stated)) +
-           went * (pitch.cwiseProduct(sine) - stated_pitch.cwiseProduct(sine_of(stated))) +
-           out.windows.errors * amount.segment(error_at(waves), kErrors);
-  const MatrixXd felt = went * sine.asDiagonal();
-  const MatrixXd by_bank = turned * VectorXd(-s.bank.cwiseProduct(cube)).asDiagonal() +
-                           second_of_columns(felt) * beside.asDiagonal() +
-                           went * pitch.cwiseProduct(cube).asDiagonal();
+  s.base =
+      turned * (1 - ratio.array()).matrix() +
+      went * (pitch.cwiseProduct(leaning) - stated_pitch.cwiseProduct(sine_of(out.turned.bank))) +
+      out.windows.errors * amount.segment(error_at(waves), kErrors);
+  const MatrixXd felt = went * leaning.asDiagonal();
+  const MatrixXd by_bank =
+      turned * VectorXd(-leaning.cwiseProduct(cosine)).asDiagonal() +
+      times_second_derivative(felt, out.place_m, closed_) * beside.asDiagonal() +
+      went * pitch.cwiseProduct(stated).asDiagonal();
   s.jacobian.resize(y_.size(), amount.size());
   s.jacobian << by_bank * s.moves, out.windows.errors, felt * second(-added),
       felt * second(added.cwiseProduct(out.side));
@@ -216,6 +207,7 @@ Prior Fitting::prior(Index waves, double size, double alike_m, double outside_m)
   Prior p{VectorXd::Zero(pivot_at(waves) + 2), VectorXd(pivot_at(waves) + 2)};
   const auto precision = [](double sd) { return 1 / (sd * sd); };
   p.centre.segment(kBeginAt, 2).setConstant(outside_m);
+  p.centre[kRampAt] = std::log(kUsualRamp_m);
   VectorXd variance(waves);
   for (Index k = 0; k < waves; ++k) {
     const double ratio = wave_turns(static_cast<std::size_t>(k + 1), closed_) * alike_m / length_m_;
@@ -223,8 +215,9 @@ Prior Fitting::prior(Index waves, double size, double alike_m, double outside_m)
   }
   if (waves > 0) variance *= size * size / (0.5 * variance.sum());
   p.precision << precision(kBetween), precision(kLean),
-      VectorXd::Constant(2, precision(waves > 0 ? kRamp_m : 0.2 * kRamp_m)),
-      VectorXd::Constant(count(), precision(kOfTurn)), variance.cwiseInverse(),
+      VectorXd::Constant(2, precision(waves > 0 ? kRamp_m : 0.2 * kRamp_m)), precision(kLongRamp),
+      VectorXd::Constant(count(), precision(kOfTurn)),
+      VectorXd::Constant(2 * count(), precision(kRampOfTurn_m)), variance.cwiseInverse(),
       usual_.cwiseAbs2().cwiseInverse(), precision(kPivot_m), precision(kInner_m);
   return p;
 }
@@ -237,9 +230,9 @@ double Fitting::loss(const State& s, const Prior& p, const VectorXd& weight) con
 }
 
 /// Levenberg and Marquardt; outliers count as three standard deviations.
-Fitting::State Fitting::improve(const VectorXd& amount, double ramp_m, Index waves, const Prior& p,
+Fitting::State Fitting::improve(const VectorXd& amount, Index waves, const Prior& p,
                                 const VectorXd& weight, int rounds) const {
-  State now = state(amount, ramp_m, waves);
+  State now = state(amount, waves);
   now.loss = loss(now, p, weight);
   double damping = 1e-2;
   for (int round = 0; round < rounds; ++round) {
@@ -256,7 +249,7 @@ Fitting::State Fitting::improve(const VectorXd& amount, double ramp_m, Index wav
     for (int again = 0; again < 6 && now.loss == before; ++again) {
       MatrixXd damped = normal;
       damped.diagonal() *= 1 + damping;
-      State next = state(now.amount + damped.llt().solve(down), ramp_m, waves);
+      State next = state(now.amount + damped.llt().solve(down), waves);
       next.loss = loss(next, p, weight);
       damping *= next.loss < now.loss ? 0.2 : 6.0;
       if (next.loss < now.loss) now = std::move(next);
@@ -272,7 +265,8 @@ VectorXd Fitting::find_delay() {
   for (int round = 0; round < 5; ++round) {
     cut();
     if (y_.size() < kLeastWindows) return leans;
-    const MatrixXd r = ramps(80.0, 0.0, 0.0).cwiseAbs();
+    const VectorXd none = VectorXd::Zero(count());
+    const MatrixXd r = ramps(80.0, none, none).cwiseAbs();
     MatrixXd x(y_.size(), count() + kErrors);
     x << -(out.windows.turned_rad * r), out.windows.errors;
     VectorXd precision(x.cols());
@@ -284,13 +278,16 @@ VectorXd Fitting::find_delay() {
     const VectorXd amount = solve(x, y_, out.weight, precision).amount;
     for (Index t = 0; t < count(); ++t) {
       const double stated = r.col(t).dot(out.turned.bank) / std::max(1e-9, r.col(t).sum());
-      const double cosine =
-          std::clamp(1 - amount[t] - (1 - 1 / std::hypot(1, stated)), 0.7, 0.9995);
+      const double cosine = std::clamp(1 / std::hypot(1, stated) / (1 + amount[t]), 0.7, 0.9995);
       leans[t] = std::sqrt(1 - cosine * cosine) / cosine -
                  stated * turns_[static_cast<std::size_t>(t)].side;
     }
-    if (round < 4)
+    if (round < 4) {
       out.delay_s = std::clamp(out.delay_s + amount[count() + kDelay], -kMostDelay_s, kMostDelay_s);
+      // What a filter of the first order is beyond its delay.
+      const double square = 0.5 * filter_s_ * filter_s_ + amount[count() + kFilter];
+      filter_s_ = std::clamp(std::sqrt(2 * std::max(0.0, square)), 0.0, kMostFilter_s);
+    }
   }
   return leans;
 }
@@ -305,17 +302,18 @@ VectorXd Fitting::start(const VectorXd& leans, double ramp_m, double inside_m) c
     amount[kLeanAt] = leans.mean();
     amount.segment(kTurnsAt, count()) = leans.array() - leans.mean();
     amount[pivot_at(0) + 1] = inside_m;
-    State s = improve(amount, ramp_m, 0, p, weight, 8);
+    amount[kRampAt] = std::log(ramp_m);
+    State s = improve(amount, 0, p, weight, 8);
     if (s.loss < best.loss) best = std::move(s);
   }
   VectorXd amount = VectorXd::Zero(pivot_at(waves_.cols()) + 2);
-  amount.head(kTurnsAt + count()) = best.amount.head(kTurnsAt + count());
+  amount.head(waves_at()) = best.amount.head(waves_at());
   amount.tail(kErrors + 2) = best.amount.tail(kErrors + 2);
   return amount;
 }
 
 /// With waves as rough as makes the recordings most likely.
-Fitting::Refined Fitting::refine(const VectorXd& from, double ramp_m) const {
+Fitting::Refined Fitting::refine(const VectorXd& from) const {
   constexpr double kUsuallyOutside_m = 20.0;
   const Index waves = waves_.cols();
   Refined r;
@@ -323,7 +321,7 @@ Fitting::Refined Fitting::refine(const VectorXd& from, double ramp_m) const {
   r.weight = VectorXd::Constant(y_.size(), 1 / kFirst_rad);
   r.state.amount = from;
   for (int round = 0; round < 5; ++round) {
-    r.state = improve(r.state.amount, ramp_m, waves, r.prior, r.weight, 12);
+    r.state = improve(r.state.amount, waves, r.prior, r.weight, 12);
     const State& s = r.state;
     r.linear = y_ - s.base + s.jacobian * (s.amount - r.prior.centre);
     if (round == 4) break;
@@ -342,7 +340,7 @@ Fitting::Refined Fitting::refine(const VectorXd& from, double ramp_m) const {
 
 void Fitting::tell(const Refined& r) {
   const State& s = r.state;
-  const Index waves = waves_.cols(), shapes = kTurnsAt + count() + waves;
+  const Index waves = waves_.cols(), shapes = waves_at() + waves;
   // The cosine says nothing about the sign.
   const VectorXd sign = (s.bank.array() * out.side.array() < 0)
                             .select(VectorXd::Constant(places_, -1), VectorXd::Ones(places_));
@@ -355,11 +353,18 @@ void Fitting::tell(const Refined& r) {
   out.bias_radps = s.amount[error_at(waves) + kBias];
   out.weight = r.weight;
   out.left_rad = r.left_rad;
-  VectorXd alone = usual_.cwiseAbs2().cwiseInverse();
-  out.left_stated_rad = left_out(out.windows.errors, y_, out.weight, alone, out.windows);
-  alone[kGain] = 1 / (kAnyGain * kAnyGain);
-  out.left_any_gain_rad = left_out(out.windows.errors, y_, out.weight, alone, out.windows);
-  out.any_gain = solve(out.windows.errors, y_, out.weight, alone).amount[kGain];
+  const VectorXd usual = usual_.cwiseAbs2().cwiseInverse();
+  VectorXd any_gain = usual;
+  any_gain[kGain] = 1 / (kAnyGain * kAnyGain);
+  out.unusual = usual.dot(s.amount.segment(error_at(waves), kErrors).cwiseAbs2());
+  out.stated = without_lean(usual);
+  out.with_any_gain = without_lean(any_gain);
+}
+
+WithoutLean Fitting::without_lean(const VectorXd& precision) const {
+  const VectorXd amount = solve(out.windows.errors, y_, out.weight, precision).amount;
+  return {left_out(out.windows.errors, y_, out.weight, precision, out.windows), amount[kGain],
+          precision.dot(amount.cwiseAbs2())};
 }
 
 bool Fitting::run() {
@@ -371,7 +376,7 @@ bool Fitting::run() {
   std::pair<bool, double> least{true, std::numeric_limits<double>::infinity()};
   for (const double ramp_m : kRamps_m)
     for (const double inside_m : kInside_m) {
-      Refined r = refine(start(leans, ramp_m, inside_m), ramp_m);
+      Refined r = refine(start(leans, ramp_m, inside_m));
       double left = 0.0;
       for (const double e : r.left_rad) left += std::min(std::abs(e), 3 * kFirst_rad) * std::abs(e);
       const std::pair<bool, double> now{r.state.amount[kLeanAt] < 0, left};

@@ -10,6 +10,13 @@
 
 namespace explain {
 
+/// The stated road with errors of the gyro alone.
+struct WithoutLean {
+  Eigen::VectorXd left_rad;  ///< of each window where the other half laps say how it is
+  double gain = 0.0;         ///< of the gyro, that it asks for
+  double unusual = 0.0;      ///< loss of these errors themselves: far from what is usual
+};
+
 /// How a road leans beyond its file; vectors over its places, which are equally far apart.
 struct LeaningRoad {
   double place_m = 0.0, delay_s = 0.0;  ///< delay of the gyro
@@ -22,11 +29,10 @@ struct LeaningRoad {
   Eigen::MatrixXd covariance;  ///< of these amounts
   Eigen::VectorXd pivot_v_m;   ///< about which it leans
   double gain = 0.0, bias_radps = 0.0;
-  Eigen::VectorXd weight;  ///< of each window, 1/rad
-  /// What is left of each window where the other half laps say how it is, rad: of this road; of the
-  /// stated one, with a gyro's gain as it is usual, and with any.
-  Eigen::VectorXd left_rad, left_stated_rad, left_any_gain_rad;
-  double any_gain = 0.0;  ///< of the gyro, that the stated road asks for
+  Eigen::VectorXd weight;             ///< of each window, 1/rad
+  Eigen::VectorXd left_rad;           ///< of each window where the other half laps say how it is
+  double unusual = 0.0;               ///< loss of the gyro's errors themselves
+  WithoutLean stated, with_any_gain;  ///< with a gyro's gain as it is usual, and with any
 };
 
 /// In turns it leans by one amount each, on the way between them by another, with ramps as long and

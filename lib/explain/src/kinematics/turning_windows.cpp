@@ -12,8 +12,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Steps of Signals::kStep_s: a window every 3 s, which begins and ends within 0.2 s.
-constexpr std::size_t kWindow = 60, kRamp = 4, kAll = kWindow + kRamp;
+/// Steps of Signals::kStep_s: a window every second, which begins and ends within half a second. A
+/// road leans over in two: longer ones take the nose's pitching for a lean.
+constexpr std::size_t kWindow = 20, kRamp = 10, kAll = kWindow + kRamp;
 constexpr double kSlowest_mps = 6.0;
 
 /// The two places beside u, and the share of the second.
@@ -43,7 +44,7 @@ struct Cutting {
   double length_m = 0.0;
   bool closed = false;
   Index places = 0;
-  double delay_steps = 0.0;
+  double delay_steps = 0.0, filter_s = 0.0;
 };
 
 /// A window from step `first` on: what the gyro has more, the errors, how far was turned where.
@@ -82,8 +83,6 @@ Window window_at(const Cutting& c, std::size_t first) {
     const double turned = share * (c.log.turned_rad[i + 1] - c.log.turned_rad[i]);
     stated_rad += 0.5 * (c.log.cosine[i] + c.log.cosine[i + 1]) * turned;
     const Beside b = beside(c.log.u_m[i], c.length_m, c.closed, c.places);
-    w.turned_rad[b.first] += (1 - b.share) * turned;
-    w.turned_rad[b.second] += b.share * turned;
     const double way_m = share * went(c.log, i, c.length_m, c.closed);
     w.went_m[b.first] += (1 - b.share) * way_m;
     w.went_m[b.second] += b.share * way_m;
@@ -91,17 +90,21 @@ Window window_at(const Cutting& c, std::size_t first) {
     const auto mean = [&](const std::vector<double>& x) {
       return 0.5 * (at_time(x, begin) + at_time(x, begin + 1));
     };
-    const double of = share * Signals::kStep_s;
-    gyro_rad += of * mean(c.log.gyro_radps);
+    const double of = share * Signals::kStep_s, change = mean(c.log.dgyro_radps2),
+                 bends = share * (at_time(c.log.dgyro_radps2, begin + 1) -
+                                  at_time(c.log.dgyro_radps2, begin));
+    const double felt = of * (mean(c.log.gyro_radps) + c.filter_s * change);
+    gyro_rad += felt;
+    w.turned_rad[b.first] += (1 - b.share) * felt;
+    w.turned_rad[b.second] += b.share * felt;
     w.error[kBias] += of;
-    w.error[kDelay] -= of * mean(c.log.dgyro_radps2);
-    w.error[kFilter] +=
-        share * (at_time(c.log.dgyro_radps2, begin + 1) - at_time(c.log.dgyro_radps2, begin));
+    w.error[kDelay] -= of * change + c.filter_s * bends;
+    w.error[kFilter] += bends;
     w.error[kSlip] += share * (c.log.speed_mps[i + 1] * at_time(c.log.gyro_radps, begin + 1) -
                                c.log.speed_mps[i] * at_time(c.log.gyro_radps, begin));
   }
   w.more_rad = gyro_rad - stated_rad;
-  w.error[kGain] = stated_rad;
+  w.error[kGain] = gyro_rad;
   return w;
 }
 
@@ -122,12 +125,13 @@ void number_folds(TurningWindows& w) {
 }  // namespace
 
 TurningWindows turning_windows(const std::vector<Turning>& logs, double length_m, bool closed,
-                               Index places, double delay_s) {
+                               Index places, double delay_s, double filter_s) {
   std::vector<Window> windows;
   TurningWindows out;
   int laps = 0;
   for (const Turning& log : logs) {
-    const Cutting c{log, length_m, closed, places, delay_s / Signals::kStep_s};
+    const Cutting c{log,     length_m, closed, places, (delay_s - filter_s) / Signals::kStep_s,
+                    filter_s};
     if (log.by == TurningBy::kNone) continue;
     for (std::size_t first = 0; first + kAll < log.u_m.size();) {
       if (!is_known(c, first)) {

@@ -8,9 +8,10 @@
 
 namespace explain {
 
-/// Of each window: what the gyro turned (read `delay_s` later) less what map and stated road say,
-/// rad; how far the car turned at each place on the map, rad, and went there, m; what errors of the
-/// gyro would make.
+/// Of each window: what the gyro turned (read `delay_s` later, without a filter of `filter_s`) less
+/// what map and stated road say, rad; how far the gyro turned at each place, rad (of the two it has
+/// the less noise, and noise on both sides of an equation is a gain), and the car went there, m;
+/// what errors of the gyro would make.
 struct TurningWindows {
   Eigen::VectorXd more_rad;            ///< gyro less stated
   Eigen::MatrixXd turned_rad, went_m;  ///< windows x places
@@ -23,7 +24,7 @@ struct TurningWindows {
 enum GyroError : Eigen::Index { kGain, kBias, kDelay, kFilter, kSlip, kErrors };
 
 TurningWindows turning_windows(const std::vector<Turning>& logs, double length_m, bool closed,
-                               Eigen::Index places, double delay_s);
+                               Eigen::Index places, double delay_s, double filter_s);
 
 /// Of the recordings at each place: how far was turned and gone in all; mean stated bank and grade;
 /// mean v. Places where nobody drove have what lies before them.

@@ -78,7 +78,7 @@ void Analysis::find_banking_by_turning(Findings& out) {
   for (const BankingPlace& p : b.places) turning_road_.bank.push_back(p.added);
   turning_road_.grade = derivative_of(kept_heights(b), b.places[1].u_m, first.closed);
   out.remarks.push_back(fmt::format(
-      "banking was told by {} in {} windows of 3 s: {:.1f} to {:.1f} degrees more than the file in "
+      "banking was told by {} in {} windows of 1 s: {:.1f} to {:.1f} degrees more than the file in "
       "the turns. Its side is that to which they turn; where the road does not turn nothing tells "
       "it",
       name_of(b.by), b.windows, degrees_of(b.lean - b.lean_ci90),
