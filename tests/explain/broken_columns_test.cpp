@@ -12,6 +12,7 @@
 #include "explain/columns.h"
 #include "explain/judge.h"
 #include "good_log.h"
+#include "steering_ratio.h"
 #include "vehicle/vehicle_file.h"
 
 namespace explain {
@@ -23,12 +24,13 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using BrokenColumns = GoodLog;
 
-/// The same, `s` seconds late; its first value before.
+/// The same, `s` seconds late; its first value before, its last one behind what comes early.
 std::vector<double> late(const std::vector<double>& x, double s) {
-  const auto rows = static_cast<std::size_t>(std::lround(s * 50));
-  std::vector<double> out(x.size(), x.front());
-  std::copy(x.begin(), x.end() - static_cast<std::ptrdiff_t>(rows),
-            out.begin() + static_cast<std::ptrdiff_t>(rows));
+  const std::ptrdiff_t rows = std::lround(s * 50), last = std::ssize(x) - 1;
+  std::vector<double> out(x.size());
+  for (std::ptrdiff_t i = 0; i <= last; ++i)
+    out[static_cast<std::size_t>(i)] =
+        x[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i - rows, 0, last))];
   return out;
 }
 
@@ -380,6 +382,15 @@ TEST_F(BrokenColumns, DevicesWithAClockOfTheirOwnAreMoved) {
   const LateColumns of_the_bus = moved(bus, 0.2);
   EXPECT_EQ(of_the_bus.columns.size(), bus.size());
   EXPECT_NEAR(of_the_bus.delay_s, 0.2, 0.015);
+  // Where the speed is the places': by the brakes. Early as well as late.
+  EXPECT_NEAR(moved(bus, -0.2).delay_s, -0.2, 0.015);
+  bus.erase(
+      std::find_if(bus.begin(), bus.end(), [](auto x) { return x == std::string("vx_mps"); }));
+  for (const double s : {0.2, -0.2}) {
+    const LateColumns without_speed = moved(bus, s);
+    EXPECT_EQ(without_speed.columns.size(), bus.size()) << s;
+    EXPECT_NEAR(without_speed.delay_s, s, 0.03);
+  }
   EXPECT_TRUE(moved({"yaw_rate_radps"}, 0.12).columns.empty()) << "one alone may be filtered";
   // Written as one finding; what the analysis adds to one of them is that one's own.
   Signals log;
@@ -403,6 +414,34 @@ TEST_F(BrokenColumns, AClockThatRunsFastIsRefusedWithItsScale) {
   mapping.columns[0].scale = std::stod(refusal.substr(refusal.find("scale ") + 6));
   ASSERT_EQ(mapping.columns[0].channel, "time_s");
   EXPECT_TRUE(make_signals(t, mapping, *road_, "log.csv").remarks.empty());
+  // Beside a heading that jitters the path says how it turns.
+  for (std::size_t i = 0; i < t.rows(); ++i)
+    column(t, "yaw_rad")[i] += 0.02 * std::sin(0.7 * static_cast<double>(i * i % 1009));
+  EXPECT_THAT(said(t), ::testing::ContainsRegex("the path turns.*fast by (1.9|2.0|2.1) %"));
+}
+
+TEST_F(BrokenColumns, SteeringThatIsNotTheCarsIsNamed) {
+  const vehicle::Vehicle car = vehicle::read_vehicle(folder_->path("none/vehicle.yaml"));
+  for (const double scale : {0.5, 1.0, 2.0}) {
+    Signals s = signals(changed("steer_rad", [&](double v) { return scale * v; }));
+    leave_out_other_steering(s, car);
+    EXPECT_EQ(s.broken, scale != 1) << scale;
+    EXPECT_EQ(s.remarks.size(), scale != 1 ? 1u : 0u);
+    if (scale != 1) {
+      EXPECT_THAT(s.remarks[0], HasSubstr("as the wheelbase asks"));
+    }
+  }
+}
+
+TEST_F(BrokenColumns, AnotherScaleIsNamed) {
+  for (const double scale : {0.5, 2.0}) {
+    const recording::Table t = changed("vy_mps", [&](double v) { return scale * v; });
+    EXPECT_THAT(said(t), HasSubstr("times the path against the heading")) << scale;
+    EXPECT_TRUE(signals(t).broken);
+  }
+  const recording::Table t = changed("throttle", [](double v) { return std::min(v, 0.5); });
+  EXPECT_THAT(said(t), AllOf(HasSubstr("'throttle' goes to 0.5"), HasSubstr("give it scale")));
+  EXPECT_TRUE(signals(t).broken);
 }
 
 TEST_F(BrokenColumns, AreNotJudged) {

@@ -11,6 +11,7 @@
 #include "recording/log_table.h"
 #include "recording/place.h"
 #include "run_steps.h"
+#include "steering_ratio.h"
 #include "vehicle/error.h"
 
 namespace explain {
@@ -161,6 +162,7 @@ Recordings read_recordings(const ExplainRequest& request, const crg::Surface& su
       out.logs[k] = make_signals(out.tables[k], out.read, surface, paths[k]);
     }
     leave_out_exchanged_brakes(out.logs[k], car);
+    leave_out_other_steering(out.logs[k], car);
   }
   return out;
 }

@@ -82,6 +82,15 @@ std::optional<LateColumns> late_together(const Signals& s) {
   const double steering = lag(kSteer, s.x[kSteer], path.curvature, 0.005, false),
                nose = std::isfinite(gyro) ? std::min(gyro, 0.0) : 0.0,
                brakes = brakes_late_by(s, rate);
+  // Wheels that slip speed up by a tenth of a second before the car: they tell the side alone.
+  const double wheels = lag(kWheelFront, s.dx[kWheelFront], rate, 0.5, false);
+  const bool of_speed = !(std::abs(vx) < kAgree_s);
+  const double bus = of_speed                                              ? vx
+                     : (brakes > 0 ? wheels > -kAgree_s : wheels < brakes) ? brakes
+                                                                           : kNaN;
+  const bool with_bus = bus > 0 ? steering > std::max(0.6 * bus, bus - kAgree_s + nose) ||
+                                      (of_speed && brakes > std::max(0.6 * bus, bus - 0.05))
+                                : steering < 0.6 * bus;
   // Of all these a heading is told best from what turns it.
   if (heading_with_path) imu = gyro - heading;
   std::vector<Channel> late;
@@ -96,9 +105,8 @@ std::optional<LateColumns> late_together(const Signals& s) {
     // Two of the three may be filtered alike; all of them have one clock.
     late = {kAx, kAy, kAz, kYawRate};
     delay_s = imu;
-  } else if (vx > kLeast_s && std::abs(imu) < kAgree_s && !s.commanded[kSteer] &&
-             (steering > std::max(0.6 * vx, vx - kAgree_s + nose) ||
-              brakes > std::max(0.6 * vx, vx - 0.05))) {
+  } else if (std::abs(bus) > kLeast_s && std::abs(imu) < kAgree_s && !s.commanded[kSteer] &&
+             with_bus) {
     late = {kVx,           kWheelFront,
             kWheelRear,    kWheelRearDifference,
             kSteer,        kThrottle,
@@ -107,7 +115,8 @@ std::optional<LateColumns> late_together(const Signals& s) {
             kLoadFront,    kLoadRear,
             kSteerCommand, kThrottleCommand,
             kBrakeCommand};
-    delay_s = vx;
+    if (!of_speed) late.erase(late.begin());
+    delay_s = bus;
   } else {
     return std::nullopt;
   }

@@ -82,4 +82,16 @@ PathSays path_says(const Signals& s) {
   return p;
 }
 
+std::vector<double> between_chords(const std::vector<double>& turning) {
+  std::vector<double> out(turning.size(), kNaN);
+  constexpr double kAll = static_cast<double>(kChord * kChord);
+  for (std::size_t i = kChord; i + kChord < turning.size(); ++i) {
+    double sum = static_cast<double>(kChord) * turning[i];
+    for (std::size_t d = 1; d < kChord; ++d)
+      sum += static_cast<double>(kChord - d) * (turning[i - d] + turning[i + d]);
+    out[i] = sum / kAll;
+  }
+  return out;
+}
+
 }  // namespace explain

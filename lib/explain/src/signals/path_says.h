@@ -27,4 +27,7 @@ struct PathSays {
 
 PathSays path_says(const Signals& s);
 
+/// A turning as `turn_radps` would show it, which is that between two chords.
+std::vector<double> between_chords(const std::vector<double>& turning);
+
 }  // namespace explain

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -15,17 +16,23 @@
 namespace explain {
 namespace {
 
-/// How much of `slip` a lateral speed holds beside whatever a lever arm adds to it by turning.
-double share_of_slip(const std::vector<double>& vy, const std::vector<double>& slip,
-                     const std::vector<double>& turn) {
-  double ss = 0, st = 0, tt = 0, vs = 0, vt = 0;
-  for (std::size_t i = 0; i < vy.size(); ++i) {
-    if (!std::isfinite(vy[i]) || !std::isfinite(slip[i]) || !std::isfinite(turn[i])) continue;
-    ss += slip[i] * slip[i], st += slip[i] * turn[i], tt += turn[i] * turn[i];
-    vs += vy[i] * slip[i], vt += vy[i] * turn[i];
+/// How much of `slip` a lateral speed holds beside what a lever arm adds to it by turning and a
+/// heading that is a little off by speed: noise of `slip` makes less of it, up to `most`.
+struct Share {
+  double least = 0.0, most = 0.0;
+};
+Share share_of_slip(const Signals& s, const PathSays& path) {
+  Eigen::Matrix4d sums = Eigen::Matrix4d::Zero();
+  for (std::size_t i = 0; i < s.n; ++i) {
+    const Eigen::Vector4d at(s.x[kVy][i], path.slip_mps[i], path.turn_radps[i], s.x[kVx][i]);
+    if (at.allFinite()) sums += at * at.transpose();
   }
-  const double determinant = ss * tt - st * st;
-  return determinant > 0 ? (vs * tt - vt * st) / determinant : 0.0;
+  // Of both what the other two do not hold.
+  const Eigen::Matrix2d both =
+      sums.topLeftCorner<2, 2>() -
+      sums.topRightCorner<2, 2>() *
+          sums.bottomRightCorner<2, 2>().ldlt().solve(sums.bottomLeftCorner<2, 2>());
+  return {both(0, 1) / both(1, 1), both(0, 0) / both(0, 1)};
 }
 
 std::string unit_of(double slope) {
@@ -40,6 +47,15 @@ double largest(const std::vector<double>& values) {
   for (const double v : values)
     if (std::isfinite(v)) most = std::max(most, std::abs(v));
   return most;
+}
+
+/// Without the 2 % that are larger, such as overshoots.
+double usually_largest(std::vector<double> x) {
+  std::erase_if(x, [](double v) { return !std::isfinite(v); });
+  if (x.empty()) return 0.0;
+  const auto at = x.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(x.size()));
+  std::nth_element(x.begin(), at, x.end());
+  return *at;
 }
 
 /// What the path says of a channel: its values there, how far they swing at least before it says
@@ -199,13 +215,15 @@ void check_motion(Channels& channels, const PathSays& path) {
   if (s.present[kVy] && s.present[kYaw]) {
     const Match m = match(s.x[kVy], path.slip_mps, 0.1);
     // Far ahead of the centre of mass turning outweighs the slip; that is a place, no sign.
-    const double share = share_of_slip(s.x[kVy], path.slip_mps, path.turn_radps);
-    if (m.known && m.correlation < -0.3 && share < 0)
+    const Share share = share_of_slip(s, path);
+    constexpr double kHigh = 1.4, kLow = 0.67, kTold = 0.6;
+    if (m.known && m.correlation < -0.3 && share.least < 0)
       channels.leave_out(kVy, "has the other sign than the path against the heading");
-    else if (m.known && m.correlation > 0.5 && share > 2)
+    else if (m.known && m.correlation > 0.5 &&
+             (share.least > kHigh || (share.most < kLow && share.least > kTold * share.most)))
       channels.leave_out(kVy, fmt::format("is {:.3g} times the path against the heading, or more "
                                           "where positions jitter: another unit",
-                                          share));
+                                          share.least));
   }
 }
 
@@ -218,6 +236,24 @@ bool is_other_pressure(const std::vector<double>& pressure, const std::vector<do
   return m.known && m.correlation > 0.5;
 }
 
+/// A pedal that is pressed as far as it goes reads 1: it stays there often, at less than that where
+/// the column is scaled.
+bool is_other_share(const std::vector<double>& throttle) {
+  constexpr double kOpen = 0.9, kThere = 0.97, kLeast_s = 10.0;
+  constexpr int kTimes = 5;
+  const double most = usually_largest(throttle);
+  double there_s = 0.0;
+  int times = 0;
+  bool before = false;
+  for (const double x : throttle) {
+    const bool there = x > kThere * most;
+    times += there && !before ? 1 : 0;
+    there_s += there ? Signals::kStep_s : 0.0;
+    before = there;
+  }
+  return most > 0.05 && most < kOpen && times >= kTimes && there_s > kLeast_s;
+}
+
 void check_controls(Channels& channels, const PathSays& path) {
   Signals& s = channels.s;
   if (!s.commanded[kSteer])
@@ -228,6 +264,12 @@ void check_controls(Channels& channels, const PathSays& path) {
         fmt::format("reaches {:.3g}: {} where a share from 0 to 1 is wanted",
                     largest(s.x[kThrottle]),
                     largest(s.x[kThrottle]) < 150 ? "per cent" : "another unit or channel"));
+  if (s.present[kThrottle] && !s.commanded[kThrottle] && is_other_share(s.x[kThrottle]))
+    channels.leave_out(
+        kThrottle,
+        fmt::format("goes to {:.2f} and stays there time and again: a pedal that is pressed as far "
+                    "as it goes is 1; give it scale {:.3g}, or take it out if it is held back",
+                    usually_largest(s.x[kThrottle]), 1 / usually_largest(s.x[kThrottle])));
   for (const Channel c : {kBrakeFront, kBrakeRear})
     if (s.present[c] && is_other_pressure(s.x[c], path.slowing_mps2))
       channels.leave_out(c,
@@ -283,24 +325,29 @@ void check_missing(Channels& channels) {
 
 /// Speed against path and gyro against heading are off alike where the clock itself is.
 void refuse_another_clock(const Signals& s, const PathSays& path) {
-  if (!s.present[kYawRate] || !s.present[kYaw]) return;
+  if (!s.present[kYawRate]) return;
   std::vector<double> on_the_map = s.x[kYawRate];  // of a body that leans with the road
   for (std::size_t i = 0; i < s.n; ++i)
     on_the_map[i] *= std::hypot(1.0, s.bank[i]) * std::hypot(1.0, s.grade[i]);
-  const Match turn = match(s.dx[kYaw], on_the_map, 0.02);
   double vv = 0, vp = 0;
   for (std::size_t i = 0; i < s.n; ++i) {
     const double along = std::hypot(s.dx[kX][i], s.dx[kY][i]), v = s.x[kVx][i];
     if (std::isfinite(path.turn_radps[i]) && std::isfinite(v)) vv += v * v, vp += v * along;
   }
   const double speed = vv > 0 ? vp / vv : 1.0;
-  if (turn.known && turn.correlation > 0.98 && std::abs(speed - 1) > 0.007 &&
-      std::abs(turn.slope / speed - 1) < 0.004)
+  // A heading that is too rough for that leaves the path, whose turning is known less well.
+  const Match heading = s.present[kYaw] ? match(s.dx[kYaw], on_the_map, 0.02) : Match{},
+              gyro = match(between_chords(on_the_map), path.turn_radps, 0.02);
+  const bool by_heading = heading.known && heading.correlation > 0.992;
+  if (!by_heading && !(gyro.known && gyro.correlation > 0.99)) return;
+  const double turn = by_heading ? heading.slope : 1 / gyro.slope;
+  if (std::abs(speed - 1) > (by_heading ? 0.007 : 0.012) &&
+      std::abs(turn / speed - 1) < (by_heading ? 0.004 : 0.006))
     throw vehicle::Error(fmt::format(
-        "{}: the path is {:.3f} times as fast as '{}', and the heading turns {:.3f} times as fast "
-        "as '{}': the clock runs {} by {:.1f} %; give time_s the scale {:.4f} in the mapping",
-        s.name, speed, s.column[kVx], turn.slope, s.column[kYawRate], speed < 1 ? "fast" : "slow",
-        100 * std::abs(1 / speed - 1), speed));
+        "{}: the path is {:.3f} times as fast as '{}', and the {} turns {:.3f} times as fast as "
+        "'{}': the clock runs {} by {:.1f} %; give time_s the scale {:.4f} in the mapping",
+        s.name, speed, s.column[kVx], by_heading ? "heading" : "path", turn, s.column[kYawRate],
+        speed < 1 ? "fast" : "slow", 100 * std::abs(1 / speed - 1), speed));
 }
 
 void remark_laps_and_gaps(Signals& s) {

@@ -1,0 +1,15 @@
+// Steering against the car: the road wheels of slow turns stand as the wheelbase asks.
+#pragma once
+
+#include "explain/signals.h"
+#include "vehicle/vehicle_file.h"
+
+namespace explain {
+
+/// Leaves out a measured steering that turns less than 0.7 times or more than 1.4 times what the
+/// wheelbase asks in the path's bends, with what tyres add by lateral acceleration apart: a column
+/// in another unit or of the steering wheel, or another car. Not where the log does not tell the
+/// two apart.
+void leave_out_other_steering(Signals& s, const vehicle::Vehicle& car);
+
+}  // namespace explain
