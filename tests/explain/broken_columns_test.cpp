@@ -12,7 +12,7 @@
 #include "explain/columns.h"
 #include "explain/judge.h"
 #include "good_log.h"
-#include "steering_ratio.h"
+#include "scales_of_car.h"
 #include "vehicle/vehicle_file.h"
 
 namespace explain {
@@ -430,6 +430,23 @@ TEST_F(BrokenColumns, SteeringThatIsNotTheCarsIsNamed) {
     if (scale != 1) {
       EXPECT_THAT(s.remarks[0], HasSubstr("as the wheelbase asks"));
     }
+  }
+}
+
+TEST_F(BrokenColumns, LoadsThatAreNotTheCarsAreNamed) {
+  const vehicle::Vehicle car = vehicle::read_vehicle(folder_->path("none/vehicle.yaml"));
+  for (const double scale : {0.5, 1.0, 2.0}) {
+    Signals s = signals(*log_);
+    s.present[kLoadFront] = s.present[kLoadRear] = true;
+    s.x[kLoadFront].clear(), s.x[kLoadRear].clear();
+    for (const double v : s.x[kVx])
+      for (const Channel c : {kLoadFront, kLoadRear})
+        s.x[c].push_back(scale *
+                         (4.9 * car.parameters[vehicle::Parameter::chassis_mass_kg] + 0.6 * v * v));
+    leave_out_other_loads(s, car);
+    EXPECT_EQ(s.broken, scale != 1) << scale;
+    EXPECT_EQ(s.remarks.size(), scale != 1 ? 1u : 0u);
+    EXPECT_EQ(s.present[kLoadRear], scale == 1);
   }
 }
 

@@ -11,7 +11,7 @@
 #include "recording/log_table.h"
 #include "recording/place.h"
 #include "run_steps.h"
-#include "steering_ratio.h"
+#include "scales_of_car.h"
 #include "vehicle/error.h"
 
 namespace explain {
@@ -163,6 +163,7 @@ Recordings read_recordings(const ExplainRequest& request, const crg::Surface& su
     }
     leave_out_exchanged_brakes(out.logs[k], car);
     leave_out_other_steering(out.logs[k], car);
+    leave_out_other_loads(out.logs[k], car);
   }
   return out;
 }

@@ -1,4 +1,5 @@
-// Steering against the car: the road wheels of slow turns stand as the wheelbase asks.
+// Scales of columns against the car: road wheels stand in slow turns as the wheelbase asks; loads
+// are those of its mass.
 #pragma once
 
 #include "explain/signals.h"
@@ -11,5 +12,9 @@ namespace explain {
 /// in another unit or of the steering wheel, or another car. Not where the log does not tell the
 /// two apart.
 void leave_out_other_steering(Signals& s, const vehicle::Vehicle& car);
+
+/// The same of loads of all wheels, whose sum is less than 0.7 times or more than 1.7 times what
+/// the stated weight and downforce make.
+void leave_out_other_loads(Signals& s, const vehicle::Vehicle& car);
 
 }  // namespace explain

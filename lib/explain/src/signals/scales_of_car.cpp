@@ -1,0 +1,67 @@
+#include "scales_of_car.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "path_says.h"
+
+namespace explain {
+namespace {
+
+/// Ratios beyond are of no car of which the file is meant; on an oval that leans loads are half
+/// more.
+constexpr double kLow = 0.7, kHigh = 1.4, kHighLoad = 1.7;
+
+}  // namespace
+
+void leave_out_other_steering(Signals& s, const vehicle::Vehicle& car) {
+  if (!s.present[kSteer] || s.commanded[kSteer]) return;
+  const PathSays path = path_says(s);
+  const Match follows = match(s.x[kSteer], path.curvature, 0.005);
+  constexpr double kFollows = 0.9, kApart = 0.1;
+  if (!follows.known || !(follows.correlation > kFollows)) return;
+  const double base_m = car.parameters[vehicle::Parameter::chassis_wheelbase_m];
+  Eigen::Matrix3d sums = Eigen::Matrix3d::Zero();  // of what wheelbase and tyres ask, and of it
+  for (std::size_t i = 0; i < s.n; ++i) {
+    const Eigen::Vector3d at(base_m * path.turn_radps[i] / s.x[kVx][i],
+                             path.turn_radps[i] * s.x[kVx][i], s.x[kSteer][i]);
+    if (at.allFinite()) sums += at * at.transpose();
+  }
+  const Eigen::Matrix2d both = sums.topLeftCorner<2, 2>();
+  if (!(both.determinant() > kApart * both(0, 0) * both(1, 1))) return;
+  const double ratio = both.ldlt().solve(sums.topRightCorner<2, 1>())[0];
+  if (ratio > kLow && ratio < kHigh) return;
+  s.broken = true;
+  s.present[kSteer] = false;
+  s.remarks.push_back(
+      fmt::format("{}: '{}' turns {:.2f} times as much as the wheelbase asks in these bends: "
+                  "another unit, the steering wheel, or another car: not used; correct it in the "
+                  "mapping (scale {:.3g})",
+                  s.name, s.column[kSteer], ratio, 1 / ratio));
+}
+
+void leave_out_other_loads(Signals& s, const vehicle::Vehicle& car) {
+  if (!s.present[kLoadFront] || !s.present[kLoadRear]) return;
+  using P = vehicle::Parameter;
+  const auto& p = car.parameters;
+  const double weight_n = p[P::chassis_mass_kg] * p[P::environment_gravity_mps2],
+               by_square = 0.5 * p[P::aero_density_kgpm3] *
+                           (p[P::front_lift_area_m2] + p[P::rear_lift_area_m2]);
+  double logged_n = 0.0, stated_n = 0.0;
+  for (std::size_t i = 0; i < s.n; ++i) {
+    const double v = s.x[kVx][i], of_all_n = s.x[kLoadFront][i] + s.x[kLoadRear][i];
+    if (std::isfinite(v + of_all_n)) logged_n += of_all_n, stated_n += weight_n + by_square * v * v;
+  }
+  const double ratio = logged_n / stated_n;
+  if (!(ratio < kLow || ratio > kHighLoad)) return;
+  s.broken = true;
+  s.present[kLoadFront] = s.present[kLoadRear] = false;
+  s.remarks.push_back(fmt::format(
+      "{}: '{}', '{}' hold {:.2f} times the weight and downforce of the car: another unit, or "
+      "another car: not used; correct them in the mapping (scale {:.3g})",
+      s.name, s.column[kLoadFront], s.column[kLoadRear], ratio, 1 / ratio));
+}
+
+}  // namespace explain
