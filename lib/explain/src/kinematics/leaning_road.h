@@ -35,10 +35,10 @@ struct LeaningRoad {
   WithoutLean stated, with_any_gain;  ///< with a gyro's gain as it is usual, and with any
 };
 
-/// In turns it leans by one amount each, on the way between them by another, with ramps as long and
-/// as far outside as the recordings say, and smooth waves on top. It leans about a line of its own:
-/// where banking changes, the nose of a car beside that line pitches, which a leaning gyro feels as
-/// turning. None: less than 30 windows, or a road that does not turn.
+/// In turns it leans by one amount each, on the way between them by another, with ramps as
+/// long as the recordings say, each turn's at a place of its own, and smooth waves on top. It leans
+/// about a line of its own: where banking changes, the nose of a car beside that line pitches,
+/// which a leaning gyro feels as turning. None: less than 30 windows, or a road that does not turn.
 std::optional<LeaningRoad> fit_leaning_road(const std::vector<Turning>& logs, double length_m,
                                             bool closed);
 

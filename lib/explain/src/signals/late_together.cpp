@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kLeast_s = 0.06;  ///< less is told column by column
 constexpr double kAgree_s = 0.03;
+constexpr double kEarly_s = 0.15;  ///< drivers and wheels that slip are before the car by less
 
 /// The rate at which the path itself speeds up: positions alone.
 std::vector<double> rate_of_path(const Signals& s) {
@@ -90,7 +91,7 @@ std::optional<LateColumns> late_together(const Signals& s) {
                                                                            : kNaN;
   const bool with_bus = bus > 0 ? steering > std::max(0.6 * bus, bus - kAgree_s + nose) ||
                                       (of_speed && brakes > std::max(0.6 * bus, bus - 0.05))
-                                : steering < 0.6 * bus;
+                                : bus < -kEarly_s && steering < 0.6 * bus + nose;
   // Of all these a heading is told best from what turns it.
   if (heading_with_path) imu = gyro - heading;
   std::vector<Channel> late;

@@ -237,21 +237,24 @@ bool is_other_pressure(const std::vector<double>& pressure, const std::vector<do
 }
 
 /// A pedal that is pressed as far as it goes reads 1: it stays there often, at less than that where
-/// the column is scaled.
+/// the column is scaled. A pedal that moves with the need for it is as often a little below.
 bool is_other_share(const std::vector<double>& throttle) {
-  constexpr double kOpen = 0.9, kThere = 0.97, kLeast_s = 10.0;
+  constexpr double kOpen = 0.9, kBand = 0.03, kLeast_s = 10.0, kOftener = 4.0;
   constexpr int kTimes = 5;
   const double most = usually_largest(throttle);
-  double there_s = 0.0;
+  double there_s = 0.0, below_s = 0.0;
   int times = 0;
   bool before = false;
   for (const double x : throttle) {
-    const bool there = x > kThere * most;
+    if (!std::isfinite(x)) continue;
+    const bool there = std::abs(x - most) < kBand * most;
     times += there && !before ? 1 : 0;
     there_s += there ? Signals::kStep_s : 0.0;
+    below_s += std::abs(x - (1 - 2 * kBand) * most) <= kBand * most ? Signals::kStep_s : 0.0;
     before = there;
   }
-  return most > 0.05 && most < kOpen && times >= kTimes && there_s > kLeast_s;
+  return most > 0.05 && most < kOpen && times >= kTimes &&
+         there_s > std::max(kLeast_s, kOftener * below_s);
 }
 
 void check_controls(Channels& channels, const PathSays& path) {

@@ -32,7 +32,7 @@ void leave_out_other_steering(Signals& s, const vehicle::Vehicle& car) {
   const Eigen::Matrix2d both = sums.topLeftCorner<2, 2>();
   if (!(both.determinant() > kApart * both(0, 0) * both(1, 1))) return;
   const double ratio = both.ldlt().solve(sums.topRightCorner<2, 1>())[0];
-  if (ratio > kLow && ratio < kHigh) return;
+  if (!(ratio > 0.0) || (ratio > kLow && ratio < kHigh)) return;  // below: nothing is told apart
   s.broken = true;
   s.present[kSteer] = false;
   s.remarks.push_back(
