@@ -51,7 +51,19 @@ TEST(ForeignCsv, AClockWithTooFewDigitsGivesWayToAFinerOne) {
     alone += std::to_string(0.1 * (k / 10)) + ",900\n";
   }
   EXPECT_NEAR(of(read(rows), "RPM").rate_hz, 100.0, 1e-6);
+  std::string lap_first = "Timestamp (s),Time in lap (s),Time (s),RPM\n";
+  for (int k = 0; k < 60; ++k)
+    lap_first += std::to_string(0.1 * (k / 10)) + "," + std::to_string(0.005 * (k % 50)) + "," +
+                 std::to_string(0.01 * k) + ",900\n";
+  EXPECT_NEAR(of(read(lap_first), "RPM").rate_hz, 100.0, 1e-6) << "a time in the lap begins anew";
   EXPECT_NEAR(of(read(alone), "RPM").rate_hz, 10.0, 1e-6) << "it stays the clock";
+}
+
+TEST(ForeignCsv, MomentsMarkedAsTextAreMoments) {
+  const Log log = read(
+      "Time,RPM\n'2024-05-01T12:00:00.0Z,0\n'2024-05-01T12:00:00.1Z,900\n"
+      "'2024-05-01T12:00:00.2Z,2500\n");
+  EXPECT_NEAR(of(log, "RPM").rate_hz, 10.0, 1e-6);
 }
 
 TEST(ForeignCsv, TimesMarkedAsTextAreTimes) {

@@ -121,9 +121,10 @@ class ColumnReader {
   }
 
   std::optional<IsoTime> moment(std::string_view cell, const std::string& name, std::size_t line) {
+    if (is_clock_ && cell.starts_with('\''))
+      cell.remove_prefix(1);  // a spreadsheet's mark of a text
     std::optional<IsoTime> time = iso_time(cell);
     if (time || !is_clock_) return time;
-    if (cell.starts_with('\'')) cell.remove_prefix(1);  // a spreadsheet's mark of a text
     if (const std::optional<IsoTime> duration = days_and_time(cell)) return duration;
     const std::string_view date = date_before_time(cell);
     time = time_of_day(cell.substr(date.empty() ? 0 : date.size() + 1));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <initializer_list>
 #include <limits>
 #include <utility>
@@ -90,7 +91,11 @@ bool is_time_that_runs(const std::string& name, const std::vector<double>& value
 bool is_finer_clock(const std::string& name, const std::vector<double>& values,
                     const std::vector<double>& coarse) {
   const std::string word = clock_word(name);
-  return share_held(coarse) > 0.5 && (is_clock(word) || may_be_clock(word)) && runs(values);
+  // A time in the lap begins anew.
+  const bool goes_back =
+      std::adjacent_find(values.begin(), values.end(), std::greater<>()) != values.end();
+  return share_held(coarse) > 0.5 && (is_clock(word) || may_be_clock(word)) && runs(values) &&
+         !goes_back;
 }
 
 const Channel* clock_by_values(const Log& log) {
