@@ -71,9 +71,9 @@ CostAt cost_at(const TyreCost& cost, const std::vector<double>& p) {
   out.slopes.resize(static_cast<Eigen::Index>(p.size()), cost.num_residuals());
   const double* parameters[] = {p.data()};
   double* jacobians[] = {out.slopes.data()};
-  double left[2] = {0.0, 0.0};
-  cost.Evaluate(parameters, left, jacobians);
-  out.weight = 1.0 / (1.0 + (left[0] * left[0] + left[1] * left[1]) / (kLossScale * kLossScale));
+  Eigen::VectorXd left = Eigen::VectorXd::Zero(cost.num_residuals());
+  cost.Evaluate(parameters, left.data(), jacobians);
+  out.weight = 1.0 / (1.0 + left.squaredNorm() / (kLossScale * kLossScale));
   return out;
 }
 
