@@ -94,12 +94,15 @@ road::RoadEdges edges_beside(const std::string& crg, std::size_t rows) {
 
 Written write_tum(const crg::Surface& road, const ExportCommand& command) {
   const std::string& output = command.output;
-  const auto widths = road::track_widths(road.reference_line(), road.grid(),
-                                         edges_beside(command.crg, road.grid().rows()));
+  const road::RoadEdges edges = edges_beside(command.crg, road.grid().rows());
+  const auto widths = road::track_widths(road.reference_line(), road.grid(), edges);
   base::write_file(output, road::track_widths_csv(widths));
-  return {fmt::format("{} points; widths end at a column, up to {:.3f} m inside the edge",
-                      widths.size(), widest_column_m(road.grid())),
-          {{"points", widths.size()}, {"width_short_by_at_most_m", widest_column_m(road.grid())}},
+  const double short_m = edges.empty() ? widest_column_m(road.grid()) : 0.0;
+  return {edges.empty()
+              ? fmt::format("{} points; widths end at a column, up to {:.3f} m inside the edge",
+                            widths.size(), short_m)
+              : fmt::format("{} points; widths end at the edges in summary.json", widths.size()),
+          {{"points", widths.size()}, {"width_short_by_at_most_m", short_m}},
           {"heights", "banking", "kerbs", "road beyond holes"}};
 }
 

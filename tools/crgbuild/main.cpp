@@ -489,7 +489,7 @@ void define_export(CLI::App& app, Commands& c) {
       "  .svg                 the same as a drawing, 1 unit a metre\n"
       "  .csv                 racing line: x_m,y_m,w_tr_right_m,w_tr_left_m, no heights\n\n"
       "What a format cannot hold is listed. Modifiers of the file are worked in. A width ends at "
-      "the last column before the first NaN.\n\n"
+      "the edge in summary.json beside the road, else at the last column before the first NaN.\n\n"
       "Examples:\n  crgbuild export out/track.crg -o out/track.xodr\n"
       "  crgbuild export out/track.crg -o track.glb\n"
       "  crgbuild export out/track.crg --step-m 0.25 -o track.png\n"
