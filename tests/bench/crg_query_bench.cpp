@@ -271,7 +271,8 @@ void strips(benchmark::State& state, StripKernel kernel) {
         Strip strip;
         strip.x_m = p.x_m;
         strip.y_m = p.y_m;
-        strip.heading_rad = std::atan2(ahead.y_m - p.y_m, ahead.x_m - p.x_m);
+        const double apart_m = std::hypot(ahead.x_m - p.x_m, ahead.y_m - p.y_m);
+        strip.ahead = {(ahead.x_m - p.x_m) / apart_m, (ahead.y_m - p.y_m) / apart_m};
         strip.along = 10;
         strip.across = 40;
         strip.step_m = 0.01;

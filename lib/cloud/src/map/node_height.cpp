@@ -159,7 +159,7 @@ NodePlane plane_of(std::vector<Neighbour>& nodes) {
   others.erase(std::max_element(
       others.begin(), others.end(),
       [&](const Neighbour& a, const Neighbour& b) { return plane.above(a) < plane.above(b); }));
-  const NodePlane without(others);
+  NodePlane without(others);
   if (without.scatter_m2 > 0.1 * plane.scatter_m2) return plane;
   nodes = std::move(others);
   return without;
