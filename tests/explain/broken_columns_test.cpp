@@ -391,6 +391,7 @@ TEST_F(BrokenColumns, DevicesWithAClockOfTheirOwnAreMoved) {
     EXPECT_EQ(without_speed.columns.size(), bus.size()) << s;
     EXPECT_NEAR(without_speed.delay_s, s, 0.03);
   }
+  EXPECT_TRUE(moved(bus, -0.1).columns.empty()) << "a driver and wheels that slip are that early";
   EXPECT_TRUE(moved({"yaw_rate_radps"}, 0.12).columns.empty()) << "one alone may be filtered";
   // Written as one finding; what the analysis adds to one of them is that one's own.
   Signals log;
