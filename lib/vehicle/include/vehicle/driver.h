@@ -12,7 +12,8 @@ struct DriverOptions {
   double preview_s = 0.3;       ///< time ahead of the point he steers at
   double preview_m = 5.0;       ///< and the distance that adds to it
   double drift_gain = 0.6;      ///< against staying beside the line, over the preview cubed
-  double yaw_damping = 2.0;     ///< steering against a yaw rate that the path does not ask for
+  double yaw_damping = 1.0;     ///< steering against a yaw rate that the path does not ask for
+  double tail_damping = 1.0;    ///< and on top where the car turns further than the path asks
   double speed_gain_1ps = 1.2;  ///< acceleration asked per speed error
   double slip_drive = 0.09;     ///< wheel slip above which he lifts, at a grip of 1 or more
   double slip_brake = 0.09;     ///< wheel slip above which he releases a wheel's brake, or,

@@ -112,8 +112,11 @@ double steer(const Driver& driver, const RacingLine& line, const Car<double>& ca
   const double arc = 2.0 * across / std::max(1.0, along * along + across * across) -
                      o.drift_gain * driver.drift_m2 / (ahead * ahead * ahead);
   const double wheelbase = p[P::chassis_wheelbase_m];
-  // A tail that comes round turns the car faster than the arc asks: he steers against it.
-  const double against = o.yaw_damping * wheelbase * (arc - state[kYawRate] / std::max(vx, 5.0));
+  // A tail that comes round turns the car faster than the arc asks, or the other way: he steers
+  // harder against that than where front tyres turn it too little, which would saw.
+  const double turn = state[kYawRate] / std::max(vx, 5.0);
+  const double beyond = turn - std::clamp(turn, std::min(arc, 0.0), std::max(arc, 0.0));
+  const double against = wheelbase * (o.yaw_damping * (arc - turn) - o.tail_damping * beyond);
   return laws::steering_command(car.files->steering, p[P::steering_ratio],
                                 std::clamp(arc * turning_base_m(car, vx) + against, -0.45, 0.45));
 }
