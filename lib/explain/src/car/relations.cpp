@@ -280,9 +280,14 @@ void Relations::compare_accelerometer(const Led& led) {
 }
 
 void Relations::compare_force_along(const Led& led) {
-  for (std::size_t i = 0; i < s_.n; ++i)
-    if (driven_[i] && !gears_.shifting[i] && slip_known_[i])
+  // Nobody knows what boost an engine had before a log begins, or where it goes on after a gap.
+  constexpr auto kForgotten = static_cast<std::size_t>(1.0 / Signals::kStep_s);
+  std::size_t led_for = 0;
+  for (std::size_t i = 0; i < s_.n; ++i) {
+    led_for = std::isfinite(led.force_x_mps2[i]) ? led_for + 1 : 0;
+    if (driven_[i] && !gears_.shifting[i] && slip_known_[i] && led_for > kForgotten)
       out_.r[Relation::kForceX][i] = recorded_x_[i] - led.force_x_mps2[i];
+  }
 }
 
 void Relations::compare_forces(const Led& led) {
