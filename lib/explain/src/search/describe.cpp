@@ -79,7 +79,8 @@ ParameterValue Analysis::parameter_value(std::size_t place, const Spread& s) con
     return f.place == place &&
            f.saved + (u.held > 0 ? selection::kHeldGo : 0.0) > selection::kDoubt;
   });
-  p.unsure = asked_for && std::abs(amounts_[i]) > u.width;
+  p.unsure =
+      asked_for && std::abs(amounts_[i]) > u.width + selection::kDoubtful / selection::k90 * half;
   p.beyond_prior = !p.at_limit && !u.assumed &&
                    std::abs(amounts_[i]) > std::max(half, u.width + selection::kBeyond * judged);
   return p;
