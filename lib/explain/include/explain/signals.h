@@ -65,6 +65,9 @@ struct Signals {
   std::vector<double> u_m, v_m, grade, bank,
       curvature_v;  ///< road under the car: rise along the car,
                     ///< rise to its left, second derivative along it
+  /// Root mean square, over a second, of what waves of the road press with that are smoothed away
+  /// there, as a share of gravity. Empty: not read.
+  std::vector<double> pressed_swing;
   std::vector<double> heading_rad,
       line_curvature_1pm;    ///< of the reference line; left turns positive
   std::vector<double> grip;  ///< factor of the road's friction map under the car; 1 without one

@@ -161,10 +161,12 @@ void Analysis::widen_forms() {
       const double by_one = moves_(static_cast<Index>(i), static_cast<Index>(k));
       if (rows_.row[i].relation != kForceY || !training_[i] || !std::isfinite(rows_.row[i].ay))
         continue;
-      both += std::abs(by_one * rows_.row[i].ay);
+      const double off =
+          selection::kCurveAcross + selection::kLostBySwing * rows_.row[i].pressed_swing;
+      both += off * std::abs(by_one * rows_.row[i].ay);
       moved += by_one * by_one;
     }
-    if (moved > 0) u.form = std::max(u.form, selection::kCurveAcross * both / moved);
+    if (moved > 0) u.form = std::max(u.form, both / moved);
   }
 }
 

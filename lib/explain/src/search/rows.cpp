@@ -38,6 +38,7 @@ Rows make_rows(const std::vector<Signals>& logs, const std::vector<Residuals>& a
         row.speed = g.speed[middle];
         row.ax = g.ax[middle];
         row.ay = g.ay[middle];
+        if (!s.pressed_swing.empty()) row.pressed_swing = s.pressed_swing[middle];
         row.throttle = g.throttle[middle];
         row.brake = g.brake[middle];
         row.fold = 2 * row.lap + (row.u_m > 0.5 * s.length_m ? 1 : 0);

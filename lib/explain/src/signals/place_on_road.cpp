@@ -160,9 +160,34 @@ class SlopesUnder {
       for (std::size_t i = 0; i < s.n; ++i)
         if (std::isfinite(out[i]) && std::isfinite(smoothed[i])) out[i] = smoothed[i];
     }
+    put_swing(s);
   }
 
  private:
+  /// What the readings of the curvature press with beside the smoothed one, over a second.
+  void put_swing(Signals& s) const {
+    constexpr std::size_t kAround = 25;
+    constexpr double kGravity_mps2 = 9.81;
+    std::vector<double> sum(s.n + 1, 0.0), count(s.n + 1, 0.0);  // up to a step
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < s.n; ++i) {
+      sum[i + 1] = sum[i], count[i + 1] = count[i];
+      const double square = s.dx[kX][i] * s.dx[kX][i] + s.dx[kY][i] * s.dx[kY][i];
+      for (; next < read_[2].t.size() &&
+             read_[2].t[next] < Signals::kStep_s * (static_cast<double>(i) + 0.9);
+           ++next) {
+        const double share = (read_[2].x[next] - s.curvature_v[i]) * square / kGravity_mps2;
+        if (std::isfinite(share)) sum[i + 1] += share * share, count[i + 1] += 1;
+      }
+    }
+    s.pressed_swing.assign(s.n, 0.0);
+    for (std::size_t i = 0; i < s.n; ++i) {
+      const std::size_t from = i > kAround ? i - kAround : 0, to = std::min(s.n, i + kAround + 1);
+      if (count[to] > count[from])
+        s.pressed_swing[i] = std::sqrt((sum[to] - sum[from]) / (count[to] - count[from]));
+    }
+  }
+
   static constexpr std::array<std::vector<double> Signals::*, 3> kOf{
       &Signals::grade, &Signals::bank, &Signals::curvature_v};
   std::array<Samples, 3> read_;
