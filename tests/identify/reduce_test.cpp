@@ -44,10 +44,11 @@ PlanarState cornering(double vx_mps, double drive_nm, double brake_n) {
   in.steer_rad = 0.06;
   in.an_mps2 = 10.5;
   in.ax_mps2 = -brake_n / 400.0;
-  in.fx_n = {-brake_n, drive_nm / 0.33 - brake_n};
+  in.fx_n[0] = -brake_n;
+  in.fx_n[1] = drive_nm / 0.33 - brake_n;
   in.drive_nm = drive_nm;
-  in.grip = {0.97, 1.0};
-  in.stiffness = {1.0, 0.95};
+  in.grip[0] = 0.97;
+  in.stiffness[1] = 0.95;
   return in;
 }
 
@@ -90,7 +91,7 @@ void compare_in_c(const Reduction& r, const std::string& header) {
   std::istringstream said(cli::read(folder / "said"));
   for (const PlanarState& s : states) {
     const auto a = identify::single_track(r.car, s), b = identify::double_track(r.car, s);
-    identify::SlipLags one, two;
+    identify::SlipLags one{}, two{};
     identify::single_track(r.car, s, &one);
     identify::double_track(r.car, s, &two);
     PlanarState turned = s;

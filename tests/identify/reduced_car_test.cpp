@@ -10,18 +10,23 @@ namespace reduced_car_test {
 using identify::CurveInput, identify::PlanarState, identify::ReducedCar, identify::WheelCurve;
 
 WheelCurve curve(double load_n) {
-  WheelCurve c;
-  c.load_n = load_n;
-  c.mu = {1.5, 0.0, 0.0};
-  c.k = {20.0, 1.0};
-  c.c = 1.5;
-  c.mx = {1.6, 0.0};
-  c.kx = {25.0, 0.0};
-  c.cx = 1.6;
-  c.ex = -0.5;
-  c.wy = {8.0, 4.0, 1.0};
-  c.wx = {9.0, 5.0, 1.0};
-  return c;
+  return {load_n,
+          {1.5, 0.0, 0.0},
+          {8.0, 4.0, 1.0},
+          {9.0, 5.0, 1.0},
+          {20.0, 1.0},
+          {0.0, 0.0},
+          {1.6, 0.0},
+          {25.0, 0.0},
+          0.0,
+          1.5,
+          1.6,
+          -0.5,
+          0.0,
+          0.0,
+          0.0,
+          0.0,
+          0.0};
 }
 
 /// A tonne on four equal tyres, mass in the middle, no air, no roll.
@@ -32,12 +37,14 @@ ReducedCar plain() {
   car.wheelbase_m = 3.0;
   car.front_m = car.rear_m = 1.5;
   car.cog_height_m = 0.5;
-  car.track_m = {1.5, 1.5};
-  car.radius_m = {0.3, 0.3};
   car.density_kgpm3 = 0.0;
-  car.wheel = {curve(2500.0), curve(2500.0)};
-  car.axle = {curve(5000.0), curve(5000.0)};
-  car.roll_m = {0.3, 0.0};
+  for (int a = 0; a < 2; ++a) {
+    car.track_m[a] = 1.5;
+    car.radius_m[a] = 0.3;
+    car.wheel[a] = curve(2500.0);
+    car.axle[a] = curve(5000.0);
+  }
+  car.roll_m[0] = 0.3;
   return car;
 }
 
@@ -91,10 +98,11 @@ TEST(ReducedCar, RoadPressesByGravityBankAndCurvature) {
   const double bank = 0.4, radius = 50.0, g = 9.81;
   const double v = std::sqrt(g * bank * radius);
   // A left turn leans to the left: the slope upwards to the left is negative.
-  const auto shares = identify::normal_shares(g, v, 1.0 / radius, -bank, 0.0, 0.0);
-  EXPECT_NEAR(shares.sum(), g * std::sqrt(1.0 + bank * bank), 1e-9);
-  EXPECT_NEAR(identify::normal_shares(g, 30.0, 0.0, 0.0, 0.0, 0.005).vertical, 4.5, 1e-12);
-  EXPECT_NEAR(identify::normal_shares(g, 30.0, 0.0, 0.0, 0.75, 0.0).sum(), 0.8 * g, 1e-12);
+  using identify::control::control_normal_mps2;
+  EXPECT_NEAR(control_normal_mps2(g, v, 1.0 / radius, -bank, 0.0, 0.0),
+              g * std::sqrt(1.0 + bank * bank), 1e-9);
+  EXPECT_NEAR(control_normal_mps2(g, 30.0, 0.0, 0.0, 0.0, 0.005), g + 4.5, 1e-12);
+  EXPECT_NEAR(control_normal_mps2(g, 30.0, 0.0, 0.0, 0.75, 0.0), 0.8 * g, 1e-12);
 }
 
 TEST(ReducedCar, NeutralCarTurnsWithoutYawMoment) {
@@ -120,7 +128,7 @@ TEST(ReducedCar, LimitIsThatOfFriction) {
   // Small steering angles: nearly mu an.
   EXPECT_NEAR(identify::steady_limit(plain(), in, false), 15.0, 0.1);
   EXPECT_NEAR(identify::steady_limit(plain(), in, true), 15.0, 0.1);
-  in.fx_n = {-20000.0, 0.0};  // more than the tyres have
+  in.fx_n[0] = -20000.0;  // more than the tyres have
   EXPECT_EQ(identify::steady_limit(plain(), in, true), 0.0);
 }
 
@@ -129,32 +137,35 @@ TEST(ReducedCar, DifferentialsMoveWhatTheyCan) {
   PlanarState in;
   in.vx_mps = 20.0;
   in.yaw_rate_radps = 0.4;
-  std::array<CurveInput, 2> rear;
-  for (CurveInput& wheel : rear) wheel.fz_n = 2500.0;
-  EXPECT_EQ(identify::rear_slips(car, in, rear).moved_nm, 0.0);  // open
+  const auto moved_nm = [&] {
+    const double fz_n[] = {2500.0, 2500.0}, tan_alpha[] = {0.0, 0.0};
+    double kappa[2];
+    return identify::control::control_rear_slips(&car, &in, fz_n, tan_alpha, kappa);
+  };
+  EXPECT_EQ(moved_nm(), 0.0);  // open
   car.preload_nm = 60.0;
   car.drive_ramp = 0.4;
   car.stick_radps = 0.2;
   in.drive_nm = 100.0;
   in.fx_n[1] = 100.0 / 0.3;
   // In a left turn the left wheel is the slower one: torque goes to it, (60 + 0.4 * 100) / 2.
-  EXPECT_NEAR(identify::rear_slips(car, in, rear).moved_nm, -50.0, 2.0);
+  EXPECT_NEAR(moved_nm(), -50.0, 2.0);
   car.preload_nm = car.drive_ramp = 0.0;
   car.lock_nms = 1e6;
   in.drive_nm = in.fx_n[1] = 0.0;
   // Locked: the wheels turn alike, so slips differ by r t / v; small slips: force 25 fz slip each.
   in.yaw_rate_radps = 0.02;
   const double slip = 0.5 * 0.02 * 1.5 / 20.0;
-  EXPECT_NEAR(identify::rear_slips(car, in, rear).moved_nm, -25.0 * 2500.0 * slip * 0.3, 0.2);
+  EXPECT_NEAR(moved_nm(), -25.0 * 2500.0 * slip * 0.3, 0.2);
 }
 
 TEST(ReducedCar, SlipsFollowOverTheRelaxationLength) {
   ReducedCar car = plain();
-  car.sigma_m = {0.5, 0.5};
+  car.sigma_m[0] = car.sigma_m[1] = 0.5;
   PlanarState in;
   in.vx_mps = 20.0;
   in.an_mps2 = 10.0;
-  identify::SlipLags lags;
+  identify::SlipLags lags{};
   identify::single_track(car, in, &lags, 0.0);
   in.steer_rad = 0.01;
   const double whole = identify::single_track(car, in).axle_fy_n[0];

@@ -219,7 +219,7 @@ void find_border(const ReduceOptions& options, const std::vector<RigRun>& plans,
       p.an_mps2 = an_mps2;
       p.ax_mps2 = s.ax_mps2;
       p.full_mps2 = best->ay_mps2;
-      p.fx_n = s.fx_n;
+      std::copy_n(s.fx_n, 2, p.fx_n.begin());
       p.drive_nm = s.drive_nm;
       p.rolls_free = level == 0;
       out.border.push_back(p);
@@ -236,7 +236,7 @@ void find_border(const ReduceOptions& options, const std::vector<RigRun>& plans,
                          in.vx_mps = p.vx_mps;
                          in.ax_mps2 = p.ax_mps2;
                          in.an_mps2 = p.an_mps2;
-                         in.fx_n = p.fx_n;
+                         std::copy_n(p.fx_n.begin(), 2, in.fx_n);
                          in.drive_nm = p.drive_nm;
                          const double most_rad = kBorderSlip * options.most_slip_rad;
                          p.single_mps2 = steady_limit(out.car, in, false, most_rad);
@@ -247,9 +247,9 @@ void find_border(const ReduceOptions& options, const std::vector<RigRun>& plans,
 
 /// 1 on the border's formula.
 double radius_of(const GripEllipse& e, double ax_mps2, double ay_mps2) {
-  return ellipse_radius(
-      {e.ay_mps2, e.ax_mps2, e.drive_mps2, e.brake_mps2, e.drive_power, e.brake_power}, ax_mps2,
-      ay_mps2);
+  const double ellipse[] = {e.ay_mps2,    e.ax_mps2,     e.drive_mps2,
+                            e.brake_mps2, e.drive_power, e.brake_power};
+  return control::control_ellipse_radius(ellipse, ax_mps2, ay_mps2);
 }
 
 void fit_ellipses(Reduction& out) {

@@ -112,18 +112,26 @@ WheelCurve begin_curve(const vehicle::Car<double>& full, std::size_t axle, doubl
   const double load = full.static_load_n[axle];
   const auto at = vehicle::tyre_forces(
       tyre, vehicle::TyreInput<double>{load, 0.0, 0.0, 0.0, 30.0, 0.0}, {}, {.moments = false});
-  WheelCurve c;
-  c.load_n = wheels * load;
-  c.mu = {std::abs(at.mu_y), -0.1, 0.0};
-  c.k = {1.2 * std::abs(at.cornering_stiffness_npr) / load, 2.0};
-  c.c = 1.4;
-  c.e = {-0.5, 0.0};
-  c.mx = {std::abs(at.mu_x), -0.1};
-  c.kx = {std::abs(at.slip_stiffness_n) / load, 0.0};
-  c.cx = 1.6;
-  c.wy = {10.0, 8.0, 1.0};
-  c.wx = {10.0, 8.0, 1.0};
-  return c;
+  const double k = 1.2 * std::abs(at.cornering_stiffness_npr) / load,
+               kx = std::abs(at.slip_stiffness_n) / load;
+  // Without camber, sides and shifts.
+  return {wheels * load,
+          {std::abs(at.mu_y), -0.1, 0.0},
+          {10.0, 8.0, 1.0},
+          {10.0, 8.0, 1.0},
+          {k, 2.0},
+          {-0.5, 0.0},
+          {std::abs(at.mu_x), -0.1},
+          {kx, 0.0},
+          0.0,
+          1.4,
+          1.6,
+          0.0,
+          0.0,
+          0.0,
+          0.0,
+          0.0,
+          0.0};
 }
 
 WheelCurve fit_curve(WheelCurve curve, const std::vector<CurveRow>& rows, bool whole) {
@@ -178,7 +186,7 @@ void fit_curves(ReducedCar& car, const std::vector<CarMoment>& moments,
           fmt::format("only {} moments of the full car on the rig have wheels that neither slide "
                       "nor hang in the air, wanted at least 100: is this a car that can corner?",
                       part.size()));
-  std::array<WheelCurve, 4> found;
+  std::array<WheelCurve, 4> found{};
   base::parallel_for(4, 1, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k)
       found[k] = fit_curve(begin_curve(full, k % 2, k < 2 ? 1.0 : 2.0), thinned(rows[k]), k >= 2);

@@ -23,7 +23,7 @@ PlanarState planar_state(const CarMoment& m) {
   out.steer_rad = m.steer_rad;
   out.ax_mps2 = m.ax_mps2;
   out.an_mps2 = m.an_mps2;
-  out.fx_n = {m.wheel[0].fx_n + m.wheel[1].fx_n, m.wheel[2].fx_n + m.wheel[3].fx_n};
+  for (std::size_t i = 0; i < 4; ++i) out.fx_n[i / 2] += m.wheel[i].fx_n;
   out.drive_nm = m.drive_nm;
   return out;
 }
@@ -68,8 +68,6 @@ ReducedCar plain_numbers(const vehicle::Car<double>& car, double fuel_kg) {
 void fit_loads(ReducedCar& car, const std::vector<CarMoment>& moments,
                std::vector<PartError>& errors) {
   for (std::size_t a = 0; a < 2; ++a) {
-    car.lift_m2[a] = {};
-    car.along_pressed[a] = 0.0;
     std::vector<std::vector<double>> lift(7), transfer(4), camber(3);
     std::vector<double> pressed, moved, leant;
     for (const CarMoment& m : moments) {
@@ -100,7 +98,7 @@ void fit_loads(ReducedCar& car, const std::vector<CarMoment>& moments,
       }
     }
     const std::vector<double> areas = linear_fit(lift, pressed);
-    std::copy_n(areas.begin(), car.lift_m2[a].size(), car.lift_m2[a].begin());
+    std::copy_n(areas.begin(), 6, car.lift_m2[a]);
     car.along_pressed[a] = areas[6];
     const std::vector<double> shares = linear_fit(transfer, moved);
     car.transfer_mass[a] = shares[0];
@@ -108,7 +106,7 @@ void fit_loads(ReducedCar& car, const std::vector<CarMoment>& moments,
     car.transfer_speed[a] = shares[2];
     car.transfer_pressed[a] = shares[3];
     const std::vector<double> lean = linear_fit(camber, leant);
-    std::copy(lean.begin(), lean.end(), car.camber[a].begin());
+    std::copy(lean.begin(), lean.end(), car.camber[a]);
 
     ErrorSum load, across, angle;
     for (const CarMoment& m : moments) {
@@ -143,7 +141,7 @@ void fit_radius(ReducedCar& car, const std::vector<CarMoment>& moments,
       wanted.push_back(w.ground_mps * (1.0 + w.kappa) / w.spin_radps);
     }
   const std::vector<double> found = linear_fit(columns, wanted);
-  car.roll_m = {found[0], found[1]};
+  std::copy(found.begin(), found.end(), car.roll_m);
   ErrorSum sum;
   for (std::size_t i = 0; i < wanted.size(); ++i)
     sum.add(wanted[i], found[0] + found[1] * columns[1][i]);
@@ -161,7 +159,9 @@ void fit_yaw(ReducedCar& car, const std::vector<CarMoment>& moments,
   for (const CarMoment& m : moments) {
     if (!grips(m)) continue;
     const PlanarState s = planar_state(m);
-    const std::array<double, 4> slip = wheel_slips(car, s), steer = wheel_angles(car, s.steer_rad);
+    const std::array<double, 4> slip = wheel_slips(car, s);
+    double steer[4];
+    control::control_wheel_angles(&car, s.steer_rad, steer);
     Row row{};
     double forces = 0.0;
     for (std::size_t i = 0; i < 4; ++i) {
@@ -198,10 +198,12 @@ void fit_yaw(ReducedCar& car, const std::vector<CarMoment>& moments,
     for (std::size_t i = 0; i < rows.size(); ++i)
       left[i] = aligning(rows[i], values) - rows[i].left_nm;
   });
-  const std::vector<double> found{unknowns[0].value, unknowns[1].value, unknowns[2].value,
-                                  unknowns[3].value};
-  car.trail_m = {found[0], found[1]};
-  car.trail_slip = {found[2], found[3]};
+  std::vector<double> found;
+  for (const Unknown& u : unknowns) found.push_back(u.value);
+  for (std::size_t a = 0; a < 2; ++a) {
+    car.trail_m[a] = found[a];
+    car.trail_slip[a] = found[2 + a];
+  }
   ErrorSum sum;
   for (const Row& row : rows)
     sum.add(row.full_nm, row.full_nm - row.left_nm + aligning(row, found));
@@ -219,7 +221,8 @@ void fit_relaxation(ReducedCar& car, const std::vector<std::vector<CarMoment>>& 
         CurveInput at;
         at.fz_n = axle_loads(with, s, m.ay_mps2)[a];
         const double steady = axle_slips(with, s)[a];
-        const double length_m = relaxation_m(with.axle[a], with.sigma_m[a], at.fz_n);
+        const double length_m =
+            control::control_relaxation_m(&with.axle[a], with.sigma_m[a], at.fz_n);
         lagging =
             before_s < 0.0
                 ? steady

@@ -20,7 +20,7 @@ constexpr double kKerb_m = 0.01;  // that a wheel stands beside the plane of the
 /// A row of the lap: what the full car did and what its road was like.
 struct LapRow {
   CarMoment moment;
-  NormalShares shares;
+  std::array<double, 3> shares{};  ///< of gravity, bank, dips and crests in what presses, m/s2
   double twist_m = 0.0;
 };
 
@@ -74,9 +74,9 @@ std::vector<LapRow> drive_lap(const vehicle::Car<double>& car, const vehicle::Ro
       LapRow row;
       row.moment = moment_of(car, before, rate, detail, time_s);
       const std::size_t i = driver.station;
-      row.shares = normal_shares(car.parameters[P::environment_gravity_mps2], before[vehicle::kVx],
-                                 line.curvature_1pm[i], line.bank[i], line.grade[i],
-                                 line.vertical_curvature_1pm[i]);
+      control::control_normal_shares(
+          car.parameters[P::environment_gravity_mps2], before[vehicle::kVx], line.curvature_1pm[i],
+          line.bank[i], line.grade[i], line.vertical_curvature_1pm[i], row.shares.data());
       row.twist_m = twist_of(detail);
       out.push_back(row);
     }
@@ -142,13 +142,13 @@ LapError compare_on_lap(const vehicle::Car<double>& car, const Reduction& reduct
   for (const LapRow& row : rows)
     out.largest_ay_mps2 = std::max(out.largest_ay_mps2, std::abs(row.moment.ay_mps2));
   Sums single, two, no_bank, no_vertical;
-  SlipLags lags_single, lags_two;
+  SlipLags lags_single{}, lags_two{};
   double before_s = rows.empty() ? 0.0 : rows.front().moment.time_s;
   for (const LapRow& row : rows) {
     const CarMoment& m = row.moment;
     PlanarState in = planar_state(m);
     warm(car, m, in);
-    in.an_mps2 = row.shares.sum();
+    in.an_mps2 = row.shares[0] + row.shares[1] + row.shares[2];
     const double step_s = m.time_s - before_s;
     before_s = m.time_s;
     const ReducedForces one = single_track(reduction.car, in, &lags_single, step_s);
@@ -166,9 +166,9 @@ LapError compare_on_lap(const vehicle::Car<double>& car, const Reduction& reduct
       two.add(m, both, true);
       PlanarState flat = in;
       SlipLags again = same;
-      flat.an_mps2 = in.an_mps2 - row.shares.bank;
+      flat.an_mps2 = in.an_mps2 - row.shares[1];
       no_bank.add(m, double_track(reduction.car, flat, &again, step_s), true);
-      flat.an_mps2 = in.an_mps2 - row.shares.vertical;
+      flat.an_mps2 = in.an_mps2 - row.shares[2];
       no_vertical.add(m, double_track(reduction.car, flat, &same, step_s), true);
     }
   }

@@ -10,23 +10,16 @@
 namespace identify {
 namespace {
 
-template <std::size_t N>
-std::string list(const std::array<double, N>& values, const char* open, const char* close) {
-  std::string out = open;
-  for (std::size_t k = 0; k < N; ++k) out += fmt::format("{}{:.9g}", k > 0 ? ", " : "", values[k]);
-  return out + close;
+template <class Numbers>
+std::string yaml(const Numbers& values) {
+  return fmt::format("[{:.9g}]", fmt::join(values, ", "));
 }
-
-template <std::size_t N>
-std::string yaml(const std::array<double, N>& values) {
-  return list(values, "[", "]");
+template <class Numbers>
+std::string c(const Numbers& values) {
+  return fmt::format("{{{:.9g}}}", fmt::join(values, ", "));
 }
-template <std::size_t N>
-std::string c(const std::array<double, N>& values) {
-  return list(values, "{", "}");
-}
-template <std::size_t N>
-std::string c(const std::array<std::array<double, N>, 2>& values) {
+template <std::size_t n>
+std::string c(const double (&values)[2][n]) {
   return "{" + c(values[0]) + ", " + c(values[1]) + "}";
 }
 
@@ -160,16 +153,13 @@ std::string why_refused(const Reduction& r, const LapError& of_lap, const Reduce
 std::string control_yaml(const Reduction& r, const LapError& lap, const ReduceBounds& bounds,
                          const std::string& source) {
   const ReducedCar& car = r.car;
-  std::string gravities;
-  for (const double g : r.gravities)
-    gravities += fmt::format("{}{:.4g}", gravities.empty() ? "" : ", ", g);
   std::string out = fmt::format(
-      "# {}\nvalid:\n  speed_mps: [{:.4g}, {:.4g}]\n  pressing_over_gravity: [{}]\n  "
+      "# {}\nvalid:\n  speed_mps: [{:.4g}, {:.4g}]\n  pressing_over_gravity: [{:.4g}]\n  "
       "slip_angle_rad: "
       "{:.3g}\n  slip: 0.25\n  tyres: \"at the temperature of full grip; grip and stiffness scale "
       "them\"\n  road: \"no kerbs; quasi-steady loads: nothing of springs and dampers in time\"\n"
       "  rig_runs: {}\n",
-      source, r.least_mps, r.most_mps, gravities, r.most_slip_rad, r.runs);
+      source, r.least_mps, r.most_mps, fmt::join(r.gravities, ", "), r.most_slip_rad, r.runs);
   out += kFormulas;
   out += fmt::format(
       "body:\n  fuel_kg: {:.6g}\n  mass_kg: {:.9g}\n  yaw_inertia_kgm2: {:.9g}\n  wheelbase_m: "
@@ -257,17 +247,12 @@ std::string control_header(const Reduction& r, const LapError& lap, const Reduce
     normals.insert(e.an_mps2);
   }
   if (speeds.size() >= 2) {
-    const auto numbers = [](const std::set<double>& values) {
-      std::string text;
-      for (const double x : values) text += fmt::format("{}{:.9g}", text.empty() ? "" : ", ", x);
-      return text;
-    };
     out += fmt::format(
         "\n#define CONTROL_SPEEDS {0}\n#define CONTROL_NORMALS {1}\nstatic const double "
-        "control_speed_mps[{0} + 1] = {{{2}}};\nstatic const double control_normal[{1} + 1] = "
-        "{{{3}}};\n/* most ay, ax0, most ax driving and braking, powers of both */\nstatic const "
+        "control_speed_mps[{0} + 1] = {2};\nstatic const double control_normal[{1} + 1] = "
+        "{3};\n/* most ay, ax0, most ax driving and braking, powers of both */\nstatic const "
         "double control_border[{0} + 1][{1} + 1][6] = {{\n",
-        speeds.size(), normals.size(), numbers(speeds), numbers(normals));
+        speeds.size(), normals.size(), c(speeds), c(normals));
     for (const double v : speeds) {
       out += "    {";
       for (const double n : normals) {
