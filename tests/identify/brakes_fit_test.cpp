@@ -20,7 +20,7 @@
 
 namespace brakes_fit_test {
 
-using identify::BrakesFitOptions, identify::DriveFit, identify::Found;
+using identify::WeighedOptions, identify::DriveFit, identify::Found;
 using P = vehicle::Parameter;
 
 struct Driven {
@@ -33,7 +33,7 @@ struct Driven {
   vehicle::Car<double> car;
   recording::Table log;
 
-  DriveFit fit(const recording::Table& seen, const BrakesFitOptions& options = {}) const {
+  DriveFit fit(const recording::Table& seen, const WeighedOptions& options = {}) const {
     return identify::fit_brakes(
         as_stated, stated.prior,
         identify::drive_windows(as_stated, nullptr, recording::make_recording(seen, "log")),
@@ -69,11 +69,11 @@ TEST(BrakesFit, TheTruthLiesInItsIntervals) {
   for (std::uint64_t seed = 1; seed <= (heavy ? 40u : 4u); ++seed) {
     const bool apart = seed % 2 == 0;
     const Driven d = driven(seed, apart);
-    BrakesFitOptions weighed;
+    WeighedOptions weighed;
     weighed.mass_kg = d.truth[P::chassis_mass_kg] + 30.0;
     weighed.mass_sd_kg = 1.0;
     for (const bool known : {true, false}) {
-      const DriveFit fit = d.fit(d.log, known ? weighed : BrakesFitOptions{});
+      const DriveFit fit = d.fit(d.log, known ? weighed : WeighedOptions{});
       EXPECT_TRUE(fit.doubts.empty());
       EXPECT_EQ(fit.at("torque").unseen, "");
       if (apart) {
@@ -124,7 +124,7 @@ TEST(BrakesFit, AnotherSimulatorsCar) {
     const auto prior = support::default_priors();
     identify::DriveWindowsOptions windows;
     windows.body_axes = false;
-    BrakesFitOptions options;
+    WeighedOptions options;
     options.body_axes = false;
     options.mass_kg = 760.0 * factors.at("mass").get<double>() * (id == "t19" ? 1.1 : 1.0);
     options.mass_sd_kg = 2.0;

@@ -239,7 +239,7 @@ bool find_mass(support::RecordedCar& c, std::array<double, vehicle::kParameterCo
   const auto car = make_car(c.files, c.parameters, c.terms);
   identify::DriveWindowsOptions windows;
   windows.body_axes = false;  // theirs are speeds' changes
-  identify::MassFitOptions options;
+  identify::WeighedOptions options;
   options.fuel_kg = 0.0;
   options.body_axes = false;
   const auto fit =

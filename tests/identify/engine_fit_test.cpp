@@ -22,7 +22,7 @@
 
 namespace engine_fit_test {
 
-using identify::EngineFit, identify::EngineFitOptions, identify::MapPlace;
+using identify::EngineFit, identify::WeighedOptions, identify::MapPlace;
 using P = vehicle::Parameter;
 
 /// An engine that is none of the vehicle file's: up to 20 % off, by speed and by throttle; what the
@@ -126,13 +126,13 @@ TEST(EngineFit, TheTruthLiesInItsIntervals) {
   for (std::uint64_t seed = 1; seed <= (heavy ? 20u : 2u); ++seed)
     for (const crg::Surface* road : {static_cast<const crg::Surface*>(nullptr), &surface}) {
       const Driven d = driven(seed, road);
-      EngineFitOptions weighed;
+      WeighedOptions weighed;
       weighed.mass_kg = d.truth[P::chassis_mass_kg] + 30.0;
       weighed.mass_sd_kg = 1.0;
       for (const bool known : {true, false}) {
         const EngineFit fit = identify::fit_engine(
             d.as_stated, d.stated.prior, identify::drive_windows(d.as_stated, road, d.recording),
-            d.recording, known ? weighed : EngineFitOptions{});
+            d.recording, known ? weighed : WeighedOptions{});
         EXPECT_THAT(fit.fit.doubts, testing::IsEmpty());
         count(d, fit,
               scores[fmt::format("{}, {}", road == nullptr ? "engine tests" : "one lap",
@@ -162,7 +162,7 @@ EngineFit with_ratio(double factor) {
   vehicle::Vehicle other = d.stated;
   other.parameters[P::gearbox_ratio_4] *= factor;
   const auto car = make_car(other.files, other.parameters, other.terms, other.contact);
-  EngineFitOptions options;
+  WeighedOptions options;
   options.mass_kg = d.truth[P::chassis_mass_kg] + 30.0;
   options.mass_sd_kg = 1.0;
   return identify::fit_engine(car, other.prior, identify::drive_windows(car, nullptr, d.recording),
@@ -196,7 +196,7 @@ TEST(EngineFit, AWrongDragAreaOrEngineInertiaIsSaid) {
     vehicle::Vehicle other = d.stated;
     other.parameters[parameter] *= factor;
     const auto car = make_car(other.files, other.parameters, other.terms, other.contact);
-    EngineFitOptions options;
+    WeighedOptions options;
     options.mass_kg = d.truth[P::chassis_mass_kg] + 30.0;
     options.mass_sd_kg = 1.0;
     const EngineFit fit = identify::fit_engine(
@@ -254,7 +254,7 @@ TEST(EngineFit, AnotherSimulatorsCar) {
     const auto recording = support::recorded_log(folder + "/" + id + ".csv.xz");
     identify::DriveWindowsOptions windows;
     windows.body_axes = false;
-    EngineFitOptions options;
+    WeighedOptions options;
     options.body_axes = false;
     options.mass_kg = 760.0 * factors.at("mass").get<double>();
     options.mass_sd_kg = 2.0;

@@ -97,7 +97,7 @@ TEST(MassFit, AWrongWheelbaseIsSaidAndWidensWhatGoesWithIt) {
   vehicle::Vehicle other = d.stated;
   other.parameters[P::chassis_wheelbase_m] *= 1.15;
   const auto car = stated_car(other);
-  identify::MassFitOptions options;
+  identify::WeighedOptions options;
   options.fuel_kg = base::median(*d.recording.table.find("fuel_kg"));
   const double height_m = truth_of(d, options.fuel_kg).at("cog_height_m");
   DriveWindows w = identify::drive_windows(car, &surface, d.recording);
@@ -123,7 +123,7 @@ TEST(MassFit, TheTruthLiesInItsIntervals) {
   for (std::uint64_t seed = 1; seed <= (heavy ? 40u : 6u); ++seed) {
     const Driven d = driven(seed, surface);
     const auto stated = stated_car(d.stated);
-    identify::MassFitOptions options;
+    identify::WeighedOptions options;
     options.fuel_kg = base::median(*d.recording.table.find("fuel_kg"));
     for (const bool with_road : {true, false}) {
       const DriveWindows w =
@@ -193,7 +193,7 @@ TEST(MassFit, LoadsOfAnotherSimulator) {
     if (id != "t01" && id != "t06" && id != "t18" && id != "t19") continue;
     SCOPED_TRACE(id);
     const Other o = other(folder, trial);
-    identify::MassFitOptions options;
+    identify::WeighedOptions options;
     options.fuel_kg = 0.0;
     options.body_axes = false;
     const DriveFit fit = identify::fit_mass(o.car, o.prior, o.windows, options).or_throw();
@@ -235,7 +235,7 @@ TEST(MassFit, LoadsOfASimplerSimulatorAreInTheIntervals) {
     const auto& factors = trial.at("parameter_factors");
     const support::RecordedCar stated = support::stated_car(folder, factors);
     const auto car = make_car(stated.files, stated.parameters, stated.terms);
-    identify::MassFitOptions options;
+    identify::WeighedOptions options;
     options.fuel_kg = 0.0;
     const DriveFit fit =
         identify::fit_mass(car, support::default_priors(),

@@ -16,7 +16,7 @@
 
 namespace pad_map_fit_test {
 
-using identify::BrakesFitOptions, identify::MapPlace, identify::PadMapFit;
+using identify::WeighedOptions, identify::MapPlace, identify::PadMapFit;
 using P = vehicle::Parameter;
 
 struct Driven {
@@ -28,7 +28,7 @@ struct Driven {
   vehicle::Parameters<double> truth = stated.parameters;
   recording::Table log;
 
-  PadMapFit fit(const BrakesFitOptions& options = {}) const {
+  PadMapFit fit(const WeighedOptions& options = {}) const {
     return identify::fit_pad_map(
         as_stated, stated.prior,
         identify::drive_windows(as_stated, nullptr, recording::make_recording(log, "log")),
@@ -64,11 +64,11 @@ TEST(PadMapFit, TheTruthLiesInItsIntervals) {
   std::map<std::string, Score> scores;
   for (std::uint64_t seed = 1; seed <= (heavy ? 20u : 3u); ++seed) {
     const Driven d = driven(seed);
-    BrakesFitOptions weighed;
+    WeighedOptions weighed;
     weighed.mass_kg = d.truth[P::chassis_mass_kg] + 30.0;
     weighed.mass_sd_kg = 1.0;
     for (const bool known : {true, false}) {
-      const PadMapFit fit = d.fit(known ? weighed : BrakesFitOptions{});
+      const PadMapFit fit = d.fit(known ? weighed : WeighedOptions{});
       Score& s = scores[known ? "weighed" : "stated mass"];
       for (std::size_t k = 0; k < fit.places.size(); ++k) {
         const MapPlace& cell = fit.places[k];

@@ -12,10 +12,6 @@ namespace identify {
 
 struct AeroFitOptions : WeighedOptions {
   std::vector<std::pair<double, double>> engine_off_s;  ///< from, to: nothing drives or drags
-  double most_left_mps2 = 2.0;  ///< windows that turn more do not count: tyres drag there
-  double least_throttle = 0.95;
-  double most_brake_pa = 5e4;
-  double most_share = 0.25;  ///< a number whose 90 % interval is wider either way is unseen
 };
 
 /// By coast-downs (gear 0, or `engine_off_s`): inertia + rolling = - drag - rest. Without, at open

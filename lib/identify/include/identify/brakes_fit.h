@@ -8,20 +8,13 @@
 
 namespace identify {
 
-struct BrakesFitOptions : WeighedOptions {
-  double least_pa = 5e5;        ///< less is no braking
-  double most_left_mps2 = 6.0;  ///< windows that turn more do not count: tyres drag there
-  double least_roll = 0.85;     ///< share of the car's speed that every wheel must turn at
-  double most_share = 0.25;     ///< a number whose 90 % interval is wider either way is unseen
-};
-
 /// Force of the brakes = engine's drag - inertia - rolling - drag = factor of the front * its
 /// torque by the vehicle file + factor of the rear * its torque. Found: front_torque, rear_torque
 /// (factors on the vehicle file's), torque (one factor for both), and factors of both at the
 /// pressures and disc temperatures that were visited, torque_20_40_bar or
 /// torque_20_40_bar_500_700_k. Throws base::Error without pressures.
 DriveFit fit_brakes(const vehicle::Car<double>& car, const Prior& prior, const DriveWindows& drive,
-                    const BrakesFitOptions& options = {});
+                    const WeighedOptions& options = {});
 
 /// Lines of a setup sheet; a remark where nothing was found.
 std::string brakes_sheet(const vehicle::Car<double>& car, const DriveFit& fit);

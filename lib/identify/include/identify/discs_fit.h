@@ -11,10 +11,6 @@ namespace identify {
 struct DiscsFitOptions {
   std::array<double, 2> torque{1.0, 1.0};  ///< of each axle's brakes over the car's
   double torque_sd = 0.0;                  ///< share; heat is as wrong as it
-  double every_s = 0.2;                    ///< temperatures are compared so often
-  double least_s = 150.0;                  ///< of one stretch without a gap
-  double least_rise_k = 60.0;              ///< temperatures must vary by so much
-  double most_share = 0.25;  ///< a number whose 90 % interval is wider either way is unseen
 };
 
 /// The two nodes of laws/disc_heat.h, heated by pressure times the car's pad friction times speed,

@@ -63,7 +63,8 @@ struct FoundMap {
   }
 };
 
-/// What fits of forces along the road are told.
+/// What fits of parts of a car are told. A mass is found by fit_mass(), which takes no notice of
+/// it.
 struct WeighedOptions {
   double mass_kg = 0.0;     ///< with fuel; 0: the vehicle file's and fuel_kg
   double mass_sd_kg = 0.0;  ///< of it; with mass_kg 0 that of the vehicle file's prior

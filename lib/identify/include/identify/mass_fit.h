@@ -9,23 +9,15 @@
 
 namespace identify {
 
-struct MassFitOptions {
-  double fuel_kg = 30.0;          ///< on board at the middle of the log
-  double least_rate_s = 120.0;    ///< a shorter drive says nothing of a mass that changes
-  bool body_axes = true;          ///< as the windows'
-  double most_share = 0.25;       ///< a number whose 90 % interval is wider either way is unseen
-  double most_mass_share = 0.05;  ///< the same for the mass
-};
-
 /// Per axle, load = share of the mass * normal acceleration + lift area * dynamic pressure
 /// -+ transfer * longitudinal acceleration, means over windows. Drag, rolling resistance, wheels'
 /// inertia, ride height maps and how far springs and tyres give way are those of `car`; `prior` is
 /// how far its parameters may be off (vehicle::Vehicle). Found: mass_kg (with fuel, at the middle
-/// of the drive), mass_rate_kgps, cog_behind_front_m, cog_height_m (with fuel, standing),
-/// front_lift_area_m2, rear_lift_area_m2. A refusal where there are no loads, no accelerations, or
-/// too few windows.
+/// of the drive), mass_rate_kgps (of two minutes and more), cog_behind_front_m, cog_height_m (with
+/// fuel, standing), front_lift_area_m2, rear_lift_area_m2. A refusal where there are no loads, no
+/// accelerations, or too few windows.
 base::Answer<DriveFit> fit_mass(const vehicle::Car<double>& car, const Prior& prior,
-                                const DriveWindows& drive, const MassFitOptions& options = {});
+                                const DriveWindows& drive, const WeighedOptions& options = {});
 
 /// What `fit` says as lines of a setup sheet, without the fuel; a remark for what was not found.
 std::string mass_sheet(const vehicle::Car<double>& car, const DriveFit& fit, double fuel_kg);

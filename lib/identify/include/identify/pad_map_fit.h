@@ -9,17 +9,11 @@ namespace identify {
 /// Of its `fit` front_pads and rear_pads are an axle over the mean of both, by its own area.
 using PadMapFit = FoundMap;
 
-struct PadMapOptions {
-  double least_seconds = 1.0;  ///< of wheels near a place
-  double most_share = 0.1;     ///< a place whose 90 % interval is wider either way is unseen
-};
-
 /// Force of the brakes as in fit_brakes = sum over the wheels of 2 * friction * pressure * area *
 /// arm / radius. The friction is the vehicle file's (a map, or one number) and a smooth deviation
 /// from it over pressure and temperature. Without pressures, temperatures or enough windows no
 /// place is seen; `fit.remarks` say why.
 PadMapFit fit_pad_map(const vehicle::Car<double>& car, const Prior& prior,
-                      const DriveWindows& drive, const BrakesFitOptions& options = {},
-                      const PadMapOptions& map_options = {});
+                      const DriveWindows& drive, const WeighedOptions& options = {});
 
 }  // namespace identify

@@ -8,14 +8,6 @@
 
 namespace identify {
 
-struct SuspensionFitOptions {
-  double roll_centre_sd_m = 0.01;  ///< how well the vehicle file is believed to know it
-  double links_share = 0.15;       ///< standard deviation of what links carry of the side force
-  double spring_share = 0.015;     ///< the same of a spring rate, for what the model leaves out:
-                                   ///< measured on the simulated car and on another simulator's
-  double most_share = 0.25;        ///< a number whose 90 % interval is wider either way is unseen
-};
-
 /// Means over windows, of each axle: half the sum of the loads = spring rate * half the sum of the
 /// travels + what braking, driving and cornering press through the links; half the difference =
 /// (spring rate + 2 bar) * half the difference of the travels - what the links carry of the side
@@ -23,8 +15,7 @@ struct SuspensionFitOptions {
 /// fuel. Dampers are not found: means over half a second do not show them. Throws base::Error
 /// without loads or travels.
 DriveFit fit_suspension(const vehicle::Car<double>& car, const Prior& prior,
-                        const DriveWindows& drive, double mass_kg,
-                        const SuspensionFitOptions& options = {});
+                        const DriveWindows& drive, double mass_kg);
 
 /// Lines of a setup sheet; remarks where something was not found.
 std::string suspension_sheet(const DriveFit& fit);

@@ -17,9 +17,8 @@ using P = vehicle::Parameter;
 
 constexpr double kGrade = 0.002;  // a standard deviation as those of window_fit.h
 
-bool straight(const DriveWindow& w, const AeroFitOptions& options) {
-  return std::abs(left_mps2(w)) < options.most_left_mps2;
-}
+/// Where tyres turn, they drag.
+bool hardly_turns(const DriveWindow& w) { return std::abs(left_mps2(w)) < 2.0; }
 
 /// Windows in which nothing drives or drags the wheels.
 Windows coasting(const DriveWindows& drive, const AeroFitOptions& options) {
@@ -28,23 +27,21 @@ Windows coasting(const DriveWindows& drive, const AeroFitOptions& options) {
     const bool stated = std::any_of(
         options.engine_off_s.begin(), options.engine_off_s.end(),
         [&](const auto& s) { return w.time_s > s.first + 0.25 && w.time_s < s.second - 0.25; });
-    if ((stated || w.gear == 0.0) && straight(w, options) && !braked(w, options.most_brake_pa))
-      out.push_back(&w);
+    if ((stated || w.gear == 0.0) && hardly_turns(w) && !braked(w, kUnbraked_pa)) out.push_back(&w);
   }
   return out;
 }
 
 /// Windows at open throttle behind another one in the same gear: boost and shift are over.
-Windows pulling(const vehicle::Car<double>& car, const DriveWindows& drive,
-                const AeroFitOptions& options) {
+Windows pulling(const vehicle::Car<double>& car, const DriveWindows& drive) {
   Windows out;
   const auto open = [&](const DriveWindow& w) {
-    return w.throttle > options.least_throttle && !braked(w, options.most_brake_pa) &&
-           gear_of(car, w).value_or(0) > 0 && std::isfinite(w.wheel_radps[2] + w.wheel_radps[3]);
+    return w.throttle > 0.95 && !braked(w, kUnbraked_pa) && gear_of(car, w).value_or(0) > 0 &&
+           std::isfinite(w.wheel_radps[2] + w.wheel_radps[3]);
   };
   for (std::size_t k = 1; k < drive.windows.size(); ++k) {
     const DriveWindow &before = drive.windows[k - 1], &w = drive.windows[k];
-    if (w.time_s - before.time_s < 1.0 && open(before) && open(w) && straight(w, options) &&
+    if (w.time_s - before.time_s < 1.0 && open(before) && open(w) && hardly_turns(w) &&
         gear_of(car, before) == gear_of(car, w))
       out.push_back(&w);
   }
@@ -155,7 +152,7 @@ void say_aero(const Along& a, const DriveWindows& drive, DriveFit& out) {
 DriveFit fit_aero(const vehicle::Car<double>& car, const Prior& prior, const DriveWindows& drive,
                   const AeroFitOptions& options) {
   const Along along(car, prior, drive, options);
-  const auto free = coasting(drive, options), pulled = pulling(car, drive, options);
+  const auto free = coasting(drive, options), pulled = pulling(car, drive);
   const std::string no_coast = too_little(free);
   std::string no_pull = too_little(pulled);
   if (!no_pull.empty() && pulled.empty() && !drive.windows.empty() &&
@@ -183,8 +180,7 @@ DriveFit fit_aero(const vehicle::Car<double>& car, const Prior& prior, const Dri
   };
   set(drag, coasts ? 0 : 1);
   if (coasts) set(rest, 1);
-  if (drag.within > options.most_share * std::abs(drag.value))
-    drag.unseen = too_wide(drag.within) + "; " + how_said(coasts, windows.size());
+  hide_wide(drag, "; " + how_said(coasts, windows.size()));
   if (!coasts) rest.unseen = "at open throttle it looks like the engine's torque";
   out.remarks = {how_said(coasts, windows.size()), along.arm_words(windows)};
   say_aero(along, drive, out);

@@ -77,7 +77,7 @@ void doubt_drag(const Along& a, const Windows& windows, DriveFit& out) {
 
 /// The factor in place `k`, with everything that its interval holds; unseen when it is too wide.
 Found factor(const Along& a, const std::string& name, const Windows& windows, bool apart,
-             std::size_t k, double most_share) {
+             std::size_t k) {
   if (windows.size() < 6 || blocks_of(windows) < 5)
     return found_of(
         name, "1", 1.0,
@@ -100,12 +100,11 @@ Found factor(const Along& a, const std::string& name, const Windows& windows, bo
   set_found(f, fit->value[k], static_cast<double>(fit->blocks - fit->value.size()), fit->sd(k),
             std::sqrt(square));
   f.unseen.clear();
-  if (f.within > most_share * std::abs(f.value))
-    f.unseen = too_wide(f.within) + (apart ? ": front and rear pressures go together" : "");
+  hide_wide(f, apart ? ": front and rear pressures go together" : "");
   return f;
 }
 
-void find_torques(const Along& a, const Windows& windows, double most_share, DriveFit& out) {
+void find_torques(const Along& a, const Windows& windows, DriveFit& out) {
   const bool warm = std::isfinite(windows.front()->disc_k[0]);
   for (std::size_t b = 0; b + 1 < kBar.size(); ++b)
     for (std::size_t k = 0; k + 1 < (warm ? kKelvin.size() : 2); ++k) {
@@ -119,7 +118,7 @@ void find_torques(const Along& a, const Windows& windows, double most_share, Dri
       }
       std::string name = fmt::format("torque_{:.0f}_{:.0f}_bar", kBar[b], kBar[b + 1]);
       if (warm) name += fmt::format("_{:.0f}_{:.0f}_k", kKelvin[k], kKelvin[k + 1]);
-      out.found.push_back(factor(a, name, cell, false, 0, most_share));
+      out.found.push_back(factor(a, name, cell, false, 0));
     }
 }
 
@@ -146,10 +145,10 @@ void say_brakes(const Along& a, const Windows& windows, DriveFit& out) {
 }  // namespace
 
 DriveFit fit_brakes(const vehicle::Car<double>& car, const Prior& prior, const DriveWindows& drive,
-                    const BrakesFitOptions& options) {
+                    const WeighedOptions& options) {
   Windows windows;
   for (const DriveWindow& w : drive.windows)
-    if (brakes_count(car, w, options)) windows.push_back(&w);
+    if (brakes_count(car, w)) windows.push_back(&w);
   DriveFit out;
   out.windows = windows.size();
   out.blocks = blocks_of(windows);
@@ -157,19 +156,19 @@ DriveFit fit_brakes(const vehicle::Car<double>& car, const Prior& prior, const D
     const std::string why = fmt::format(
         "{} windows of 0.5 s with all brakes' pressures above {:.0f} bar, wheels that turn, closed "
         "throttle, a known gear and hardly a turn; wanted 6",
-        windows.size(), 1e-5 * options.least_pa);
+        windows.size(), 1e-5 * kBraking_pa);
     for (const char* const name : {"torque", "front_torque", "rear_torque"})
       out.found.push_back(found_of(name, "1", 1.0, why));
     return out;
   }
   const Along along(car, prior, drive, options);
   const auto find = [&](const char* name, bool apart, std::size_t k) {
-    out.found.push_back(factor(along, name, windows, apart, k, options.most_share));
+    out.found.push_back(factor(along, name, windows, apart, k));
   };
   find("torque", false, 0);
   find("front_torque", true, 0);
   find("rear_torque", true, 1);
-  find_torques(along, windows, options.most_share, out);
+  find_torques(along, windows, out);
   say_brakes(along, windows, out);
   doubt_drag(along, windows, out);
   const Found& both = out.found[0];

@@ -36,18 +36,16 @@ double friction(const vehicle::Car<double>& car, const DriveWindow& w, std::size
 
 }  // namespace
 
-bool brakes_count(const vehicle::Car<double>& car, const DriveWindow& w,
-                  const BrakesFitOptions& options) {
+bool brakes_count(const vehicle::Car<double>& car, const DriveWindow& w) {
   double most = 0.0;
   for (std::size_t i = 0; i < kWheels; ++i) {
     if (!std::isfinite(w.brake_pa[i])) return false;
     most = std::max(most, w.brake_pa[i]);
     const double turns = w.wheel_radps[i] * car.static_radius_m[vehicle::axle_of(i)];
-    if (turns < options.least_roll * w.vx_mps)
-      return false;  // NaN: not recorded, not known to lock
+    if (turns < 0.85 * w.vx_mps) return false;  // NaN: not recorded, not known to lock
   }
-  return most > options.least_pa && std::abs(left_mps2(w)) <= options.most_left_mps2 &&
-         !(w.throttle > 0.05) && (w.gear_recorded || gear_of(car, w).has_value());
+  return most > kBraking_pa && std::abs(left_mps2(w)) <= 6.0 && !(w.throttle > 0.05) &&
+         (w.gear_recorded || gear_of(car, w).has_value());
 }
 
 double stated_force(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t axle,

@@ -9,9 +9,12 @@
 
 namespace identify {
 
-/// Whether a window shows the brakes alone: BrakesFitOptions.
-bool brakes_count(const vehicle::Car<double>& car, const DriveWindow& w,
-                  const BrakesFitOptions& options);
+/// Less is no braking.
+inline constexpr double kBraking_pa = 5e5;
+
+/// Whether a window shows the brakes alone: pressed, hardly turning (tyres drag there), no wheel
+/// slower than 85 % of the car.
+bool brakes_count(const vehicle::Car<double>& car, const DriveWindow& w);
 
 /// Force on the road of an axle's brakes by the vehicle file, N, positive.
 double stated_force(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t axle,

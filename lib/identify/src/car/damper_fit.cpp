@@ -20,6 +20,10 @@ using vehicle::kWheels;
 using P = vehicle::Parameter;
 using vehicle::Term;
 constexpr double kFromStop_m = 0.002, kStraight = 2.0;
+constexpr double kPiece_s = 0.05;   ///< rates are slopes over so long: less is noise, more no rate
+constexpr double kLeast_mps = 5.0;  ///< slower rows are left out
+/// Standard deviation of what straight pieces and links leave out: measured on the simulated car.
+constexpr double kModelShare = 0.05;
 constexpr std::size_t kBump = 9, kRebound = 10, kColumns = 11;
 
 std::string damper_channel_missing(const DriveColumns& c) {
@@ -83,15 +87,15 @@ struct Collected {
 class DamperCollector {
  public:
   DamperCollector(const vehicle::Car<double>& car, const recording::Recording& recording,
-                  const DriveColumns& c, const DamperFitOptions& options)
-      : car_(car), recording_(recording), c_(c), options_(options) {
+                  const DriveColumns& c)
+      : car_(car), recording_(recording), c_(c) {
     for (Collected& axle : out_) axle.equation.columns.resize(kColumns);
     for (std::size_t i = 0; i < kWheels; ++i) noise_m_[i] = noise_of(*c.travel[i]);
   }
 
   std::array<Collected, 2> collect() {
     const auto length = std::max<std::size_t>(
-        4, static_cast<std::size_t>(std::lround(options_.seconds / recording_.step_s)));
+        4, static_cast<std::size_t>(std::lround(kPiece_s / recording_.step_s)));
     for (const recording::Stretch& s : recording_.stretches)
       for (std::size_t begin = s.begin; begin + length <= s.end; begin += length)
         add(begin, begin + length);
@@ -103,7 +107,7 @@ class DamperCollector {
     for (std::size_t k = begin; k < end; ++k) {
       double all = (*c_.ax)[k] + (*c_.ay)[k];
       for (std::size_t i = 0; i < kWheels; ++i) all += (*c_.load[i])[k] + (*c_.travel[i])[k];
-      if (!std::isfinite(all) || !((*c_.vx)[k] >= options_.least_mps)) return false;
+      if (!std::isfinite(all) || !((*c_.vx)[k] >= kLeast_mps)) return false;
     }
     return true;
   }
@@ -155,16 +159,14 @@ class DamperCollector {
   const vehicle::Car<double>& car_;
   const recording::Recording& recording_;
   const DriveColumns& c_;
-  const DamperFitOptions& options_;
   Blocks blocks_{100.0, 10.0};
   std::array<double, kWheels> noise_m_{};
   std::array<Collected, 2> out_;
 };
 
 /// Which share of the rates' variance is true, the rest being noise of the travels.
-double true_share(const Collected& axle, const DriveColumns& c, std::size_t a, double step_s,
-                  double seconds) {
-  const double n = std::max(4.0, std::round(seconds / step_s));
+double true_share(const Collected& axle, const DriveColumns& c, std::size_t a, double step_s) {
+  const double n = std::max(4.0, std::round(kPiece_s / step_s));
   const double spread = step_s * step_s * n * (n * n - 1.0) / 12.0;
   const double noise = std::hypot(noise_of(*c.travel[2 * a]), noise_of(*c.travel[2 * a + 1]));
   double square = 0.0;
@@ -174,7 +176,7 @@ double true_share(const Collected& axle, const DriveColumns& c, std::size_t a, d
 }
 
 void find_dampers(const vehicle::Car<double>& car, const Collected& axle, std::size_t a,
-                  double share, const DamperFitOptions& options, DriveFit& out) {
+                  double share, DriveFit& out) {
   const bool by_map = !car.files->damper_n[a].empty();
   const std::string name = kAxleNames[a];
   const double spread = base::quantile(axle.rate_mps, 0.95) - base::quantile(axle.rate_mps, 0.05);
@@ -202,11 +204,9 @@ void find_dampers(const vehicle::Car<double>& car, const Collected& axle, std::s
       const std::size_t k = bump ? kBump : kRebound;
       const double value = fit.value[k] / share * stated;
       set_found(f, value, static_cast<double>(fit.blocks) - static_cast<double>(kColumns),
-                fit.sd(k) / share * stated,
-                value * std::hypot(options.model_share, 0.3 * (1.0 - share)));
-      if (!(f.within < options.most_share * std::abs(f.value)))
-        f.unseen = too_wide(f.within) + fmt::format("; rates vary by {:.0f} mm/s", 1e3 * spread);
-      else if (!(f.value > 0.0))
+                fit.sd(k) / share * stated, value * std::hypot(kModelShare, 0.3 * (1.0 - share)));
+      hide_wide(f, fmt::format("; rates vary by {:.0f} mm/s", 1e3 * spread));
+      if (f.unseen.empty() && !(f.value > 0.0))
         out.doubts.push_back(fmt::format(
             "the {} dampers push along with the {} travel: sign of the travels, or clocks of loads "
             "and travels that differ?",
@@ -222,20 +222,19 @@ void find_dampers(const vehicle::Car<double>& car, const Collected& axle, std::s
 
 }  // namespace
 
-DriveFit fit_dampers(const vehicle::Car<double>& car, const recording::Recording& recording,
-                     const DamperFitOptions& options) {
+DriveFit fit_dampers(const vehicle::Car<double>& car, const recording::Recording& recording) {
   DriveFit out;
   const DriveColumns c = columns_of(recording.table);
   std::string why = damper_channel_missing(c);
-  if (why.empty() && 4.0 * recording.step_s > 1.02 * options.seconds)
+  if (why.empty() && 4.0 * recording.step_s > 1.02 * kPiece_s)
     why = fmt::format("a row every {:.0f} ms, wanted {:.0f} at most", 1e3 * recording.step_s,
-                      250.0 * options.seconds);
+                      250.0 * kPiece_s);
   std::array<Collected, 2> axles;
-  if (why.empty()) axles = DamperCollector(car, recording, c, options).collect();
+  if (why.empty()) axles = DamperCollector(car, recording, c).collect();
   for (std::size_t a = 0; a < 2; ++a) {
     if (why.empty() && axles[a].block.size() < 100)
       why = fmt::format("{} pieces of {:.2g} s clear of the stops, wanted 100",
-                        axles[a].block.size(), options.seconds);
+                        axles[a].block.size(), kPiece_s);
     if (!why.empty()) {
       const std::string name = kAxleNames[a];
       out.found.push_back(found_of(name + "_bump_damping_nspm", "N s/m",
@@ -244,15 +243,14 @@ DriveFit fit_dampers(const vehicle::Car<double>& car, const recording::Recording
                                    car.parameters.axle(a, P::front_rebound_damping_nspm), why));
       continue;
     }
-    find_dampers(car, axles[a], a, true_share(axles[a], c, a, recording.step_s, options.seconds),
-                 options, out);
+    find_dampers(car, axles[a], a, true_share(axles[a], c, a, recording.step_s), out);
   }
   if (why.empty())
     out.remarks.push_back(fmt::format(
         "dampers have the shape of the vehicle file (its knee and fast share, or its map); of "
         "{:.1f} "
         "Hz and more nothing is seen; {:.0f} % of a rate are counted for what that leaves out",
-        0.5 / options.seconds, 100.0 * options.model_share));
+        0.5 / kPiece_s, 100.0 * kModelShare));
   return out;
 }
 

@@ -24,8 +24,11 @@ constexpr std::array<P, 4> kOf{P::front_disc_surface_capacity_jpk, P::front_disc
 constexpr std::array<const char*, 4> kKeys{"disc_surface_capacity_jpk", "disc_core_capacity_jpk",
                                            "disc_conductance_wpk", "disc_area_m2"};
 constexpr std::array<const char*, 4> kUnits{"J/K", "J/K", "W/K", "m2"};
-constexpr double kStep_s = 0.02;      ///< surfaces settle within seconds
-constexpr double kTogether_s = 15.0;  ///< errors this near go together
+constexpr double kStep_s = 0.02;       ///< surfaces settle within seconds
+constexpr double kTogether_s = 15.0;   ///< errors this near go together
+constexpr double kEvery_s = 0.2;       ///< temperatures are compared so often
+constexpr double kLeast_s = 150.0;     ///< of one stretch without a gap
+constexpr double kLeastRise_k = 60.0;  ///< temperatures must vary by so much
 
 /// Channels of one wheel.
 struct Wheel {
@@ -92,7 +95,6 @@ struct Model {
   const vehicle::Car<double>& car;
   std::size_t axle;
   std::vector<std::vector<Fed>> fed;  ///< of the wheels whose disc was measured
-  double every_s;
 
   void left_over(const std::vector<double>& value, std::vector<double>& left,
                  std::vector<std::size_t>* block = nullptr) const {
@@ -113,7 +115,7 @@ struct Model {
       for (std::size_t k = 0; k < rows.size(); ++k) {
         if (rows[k].time_s >= next_s && std::isfinite(rows[k].seen_k)) {
           left.push_back(surface - rows[k].seen_k);
-          next_s = rows[k].time_s + every_s;
+          next_s = rows[k].time_s + kEvery_s;
           if (block != nullptr)
             block->push_back(
                 static_cast<std::size_t>((rows[k].time_s - rows.front().time_s) / kTogether_s));
@@ -210,9 +212,8 @@ void find_discs(const vehicle::Car<double>& car, double heat_sd, const Model& mo
     const double value = unknowns[k].value * f.stated;
     set_found(f, value, freedom, fit.sd(k) * f.stated,
               value * std::hypot(options.torque_sd, heat_sd));
-    if (f.within > options.most_share * f.value)
-      f.unseen = too_wide(f.within);
-    else if (unknowns[k].value < 0.11 || unknowns[k].value > 9.9)
+    hide_wide(f);
+    if (f.unseen.empty() && (unknowns[k].value < 0.11 || unknowns[k].value > 9.9))
       f.unseen = "more than ten times, or less than a tenth, of the vehicle file's";
   }
   out.remarks.push_back(
@@ -238,7 +239,7 @@ DriveFit fit_discs(const vehicle::Car<double>& car, const Prior& prior,
     }
     const std::vector<double>& time = *recording.table.find("time_s");
     const recording::Stretch stretch = longest_of(recording, time);
-    Model model{car, a, {}, options.every_s};
+    Model model{car, a, {}};
     std::vector<double> seen;
     double seconds = 1e9;
     for (std::size_t i = 2 * a; i < 2 * a + 2; ++i) {
@@ -249,18 +250,16 @@ DriveFit fit_discs(const vehicle::Car<double>& car, const Prior& prior,
       for (const Fed& f : rows)
         if (std::isfinite(f.seen_k)) seen.push_back(f.seen_k);
     }
-    if (seconds < options.least_s) {
-      empty_axle(a, car,
-                 fmt::format("{:.0f} s without a gap, wanted {:.0f}", seconds, options.least_s),
+    if (seconds < kLeast_s) {
+      empty_axle(a, car, fmt::format("{:.0f} s without a gap, wanted {:.0f}", seconds, kLeast_s),
                  out);
       continue;
     }
     const double rise = base::quantile(seen, 0.98) - base::quantile(seen, 0.02);
-    if (rise < options.least_rise_k) {
-      empty_axle(
-          a, car,
-          fmt::format("temperatures vary by {:.0f} K, wanted {:.0f}", rise, options.least_rise_k),
-          out);
+    if (rise < kLeastRise_k) {
+      empty_axle(a, car,
+                 fmt::format("temperatures vary by {:.0f} K, wanted {:.0f}", rise, kLeastRise_k),
+                 out);
       continue;
     }
     find_discs(car, share_sd(prior, P::brake_disc_share), model, options, out);

@@ -16,7 +16,6 @@ using P = vehicle::Parameter;
 constexpr double kRadiusOff = 0.05;   ///< no owner states a rolling radius further off
 constexpr double kAxOff = 0.15;       ///< of ax_mps2 against the change of vx_mps
 constexpr double kStraight_mps2 = 3;  ///< more of it is turning
-constexpr double kUnbraked_pa = 5e4;
 constexpr double kLeastWindows = 20;
 constexpr std::size_t kLeastRatios = 10;  ///< each of them tells the radius within a per cent
 

@@ -187,14 +187,13 @@ EngineSolved solve_engine(const Asked& a, const vehicle::Map2& stated) {
 }
 
 void find_places(const EngineSolved& s, const vehicle::Map2& stated, const EngineWindows& windows,
-                 double step_s, const EngineFitOptions& options, EngineFit& out) {
+                 double step_s, EngineFit& out) {
   PlaceFinder finder(stated, s, windows.gears, out);
   for (const EngineWindow& e : windows.windows)
     for (const EngineRow& row : e.rows)
       finder.near(row.engine_radps, row.throttle, static_cast<std::size_t>(e.gear - 1), step_s,
                   e.window->block);
-  finder.hide(options.least_seconds, options.most_share,
-              0.25 * *std::max_element(stated.z.begin(), stated.z.end()), "", " N m");
+  finder.hide(0.25 * *std::max_element(stated.z.begin(), stated.z.end()), "", " N m");
 }
 
 /// The found over the stated map, and each gear over the map of all.
@@ -258,12 +257,12 @@ void say_engine(const Asked& a, EngineFit& out) {
 }  // namespace
 
 EngineFit fit_engine(const vehicle::Car<double>& car, const Prior& prior, const DriveWindows& drive,
-                     const recording::Recording& recording, const EngineFitOptions& options) {
+                     const recording::Recording& recording, const WeighedOptions& options) {
   if (car.files->turbo == vehicle::Turbo::kFull)
     throw base::Error(
         "the vehicle's engine is the full turbocharged one, whose torque is no map: wanted "
         "turbo: first_order");
-  const EngineWindows windows = engine_windows(car, drive, recording, options);
+  const EngineWindows windows = engine_windows(car, drive, recording);
   std::set<std::size_t> blocks;
   for (const EngineWindow& e : windows.windows) blocks.insert(e.window->block);
   const vehicle::Map2 stated = stated_torque_map(car);
@@ -279,7 +278,7 @@ EngineFit fit_engine(const vehicle::Car<double>& car, const Prior& prior, const 
   EngineFit out;
   out.fit.windows = windows.windows.size();
   out.fit.blocks = s.fit.blocks;
-  find_places(s, stated, windows, recording.step_s, options, out);
+  find_places(s, stated, windows, recording.step_s, out);
   find_factors(s, windows, out);
   say_engine(asked, out);
   out.fit.doubts = s.doubts;

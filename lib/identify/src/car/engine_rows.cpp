@@ -14,9 +14,11 @@ namespace {
 
 using P = vehicle::Parameter;
 using vehicle::Term;
-constexpr double kBeside_s = 0.1;       ///< a gear must have been in for so long before and after
-constexpr double kInStep = 0.04;        ///< engine and driven wheels may differ by this share
-constexpr double kInStepBlind = 0.1;    ///< engine and car, where no wheel's speed was recorded
+constexpr double kBeside_s = 0.1;     ///< a gear must have been in for so long before and after
+constexpr double kInStep = 0.04;      ///< engine and driven wheels may differ by this share
+constexpr double kInStepBlind = 0.1;  ///< engine and car, where no wheel's speed was recorded
+/// Of windows that count; the second where the steering was not recorded.
+constexpr double kMostLeft_mps2 = 8.0, kMostLeftBlind_mps2 = 2.0;
 constexpr double kBlindThrottle = 0.1;  ///< less may be braking, where no pressure was recorded
 
 /// Slope of the straight line through rows [begin, end) of a channel.
@@ -29,9 +31,8 @@ double slope_of(const std::vector<double>& time_s, const std::vector<double>& va
 
 class EngineCollector {
  public:
-  EngineCollector(const vehicle::Car<double>& car, const recording::Recording& recording,
-                  const EngineFitOptions& options)
-      : car_(car), recording_(recording), options_(options) {
+  EngineCollector(const vehicle::Car<double>& car, const recording::Recording& recording)
+      : car_(car), recording_(recording) {
     const recording::Table& table = recording.table;
     time_ = table.find("time_s");
     throttle_ = table.find("throttle");
@@ -99,12 +100,11 @@ class EngineCollector {
 
   bool braked(const DriveWindow& w) const {
     if (!std::isfinite(w.brake_pa[0])) return !(w.throttle > kBlindThrottle);
-    return identify::braked(w, options_.most_brake_pa);
+    return identify::braked(w, kUnbraked_pa);
   }
 
   bool turns(const DriveWindow& w) const {
-    return std::abs(left_mps2(w)) >
-           (steer_ == nullptr ? options_.most_left_blind_mps2 : options_.most_left_mps2);
+    return std::abs(left_mps2(w)) > (steer_ == nullptr ? kMostLeftBlind_mps2 : kMostLeft_mps2);
   }
 
   void add(const DriveWindow& w) {
@@ -157,7 +157,6 @@ class EngineCollector {
 
   const vehicle::Car<double>& car_;
   const recording::Recording& recording_;
-  const EngineFitOptions& options_;
   Column time_, throttle_, engine_, gear_, left_, right_, steer_, vx_;
   std::vector<double> boost_;
   EngineWindows out_;
@@ -174,9 +173,8 @@ double side_n(const vehicle::Car<double>& car, const EngineWindow& e, double mas
 }  // namespace
 
 EngineWindows engine_windows(const vehicle::Car<double>& car, const DriveWindows& drive,
-                             const recording::Recording& recording,
-                             const EngineFitOptions& options) {
-  return EngineCollector(car, recording, options).collect(drive);
+                             const recording::Recording& recording) {
+  return EngineCollector(car, recording).collect(drive);
 }
 
 EngineEquations engine_equations(const vehicle::Car<double>& car, const EngineWindows& windows,

@@ -36,8 +36,7 @@ struct EngineWindows {
 
 /// Throws base::Error without throttle.
 EngineWindows engine_windows(const vehicle::Car<double>& car, const DriveWindows& drive,
-                             const recording::Recording& recording,
-                             const EngineFitOptions& options);
+                             const recording::Recording& recording);
 
 /// In N: the first unknowns are the torques of the map's places less `torque_nm`, the last the
 /// factors of the gears less 1.

@@ -62,15 +62,14 @@ void PlaceFinder::near(double x, double y, std::size_t count, double seconds, st
   }
 }
 
-void PlaceFinder::hide(double least_seconds, double most_share, double least, const char* of,
-                       const char* unit) {
+void PlaceFinder::hide(double least, const char* of, const char* unit) {
   for (std::size_t k = 0; k < out_.places.size(); ++k) {
     MapPlace& place = out_.places[k];
     const double all = std::accumulate(place.seconds.begin(), place.seconds.end(), 0.0);
-    if (all < least_seconds || from_[k].size() < 2)
+    if (all < 1.0 || from_[k].size() < 2)
       place.unseen =
           fmt::format("{:.1f} s {}near it, at {} places of the road", all, of, from_[k].size());
-    else if (place.within > most_share * std::max(std::abs(place.value), least))
+    else if (place.within > 0.1 * std::max(std::abs(place.value), least))
       place.unseen =
           fmt::format("its 90 % interval would be {:.2g}{} either way", place.within, unit);
   }

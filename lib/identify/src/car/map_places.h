@@ -42,9 +42,9 @@ class PlaceFinder {
               FoundMap& out);
   /// The drive was here for so long, at this place of the road.
   void near(double x, double y, std::size_t count, double seconds, std::size_t block);
-  /// Hides places with fewer seconds or wider intervals, as a share of their value or of `least`.
-  void hide(double least_seconds, double most_share, double least, const char* of,
-            const char* unit);
+  /// Hides places with less than a second near them, counted by how near, or a 90 % interval wider
+  /// than a tenth of their value or of `least` either way.
+  void hide(double least, const char* of, const char* unit);
 
  private:
   FoundMap& out_;

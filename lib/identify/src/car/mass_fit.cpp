@@ -106,6 +106,8 @@ std::array<double, 6> drive_sd(const vehicle::Car<double>& car, const Loads& l) 
 }
 
 constexpr double kFuelUnsure_kg = 30.0;  // as much is assumed where nobody states it
+constexpr double kLeastRate_s = 120.0;   // a shorter drive says nothing of a mass that changes
+constexpr double kMostMassShare = 0.05;  // as kMostShare
 
 /// Parameters of the vehicle file that the results lean on.
 constexpr std::array<P, 9> kMassLeansOn{
@@ -141,7 +143,7 @@ std::vector<std::pair<vehicle::Car<double>, DriveWindows>> loads_granted(
 }
 
 void say_what_is_assumed(const vehicle::Car<double>& car, const DriveWindows& drive,
-                         const MassFitOptions& options, const Loads& l, DriveFit& out) {
+                         const WeighedOptions& options, const Loads& l, DriveFit& out) {
   const auto& p = car.parameters;
   out.remarks.push_back(normal_words(drive, options.body_axes));
   out.remarks.push_back(fmt::format(
@@ -245,25 +247,23 @@ std::array<Found, 6> named(const vehicle::Car<double>& car, double fuel_kg) {
 }
 
 /// Says of each number that the drive does not show why.
-void hide_unseen(const DriveWindows& drive, double length_m, const MassFitOptions& options,
-                 std::array<Found, 6>& found) {
+void hide_unseen(const DriveWindows& drive, double length_m, std::array<Found, 6>& found) {
   const double lift = std::max(std::abs(found[4].value + found[5].value), 0.4);
   const double faster = spread(drive, &DriveWindow::vx_mps, 0.05, 0.95),
                braked = spread(drive, &DriveWindow::along_mps2, 0.05, 0.95);
-  const std::array<double, 6> most{options.most_mass_share * found[0].value,
+  const std::array<double, 6> most{kMostMassShare * found[0].value,
                                    1e9,
                                    0.02 * length_m,
-                                   options.most_share * std::abs(found[3].value),
-                                   options.most_share * lift,
-                                   options.most_share * lift};
+                                   kMostShare * std::abs(found[3].value),
+                                   kMostShare * lift,
+                                   kMostShare * lift};
   const std::string of_speed = fmt::format("the speed varies by {:.1f} m/s only", faster),
                     of_ax = fmt::format("ax_mps2 varies by {:.2f} m/s2 only", braked);
   const double lasts_s = drive.end_s - drive.begin_s;
   for (std::size_t k = 0; k < 6; ++k) {
     Found& f = found[k];
-    if (k == 1 && !(lasts_s > options.least_rate_s))
-      f.unseen =
-          fmt::format("the drive lasts {:.0f} s; wanted {:.0f}", lasts_s, options.least_rate_s);
+    if (k == 1 && !(lasts_s > kLeastRate_s))
+      f.unseen = fmt::format("the drive lasts {:.0f} s; wanted {:.0f}", lasts_s, kLeastRate_s);
     else if (k != 3 && k != 1 && faster < 5.0)
       f.unseen = of_speed + ": weight and downforce look the same";
     else if (k == 3 && braked < 3.0)
@@ -306,10 +306,10 @@ void doubt_results(const Loads& l, const DriveWindows& drive, double length_m, d
 }  // namespace
 
 base::Answer<DriveFit> fit_mass(const vehicle::Car<double>& car, const Prior& prior,
-                                const DriveWindows& drive, const MassFitOptions& options) {
+                                const DriveWindows& drive, const WeighedOptions& options) {
   if (auto refused = cannot_tell(drive)) return *std::move(refused);
   const double length = car.parameters[P::chassis_wheelbase_m];
-  const bool with_rate = drive.end_s - drive.begin_s > options.least_rate_s;
+  const bool with_rate = drive.end_s - drive.begin_s > kLeastRate_s;
   const auto loads = solve_loads(car, drive, with_rate);
   if (!loads) return loads.refusal();
   const Loads& l = *loads;
@@ -329,7 +329,7 @@ base::Answer<DriveFit> fit_mass(const vehicle::Car<double>& car, const Prior& pr
   std::array<Found, 6> found = named(car, options.fuel_kg);
   for (std::size_t k = 0; k < 6; ++k)
     set_found(found[k], value[k], freedom, sd_drive[k], std::sqrt(of_file[k]));
-  hide_unseen(drive, length, options, found);
+  hide_unseen(drive, length, found);
   DriveFit out;
   out.windows = drive.windows.size();
   out.blocks = l.fit.blocks;

@@ -23,10 +23,11 @@
 namespace identify {
 namespace {
 
-MassFitOptions mass_options(const ReadDrive& drive) {
-  MassFitOptions out;
-  out.fuel_kg = drive.fuel_kg;
-  out.body_axes = drive.options.body_axes;
+/// A fit's options with fuel, axes and, where wheel loads tell it, the mass.
+WeighedOptions options_of(const ReadDrive& drive, const std::optional<DriveFit>& weighed = {}) {
+  WeighedOptions out{0.0, 0.0, drive.fuel_kg, drive.options.body_axes};
+  if (weighed)
+    out.mass_kg = weighed->at("mass_kg").value, out.mass_sd_kg = weighed->at("mass_kg").sd;
   return out;
 }
 
@@ -34,21 +35,10 @@ MassFitOptions mass_options(const ReadDrive& drive) {
 /// doubtful joins the doubts of the windows: all fits lean on the loads.
 std::optional<DriveFit> mass_where_seen(const ReadDrive& drive, DriveWindows& windows) {
   if (!windows.loads || !windows.accelerations) return std::nullopt;
-  auto fit = fit_mass(drive.car, drive.vehicle.prior, windows, mass_options(drive));
+  auto fit = fit_mass(drive.car, drive.vehicle.prior, windows, options_of(drive));
   if (fit && fit->doubts.empty() && fit->at("mass_kg").unseen.empty()) return *std::move(fit);
   if (fit) windows.doubts.insert(windows.doubts.end(), fit->doubts.begin(), fit->doubts.end());
   return std::nullopt;  // the vehicle file's mass stands in, and is named
-}
-
-/// A fit's options with fuel, axes and, where wheel loads tell it, the mass.
-template <class Options>
-Options options_of(const ReadDrive& drive, const std::optional<DriveFit>& weighed) {
-  Options out;
-  out.fuel_kg = drive.fuel_kg;
-  out.body_axes = drive.options.body_axes;
-  if (weighed)
-    out.mass_kg = weighed->at("mass_kg").value, out.mass_sd_kg = weighed->at("mass_kg").sd;
-  return out;
 }
 
 void join(DriveFit& fit, const DriveFit& more) {
@@ -58,15 +48,14 @@ void join(DriveFit& fit, const DriveFit& more) {
 }
 
 void measure_mass(const ReadDrive& drive, Measured& out) {
-  out.fit = fit_mass(drive.car, drive.vehicle.prior, out.windows, mass_options(drive)).or_throw();
+  out.fit = fit_mass(drive.car, drive.vehicle.prior, out.windows, options_of(drive)).or_throw();
   out.sheet = mass_sheet(drive.car, out.fit, drive.fuel_kg);
 }
 
 void measure_aero(const ReadDrive& drive, Measured& out) {
   const auto weighed = mass_where_seen(drive, out.windows);
-  auto options = options_of<AeroFitOptions>(drive, weighed);
-  options.engine_off_s = drive.request.engine_off_s;
-  out.fit = fit_aero(drive.car, drive.vehicle.prior, out.windows, options);
+  out.fit = fit_aero(drive.car, drive.vehicle.prior, out.windows,
+                     {options_of(drive, weighed), drive.request.engine_off_s});
   out.sheet = aero_sheet(out.fit);
   DriveFit lift;
   for (std::size_t a = 0; a < 2; ++a) {
@@ -111,7 +100,7 @@ DriveFit discs_of(const ReadDrive& drive, const DriveFit& brakes) {
 }
 
 void measure_brakes(const ReadDrive& drive, Measured& out) {
-  const auto options = options_of<BrakesFitOptions>(drive, mass_where_seen(drive, out.windows));
+  const auto options = options_of(drive, mass_where_seen(drive, out.windows));
   out.fit = fit_brakes(drive.car, drive.vehicle.prior, out.windows, options);
   out.pads = fit_pad_map(drive.car, drive.vehicle.prior, out.windows, options);
   const DriveFit discs = discs_of(drive, out.fit);
@@ -122,7 +111,7 @@ void measure_brakes(const ReadDrive& drive, Measured& out) {
 }
 
 void measure_engine(const ReadDrive& drive, Measured& out) {
-  const auto options = options_of<EngineFitOptions>(drive, mass_where_seen(drive, out.windows));
+  const auto options = options_of(drive, mass_where_seen(drive, out.windows));
   out.engine = fit_engine(drive.car, drive.vehicle.prior, out.windows, drive.recording, options);
   out.fit = out.engine->fit;
 }

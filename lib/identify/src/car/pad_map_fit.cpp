@@ -79,12 +79,12 @@ MatrixXd pads_held_by(const vehicle::Map2& stated) {
 }
 
 void find(const Windows& windows, const vehicle::Map2& stated, const MapSolved& s, double seconds,
-          const PadMapOptions& options, PadMapFit& out) {
+          PadMapFit& out) {
   PlaceFinder finder(stated, s, 1, out);
   for (const DriveWindow* w : windows)
     for (std::size_t i = 0; i < kWheels; ++i)
       finder.near(std::max(0.0, w->brake_pa[i]), w->disc_k[i], 0, seconds, w->block);
-  finder.hide(options.least_seconds, options.most_share, 0.0, "of wheels ", "");
+  finder.hide(0.0, "of wheels ", "");
   for (std::size_t a = 0; a < 2; ++a) {
     Found f =
         map_factor(fmt::format("{}_pads", kAxleNames[a]),
@@ -98,14 +98,13 @@ void find(const Windows& windows, const vehicle::Map2& stated, const MapSolved& 
 }  // namespace
 
 PadMapFit fit_pad_map(const vehicle::Car<double>& car, const Prior& prior,
-                      const DriveWindows& drive, const BrakesFitOptions& options,
-                      const PadMapOptions& map_options) {
+                      const DriveWindows& drive, const WeighedOptions& options) {
   PadMapFit out;
   Windows windows;
   std::size_t without = 0;
   std::vector<std::size_t> block;
   for (const DriveWindow& w : drive.windows) {
-    if (!brakes_count(car, w, options)) continue;
+    if (!brakes_count(car, w)) continue;
     if (!std::isfinite(w.disc_k[0] + w.disc_k[1] + w.disc_k[2] + w.disc_k[3])) {
       ++without;
       continue;
@@ -140,7 +139,7 @@ PadMapFit fit_pad_map(const vehicle::Car<double>& car, const Prior& prior,
   MapSolved solved{map_fit(e.rows, e.wanted, block, held), {}};
   solved.granted =
       granted_covariance(along, {}, brakes_moved(along), held, solved.fit, equations_of);
-  find(windows, stated, solved, 0.5, map_options, out);
+  find(windows, stated, solved, 0.5, out);
   out.fit.remarks.emplace_back(
       "areas and radii of the brakes are the vehicle file's: the map has what is wrong of them");
   return out;

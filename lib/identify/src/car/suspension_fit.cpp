@@ -60,6 +60,10 @@ struct SuspensionGranted {
   double links = 1.0;          ///< factor on what the links carry of the side force
 };
 
+/// Standard deviations: how well the vehicle file is believed to know the roll centre, what links
+/// carry of the side force, and what the model leaves out of a spring rate (measured on the
+/// simulated car and on another simulator's).
+constexpr double kRollCentreSd_m = 0.01, kLinksShare = 0.15, kSpringShare = 0.015;
 constexpr std::size_t kHeave = 5, kRoll = 2;  ///< columns of an axle's two equations
 
 ClusteredFit solve_springs(const vehicle::Car<double>& car, const Windows& windows,
@@ -120,23 +124,20 @@ Spread spread_of(const Windows& windows, std::size_t axle) {
 }
 
 void find_springs(const vehicle::Car<double>& car, const Windows& windows, const ClusteredFit& fit,
-                  const std::vector<ClusteredFit>& moved, std::size_t axle,
-                  const SuspensionFitOptions& options, DriveFit& out) {
+                  const std::vector<ClusteredFit>& moved, std::size_t axle, DriveFit& out) {
   const auto& p = car.parameters;
   const std::string name = kAxleNames[axle];
   const double freedom = static_cast<double>(fit.blocks) - static_cast<double>(kHeave);
   const Spread spread = spread_of(windows, axle);
   const double k = fit.value[spring_at(axle)], in_roll = fit.value[roll_at(axle)];
   Found spring = found_of(name + "_spring_npm", "N/m", p.axle(axle, P::front_spring_npm));
-  const double model = options.spring_share * std::abs(k);
+  const double model = kSpringShare * std::abs(k);
   set_found(spring, k, freedom, fit.sd(spring_at(axle)), model);
   const std::string heaves = fmt::format("both travels together vary by {:.1f} mm",
                                          1e3 * spread.heave_m),
                     rolls = fmt::format("left against right by {:.1f} mm", 1e3 * spread.roll_m);
-  if (spread.heave_m < 0.002)
-    spring.unseen = heaves + ", wanted 2";
-  else if (spring.within > options.most_share * std::abs(k))
-    spring.unseen = too_wide(spring.within) + "; " + heaves;
+  hide_wide(spring, "; " + heaves);
+  if (spread.heave_m < 0.002) spring.unseen = heaves + ", wanted 2";
   std::vector<double> slope(fit.value.size(), 0.0);
   slope[roll_at(axle)] = 0.5;
   slope[spring_at(axle)] = -0.5;
@@ -149,7 +150,7 @@ void find_springs(const vehicle::Car<double>& car, const Windows& windows, const
   if (!spring.unseen.empty()) bar.unseen = "the spring beside it is not";
   if (spread.roll_m < 0.002) bar.unseen = rolls + ", wanted 2";
   // A bar may be weak: what counts is how well it is known beside the whole rate in roll.
-  if (bar.unseen.empty() && 2.0 * bar.within > options.most_share * std::abs(in_roll))
+  if (bar.unseen.empty() && 2.0 * bar.within > kMostShare * std::abs(in_roll))
     bar.unseen = too_wide(bar.within) + ", by what the links may carry; " + rolls;
   out.found.push_back(std::move(spring));
   out.found.push_back(std::move(bar));
@@ -158,8 +159,7 @@ void find_springs(const vehicle::Car<double>& car, const Windows& windows, const
 }  // namespace
 
 DriveFit fit_suspension(const vehicle::Car<double>& car, const Prior& prior,
-                        const DriveWindows& drive, double mass_kg,
-                        const SuspensionFitOptions& options) {
+                        const DriveWindows& drive, double mass_kg) {
   if (!drive.loads || !drive.travels)
     throw base::Error(fmt::format(
         "not observable: springs, bars and dampers: the recording has no {} of all four wheels",
@@ -173,10 +173,9 @@ DriveFit fit_suspension(const vehicle::Car<double>& car, const Prior& prior,
         "stops: wanted 20",
         windows.size()));
   const ClusteredFit fit = solve_springs(car, windows, {mass_kg, 0.0, 1.0});
-  std::vector<ClusteredFit> moved{
-      solve_springs(car, windows, {mass_kg, options.roll_centre_sd_m, 1.0}),
-      solve_springs(car, windows, {1.025 * mass_kg, 0.0, 1.0}),
-      solve_springs(car, windows, {mass_kg, 0.0, 1.0 + options.links_share})};
+  std::vector<ClusteredFit> moved{solve_springs(car, windows, {mass_kg, kRollCentreSd_m, 1.0}),
+                                  solve_springs(car, windows, {1.025 * mass_kg, 0.0, 1.0}),
+                                  solve_springs(car, windows, {mass_kg, 0.0, 1.0 + kLinksShare})};
   for (const P gain : {P::front_camber_gain_radpm, P::rear_camber_gain_radpm}) {
     vehicle::Car<double> other = car;
     other.parameters[gain] *= 1.0 + share_sd(prior, gain);
@@ -186,7 +185,7 @@ DriveFit fit_suspension(const vehicle::Car<double>& car, const Prior& prior,
   out.windows = windows.size();
   out.blocks = fit.blocks;
   for (std::size_t a = 0; a < 2; ++a) {
-    find_springs(car, windows, fit, moved, a, options, out);
+    find_springs(car, windows, fit, moved, a, out);
     if (out.found[2 * a].unseen.empty() && !(out.found[2 * a].value > 0.0))
       out.doubts.push_back(fmt::format(
           "the {} springs push less the more they are pressed: sign of the travels (compressed is "
@@ -201,12 +200,12 @@ DriveFit fit_suspension(const vehicle::Car<double>& car, const Prior& prior,
                   "mm), change of camber and with them what the links carry of the side force "
                   "(within {:.0f} %) "
                   "are the vehicle file's word; standard deviations",
-                  1e3 * options.roll_centre_sd_m, 100.0 * options.links_share));
+                  1e3 * kRollCentreSd_m, 100.0 * kLinksShare));
   out.remarks.push_back(
       fmt::format("{:.1f} % of a spring rate are counted as standard deviation for what half "
                   "seconds and straight "
                   "links leave out",
-                  100.0 * options.spring_share));
+                  100.0 * kSpringShare));
   out.remarks.emplace_back(
       "what braking, driving and cornering press through the links is found beside the springs, "
       "from the same loads");

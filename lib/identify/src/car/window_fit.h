@@ -32,6 +32,7 @@ inline double left_mps2(const DriveWindow& w) {
   return std::isfinite(w.yaw_rate_radps) ? w.yaw_rate_radps * w.vx_mps : 0.0;
 }
 
+inline constexpr double kUnbraked_pa = 5e4;
 /// Whether any brake was pressed harder; not where none was recorded.
 inline bool braked(const DriveWindow& w, double most_pa) {
   return std::any_of(w.brake_pa.begin(), w.brake_pa.end(), [&](double pa) { return pa > most_pa; });
@@ -78,8 +79,13 @@ inline void set_found(Found& f, double value, double freedom, double sd_drive, d
   f.within = half_width_90(freedom, sd_drive, sd_file);
 }
 
+/// A number whose 90 % interval is wider either way, as a share of it, is unseen.
+inline constexpr double kMostShare = 0.25;
 inline std::string too_wide(double within) {
   return fmt::format("its 90 % interval would be {:.3g} either way", within);
+}
+inline void hide_wide(Found& f, const std::string& more = {}) {
+  if (!(f.within <= kMostShare * std::abs(f.value))) f.unseen = too_wide(f.within) + more;
 }
 
 }  // namespace identify
