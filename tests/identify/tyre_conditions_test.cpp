@@ -16,8 +16,7 @@ vehicle::TyreCoefficients racer() {
 }
 
 /// Side slip up to `most_rad` at the nominal load, exact forces.
-identify::TyreSamples swept(double most_rad) {
-  const auto tyre = racer();
+identify::TyreSamples swept(double most_rad, const vehicle::TyreCoefficients& tyre = racer()) {
   identify::TyreSamples out;
   for (int i = -50; i <= 50; ++i) {
     out.conditions.push_back({tyre.nominal_load_n, 0.0, std::tan(most_rad * i / 50.0), 0.0,
@@ -29,10 +28,11 @@ identify::TyreSamples swept(double most_rad) {
   return out;
 }
 
-identify::TyreConditions conditions_of(const identify::TyreSamples& samples) {
+identify::TyreConditions conditions_of(const identify::TyreSamples& samples,
+                                       const vehicle::TyreCoefficients& reference = racer()) {
   identify::TyreFitOptions options;
   options.starts = 2;
-  return identify::tyre_conditions(identify::fit_tyre(samples, racer(), options), samples);
+  return identify::tyre_conditions(identify::fit_tyre(samples, reference, options), samples);
 }
 
 TEST(TyreConditions, APeakThatWasNotReachedIsSaidToBe) {
@@ -44,6 +44,17 @@ TEST(TyreConditions, APeakThatWasNotReachedIsSaidToBe) {
   EXPECT_FALSE(near.peaks[0].reached);
   EXPECT_NEAR(near.peaks[0].measured_slip, 0.04, 0.001);
   EXPECT_GT(near.peaks[0].sd_n, 5.0 * far.peaks[0].sd_n);
+}
+
+TEST(TyreConditions, ACurveThatOnlyRisesHasNoPeak) {
+  vehicle::TyreCoefficients rising = racer();
+  rising.pcy1 = 1.0;
+  rising.pey1 = rising.pey2 = rising.pey3 = 0.0;
+  const auto found = conditions_of(swept(0.65, rising), rising);  // to a slip of 0.76
+  ASSERT_EQ(found.peaks.size(), 1u);
+  EXPECT_GT(found.peaks[0].measured_slip, 0.7);
+  EXPECT_EQ(found.peaks[0].peak_slip, identify::kMostSlip);
+  EXPECT_FALSE(found.peaks[0].reached);
 }
 
 TEST(TyreConditions, EveryRowIsInOneCellAndTheNextIsWhereNoneWas) {

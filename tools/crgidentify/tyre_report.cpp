@@ -138,12 +138,14 @@ std::string tyre_text(const TyreResult& result) {
   }
   out += cells_text(result.conditions);
   for (const auto& p : result.conditions.peaks)
-    out += fmt::format(
-        "{} force, load {}: peak {:.0f} N +- {:.0f} at slip {:.3f}{}\n", word(p.kind),
-        span_of(identify::kLoadEdges, p.load), p.peak_n, kNormal90 * p.sd_n, p.peak_slip,
-        p.reached
-            ? ""
-            : fmt::format(": not reached (rows end at {:.3f}), a bound only", p.measured_slip));
+    out +=
+        fmt::format("{} force, load {}: {}{:.0f} N +- {:.0f} at slip {:.3f}{}\n", word(p.kind),
+                    span_of(identify::kLoadEdges, p.load),
+                    p.peak_slip < identify::kMostSlip ? "peak " : "only rises, ", p.peak_n,
+                    kNormal90 * p.sd_n, p.peak_slip,
+                    p.reached ? ""
+                              : fmt::format(": peak not reached (rows end at {:.3f}), a bound only",
+                                            p.measured_slip));
   const auto& next = result.conditions.next;
   if (next.sd_n > 0)
     out +=

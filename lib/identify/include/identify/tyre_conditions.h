@@ -37,7 +37,7 @@ struct PeakReach {
   double measured_slip = 0.0;  ///< the largest, 99 % of the rows below
   double peak_n = 0.0, sd_n = 0.0;
   /// False: the force is known up to the measured slip, and the fitted peak is no more than a bound
-  /// with what the reference tyre says.
+  /// with what the reference tyre says. A peak_slip of kMostSlip: the fitted force only rises.
   bool reached = false;
 };
 

@@ -29,7 +29,8 @@ std::vector<TyreFault> scan_tyre(
     vehicle::AlphaConvention alpha = vehicle::AlphaConvention::kTangent);
 
 /// Slip (tangent of the angle, or kappa) of the largest force of the upright tyre, both directions
-/// together; at most 0.6.
+/// together. kMostSlip: the force still rises there, and no peak is known.
+inline constexpr double kMostSlip = 1.0;
 double peak_slip(const vehicle::TyreCoefficients& tyre, vehicle::AlphaConvention alpha, double fz_n,
                  bool lateral);
 

@@ -163,8 +163,8 @@ void hold_unseen_peaks(const TyreSamples& rows, const vehicle::TyreCoefficients&
     options.hold[index(SlipKind::kCombined)] = TyreHold::kAll;
     kept.push_back(
         fmt::format("{}: shape and peak stay the reference's: 99 % of the slips are below {:.3f}, "
-                    "its peak lies at {:.3f}",
-                    word_of(kind), reach, peak));
+                    "its peak lies {} {:.3f}",
+                    word_of(kind), reach, peak < kMostSlip ? "at" : "beyond", peak));
   }
 }
 

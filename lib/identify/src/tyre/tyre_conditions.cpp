@@ -144,7 +144,7 @@ TyreConditions tyre_conditions(const TyreFit& fit, const TyreSamples& samples) {
       const ForceBand band = force_band(fit, in);
       one.peak_n = std::abs(k == 0 ? band.fy_n : band.fx_n);
       one.sd_n = k == 0 ? band.fy_sd_n : band.fx_sd_n;
-      one.reached = one.measured_slip > 1.05 * one.peak_slip;
+      one.reached = one.measured_slip > 1.05 * one.peak_slip && one.peak_slip < kMostSlip;
       out.peaks.push_back(one);
     }
   double tan_most = 0.1, kappa_most = 0.1;

@@ -84,14 +84,13 @@ std::vector<TyreFault> scan_tyre(const vehicle::TyreCoefficients& tyre, const Ty
 
 double peak_slip(const vehicle::TyreCoefficients& tyre, vehicle::AlphaConvention alpha, double fz_n,
                  bool lateral) {
-  constexpr int kPoints = 400;
-  constexpr double kMost = 0.6;
+  constexpr int kPoints = 1000;
   vehicle::TyreInput<double> in;
   in.fz_n = fz_n;
   in.vx_mps = tyre.nominal_speed_mps;
-  double most = 0.0, at = kMost;
+  double most = 0.0, at = kMostSlip;
   for (int i = 1; i <= kPoints; ++i) {
-    const double slip = kMost * i / kPoints;
+    const double slip = kMostSlip * i / kPoints;
     double force = 0.0;
     for (const double way : {-slip, slip}) {
       (lateral ? in.tan_alpha : in.kappa) = way;
