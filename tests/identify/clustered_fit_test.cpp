@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "base/interval90.h"
 #include "base/random.h"
 
 namespace clustered_fit_test {
@@ -48,7 +49,7 @@ TEST(ClusteredFit, IntervalsHoldWhereErrorsComeInBlocks) {
     const ClusteredFit rowwise = identify::clustered_fit({r.equation}, alone).or_throw();
     EXPECT_NEAR(rowwise.value[1], fit.value[1], 1e-9);
     const double off = std::abs(fit.value[1] - 0.5);
-    inside += off < identify::t90(23.0) * fit.sd(1) ? 1 : 0;
+    inside += off < base::t90(23.0) * fit.sd(1) ? 1 : 0;
     inside_if_independent += off < 1.645 * rowwise.sd(1) ? 1 : 0;
   }
   EXPECT_GE(inside, 0.86 * draws);  // measured 91 %
@@ -77,13 +78,6 @@ TEST(ClusteredFit, RefusesWhatCannotBeTold) {
   // Told apart by one block alone: not without it.
   for (std::size_t i = 0; i < 10; ++i) r.equation.columns[1][i] += 1.0 + static_cast<double>(i);
   EXPECT_THROW(identify::clustered_fit({r.equation}, r.block).or_throw(), base::Error);
-}
-
-TEST(ClusteredFit, QuantilesAreThoseOfTheTables) {
-  EXPECT_NEAR(identify::t90(3.0), 2.353363, 0.003 * 2.353363);
-  EXPECT_NEAR(identify::t90(10.0), 1.812461, 2e-4);
-  EXPECT_NEAR(identify::t90(30.0), 1.697261, 1e-5);
-  EXPECT_NEAR(identify::t90(1e9), 1.644854, 1e-6);
 }
 
 }  // namespace clustered_fit_test

@@ -319,6 +319,8 @@ TEST(Log, FormatsThatAreNotReadAreNamedWithTheWayOut) {
               testing::HasSubstr("rows of fixes"));
   EXPECT_THAT(text_refusal("Monday,VCDS Version: 1\n,TIME,A\nMarker,STAMP,rpm\n,0,1\n"),
               testing::HasSubstr("groups have a clock each"));
+  EXPECT_THAT(text_refusal("; GMOS Trace 3.0.1\n#V=4.0.0=\n<trace #pt=1>\n43.1,-85.4,17,1\n"),
+              testing::HasSubstr("SpeedAngle"));
   EXPECT_THAT(text_refusal("Type,Local Number,Message,Field 1\nData,0,record,speed\n"),
               testing::HasSubstr("gpsbabel"));
   EXPECT_THAT(text_refusal("one two\nthree four five\n"), testing::HasSubstr("no log"));

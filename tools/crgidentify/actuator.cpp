@@ -7,19 +7,19 @@
 #include <numbers>
 
 #include "base/error.h"
+#include "base/interval90.h"
 #include "base/json_text.h"
 #include "base/sha256.h"
 #include "base/write_file.h"
 #include "commands.h"
 #include "identify/actuator_fit.h"
-#include "identify/clustered_fit.h"
 #include "recording/recording.h"
 #include "report/plot_page.h"
 
 namespace crgidentify {
 namespace {
 
-using identify::ActuatorFit, identify::kNormal90, identify::Uncertain;
+using identify::ActuatorFit, base::kNormal90, identify::Uncertain;
 using nlohmann::ordered_json;
 
 /// One channel each, of the longest stretch without a gap in time.

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "identify/clustered_fit.h"
+#include "base/interval90.h"
 #include "identify/drive_tyres.h"
 #include "identify/tyre_conditions.h"
 #include "identify/tyre_fit.h"
@@ -17,7 +17,7 @@
 
 namespace crgidentify {
 
-using identify::kNormal90;
+using base::kNormal90;
 
 inline constexpr double kDegree = std::numbers::pi / 180.0;
 

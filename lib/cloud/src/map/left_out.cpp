@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/interval90.h"
+
 namespace cloud {
 namespace {
 
@@ -65,7 +67,9 @@ std::vector<Difference> differences(const RoadSums& sums, const RoadFrame& frame
 double within_90(const std::vector<Difference>& differences, double factor2) {
   std::size_t within = 0;
   for (const Difference& d : differences)
-    within += d.square_m2 <= 1.645 * 1.645 * (factor2 * d.noise_m2 + d.drift_m2) ? 1 : 0;
+    within += d.square_m2 <= base::kNormal90 * base::kNormal90 * (factor2 * d.noise_m2 + d.drift_m2)
+                  ? 1
+                  : 0;
   return static_cast<double>(within) / static_cast<double>(differences.size());
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/interval90.h"
 #include "base/statistics.h"
 #include "cloud/error.h"
 
@@ -24,7 +25,7 @@ double by_pairs_m2(std::vector<float>&& half_squares_m2) {
   const auto at = half_squares_m2.begin() +
                   static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(half_squares_m2.size()));
   std::nth_element(half_squares_m2.begin(), at, half_squares_m2.end());
-  return static_cast<double>(*at) / (1.645 * 1.645);
+  return static_cast<double>(*at) / (base::kNormal90 * base::kNormal90);
 }
 
 }  // namespace

@@ -10,8 +10,6 @@
 namespace explain {
 namespace {
 
-constexpr double kNormal90 = 1.6449;  ///< standard deviations of a two-sided 90 % interval
-
 /// Found itself, or said beside something found.
 bool is_named(const Findings& f, const Evidence& e) {
   return std::any_of(f.findings.begin(), f.findings.end(), [&](const Finding& x) {
@@ -45,7 +43,7 @@ std::vector<Seen> seen_and_not_named(const Findings& f) {
   for (const Evidence& e : f.evidence) {
     const double score = std::abs(e.statistic);
     if (!(score >= (e.place.empty() ? selection::kSeen : f.threshold)) || is_named(f, e)) continue;
-    const double half = std::abs(e.amount) * kNormal90 / score;
+    const double half = std::abs(e.amount) * selection::k90 / score;
     out.push_back({e.mechanism, e.channel, e.detail + e.place, e.unit, why_not(f, e), e.amount,
                    e.amount - half, e.amount + half, e.statistic});
   }

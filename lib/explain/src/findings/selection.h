@@ -6,12 +6,13 @@
 
 #include <array>
 
+#include "base/interval90.h"
 #include "explain/model.h"
 
 namespace explain::selection {
 
 /// Standard deviations to either side of a 90 % interval.
-inline constexpr double k90 = 1.645;
+inline constexpr double k90 = base::kNormal90;
 
 // ---- How much a measurement counts -----------------------------------------------------------
 

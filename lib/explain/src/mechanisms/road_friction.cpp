@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/interval90.h"
 #include "effect.h"
 #include "listing.h"
 #include "road_changes.h"
@@ -35,7 +36,7 @@ std::vector<ProfilePoint> steadied(std::vector<ProfilePoint> profile) {
   const double tie = 1 / (step * step);
   std::vector<double> diagonal(n);
   for (std::size_t i = 0; i < n; ++i) {
-    const double deviation = std::hypot(profile[i].ci90 / 1.645, kCurves);
+    const double deviation = std::hypot(profile[i].ci90 / base::kNormal90, kCurves);
     const double weight = 1 / (deviation * deviation);
     diagonal[i] = weight + 2 * tie;
     profile[i].value *= weight;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/interval90.h"
 #include "base/random.h"
 #include "disc_temperature.h"
 #include "mechanism.h"
@@ -274,8 +275,8 @@ void put_parameters(const vehicle::Vehicle& car, const Fit& f, double spread, Fi
   const double amount = f.a[0][kRise];
   const double whole = amount + vehicle::laws::kConductanceReference_k *
                                     car.parameters[P::brake_conductance_slope_1pk];
-  found.parameters.push_back(
-      {"slope of the conductance k", "1", whole, whole - 1.645 * spread, whole + 1.645 * spread});
+  found.parameters.push_back({"slope of the conductance k", "1", whole,
+                              whole - base::kNormal90 * spread, whole + base::kNormal90 * spread});
   for (std::size_t axle = 0; axle < 2; ++axle) {
     const double g = car.parameters.axle(axle, P::front_disc_conductance_wpk) *
                      std::exp(f.a[axle][kConductance]);

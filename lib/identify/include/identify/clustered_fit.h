@@ -35,15 +35,4 @@ struct ClusteredFit {
 base::Answer<ClusteredFit> clustered_fit(const std::vector<Equation>& equations,
                                          const std::vector<std::size_t>& block);
 
-/// How many standard deviations make a 90 % interval with `freedom` degrees of it: the quantile of
-/// Student's t at 95 % by its expansion (M. Abramowitz, I. A. Stegun, Handbook of Mathematical
-/// Functions, 26.7.5), within 0.3 % from 3 on.
-double t90(double freedom);
-
-inline constexpr double kNormal90 = 1.645;  ///< the same of the normal distribution
-
-/// Half of the 90 % interval of a number that comes from a drive and from the car's file: the
-/// standard deviations of what each leaves open, the drive's with `freedom` degrees of freedom.
-double half_width_90(double freedom, double sd_drive, double sd_file);
-
 }  // namespace identify

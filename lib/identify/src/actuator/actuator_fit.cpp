@@ -10,8 +10,8 @@
 #include "actuator_record.h"
 #include "actuator_simulation.h"
 #include "base/error.h"
+#include "base/interval90.h"
 #include "base/parallel.h"
-#include "identify/clustered_fit.h"
 
 namespace identify {
 namespace {
@@ -160,7 +160,7 @@ void require_told(const Record& record, const ActuatorFit& fit, bool told) {
   }
   const double variance = square / n - mean * mean / (n * n);
   const std::string gain =
-      fmt::format("the gain is {:.3g} +- {:.2g}", fit.gain.value, kNormal90 * fit.gain.sd);
+      fmt::format("the gain is {:.3g} +- {:.2g}", fit.gain.value, base::kNormal90 * fit.gain.sd);
   if (fit.rms * fit.rms > 0.5 * variance)
     throw base::Error(
         fmt::format("the movement does not follow the command: {}; other channels?", gain));

@@ -213,7 +213,7 @@ void find_factors(const EngineSolved& s, const EngineWindows& windows, EngineFit
                          VectorXd::Unit(slope.size(), places + static_cast<Index>(g)), s);
     if (in_gear[g] < 6)
       f.unseen = fmt::format("{} windows in this gear, wanted 6", in_gear[g]);
-    else if (f.within > 0.8 * kNormal90 * kGearShare)
+    else if (f.within > 0.8 * base::kNormal90 * kGearShare)
       f.unseen = "gears and places of the map go together: no more is known of it than before";
     out.fit.found.push_back(std::move(f));
   }

@@ -89,7 +89,7 @@ void find(const Windows& windows, const vehicle::Map2& stated, const MapSolved& 
     Found f =
         map_factor(fmt::format("{}_pads", kAxleNames[a]),
                    VectorXd::Unit(s.fit.value.size(), static_cast<Index>(stated.z.size() + a)), s);
-    if (f.within > 0.8 * kNormal90 * kAxleShare * std::sqrt(0.5))
+    if (f.within > 0.8 * base::kNormal90 * kAxleShare * std::sqrt(0.5))
       f.unseen = "front and rear pressures go together: no more is known of it than before";
     out.fit.found.push_back(std::move(f));
   }

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/interval90.h"
 #include "identify/clustered_fit.h"
 #include "identify/drive_fit.h"
 #include "identify/drive_windows.h"
@@ -76,7 +77,7 @@ inline void set_found(Found& f, double value, double freedom, double sd_drive, d
   f.value = value;
   f.sd_drive = sd_drive;
   f.sd = std::hypot(sd_drive, sd_file);
-  f.within = half_width_90(freedom, sd_drive, sd_file);
+  f.within = base::half_width_90(freedom, sd_drive, sd_file);
 }
 
 /// A number whose 90 % interval is wider either way, as a share of it, is unseen.

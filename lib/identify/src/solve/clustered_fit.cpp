@@ -123,15 +123,4 @@ base::Answer<ClusteredFit> clustered_fit(const std::vector<Equation>& equations,
   return out;
 }
 
-double t90(double freedom) {
-  const double z = 1.6448536269514722, n = std::max(1.0, freedom), z3 = z * z * z;
-  return z + (z3 + z) / (4.0 * n) + (5.0 * z3 * z * z + 16.0 * z3 + 3.0 * z) / (96.0 * n * n) +
-         (3.0 * std::pow(z, 7) + 19.0 * std::pow(z, 5) + 17.0 * z3 - 15.0 * z) /
-             (384.0 * n * n * n);
-}
-
-double half_width_90(double freedom, double sd_drive, double sd_file) {
-  return std::hypot(t90(freedom) * sd_drive, kNormal90 * sd_file);
-}
-
 }  // namespace identify

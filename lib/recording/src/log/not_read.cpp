@@ -54,6 +54,8 @@ bool is_json(std::string_view text) {
 constexpr NotRead kTextNotRead[] = {
     {"VCDS", "an export of VCDS, whose groups have a clock each",
      "write one table for each group, with time in s, names and units in one line"},
+    {"GMOS Trace", "a trace of SpeedAngle (.sa), whose columns have no names",
+     "write one as CSV, with names, units and a time"},
     {"FMT, 128,", "ArduPilot .log", "write it as CSV, for instance by pymavlink"},
     {"Type,Local Number,Message,", "a .fit as FitCSVTool lists it",
      "write the .fit itself as CSV (gpsbabel -t -i garmin_fit -f LOG -o unicsv -F LOG.csv)"},
