@@ -98,6 +98,25 @@ TEST(ForeignNames, UnitsOfOtherLoggersAreKnown) {
   EXPECT_EQ(column_of(m, "throttle"), "Throttle Opening Angle (%)");
 }
 
+TEST(ForeignNames, LaptimersOfCarMakersAreKnown) {
+  const Mapping m = propose_mapping(
+      table_of(drive(20, 30),
+               {{"Seconds", t},
+                {"Latitude / Y Position (Degrees)",
+                 [](const Moment& at) { return 48 + at.y_m / 111e3; }},
+                {"Longitude / X Position (Degrees)",
+                 [](const Moment& at) { return 11 + at.x_m / 74e3; }},
+                {"Speed (MPH)", [](const Moment& at) { return at.v_mps / 0.44704; }},
+                {"Lateral Gs", [](const Moment& at) { return at.ay_mps2 / 9.80665; }},
+                {"Acceleration Gs", [](const Moment& at) { return at.ax_mps2 / 9.80665; }}}),
+      "log");
+  EXPECT_NEAR(scale_of(m, "latitude_rad"), M_PI / 180, 1e-9);
+  EXPECT_EQ(column_of(m, "longitude_rad"), "Longitude / X Position (Degrees)");
+  EXPECT_NEAR(scale_of(m, "vx_mps"), 0.44704, 1e-9);
+  EXPECT_NEAR(std::abs(scale_of(m, "ay_mps2")), 9.80665, 1e-9);
+  EXPECT_NEAR(scale_of(m, "ax_mps2"), 9.80665, 1e-9);
+}
+
 TEST(ForeignNames, ClocksOfOtherLoggersAreKnown) {
   for (const auto& [name, scale] :
        std::vector<std::pair<std::string, double>>{{"timestamps", 1.0},

@@ -33,6 +33,7 @@ constexpr Unit kUnits[] = {{"time", "s", 1},
                            {"length", "ft", 0.3048},
                            {"angle", "rad", 1},
                            {"angle", "deg", kDegree},
+                           {"angle", "degrees", kDegree},
                            {"angle", "°", kDegree},
                            {"rate", "°/s", kDegree},
                            {"speed", "kmh", 1 / 3.6},
@@ -192,31 +193,13 @@ std::vector<Alias> aliases_of_accelerations_and_controls() {
   return {
       {"ax_mps2",
        "acceleration",
-       {"ax",
-        "accx",
-        "linearaccelerationx",
-        "accelerationx",
-        "along",
-        "accelx",
-        "longacc",
-        "gforcelong",
-        "longitudinalacc",
-        "longitudinalacceleration",
-        "longaccel",
-        "inlineacc",
-        "lonacc",
-        "longitudinal",
-        "inline",
-        "linealg",
-        "longitudinalg",
-        "longg",
-        "gforcex",
-        "gforcelongitudinal",
-        "glong",
-        "glon",
-        "gpslonacc",
-        "gpslongacc",
-        "lngsbeschleunigung",
+       {"ax", "accx", "linearaccelerationx", "accelerationx", "along", "accelx", "longacc",
+        "gforcelong", "longitudinalacc", "longitudinalacceleration", "longaccel", "inlineacc",
+        "lonacc"}},
+      {"ax_mps2",
+       "acceleration",
+       {"longitudinal", "inline", "linealg", "longitudinalg", "longg", "gforcex",
+        "gforcelongitudinal", "glong", "glon", "gpslonacc", "gpslongacc", "lngsbeschleunigung",
         "laengsbeschleunigung"}},
       {"ay_mps2",
        "acceleration",
@@ -254,6 +237,12 @@ std::vector<Alias> aliases_of_accelerations_and_controls() {
        {"engine", "rpm", "rpms", "engspeed", "currentenginerpm", "enginespeed", "enginerpm", "nmot",
         "motordrehzahl", "drehzahl", "regime", "giri", "rpmdomotor", "rpmdelmotor"}},
       {"fuel_kg", "none", {"fuel", "fuelmass"}},
+      // Of M Laptimer, and of a game's MoTeC files.
+      {"latitude_rad", "angle", {"latitudeyposition"}},
+      {"longitude_rad", "angle", {"longitudexposition"}},
+      {"ax_mps2", "acceleration", {"accelerationgs"}},
+      {"ay_mps2", "acceleration", {"lateralgs"}},
+      {"throttle_command", "share", {"driverthrottlepos"}},
   };
 }
 
@@ -269,6 +258,11 @@ const std::vector<Alias>& aliases() {
 }
 
 namespace {
+
+std::string lower_of(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
 
 /// "yaw_rate_degps" is "yaw_rate" in "deg/s".
 std::pair<std::string, std::string> split_ending(const std::string& column) {
@@ -286,8 +280,7 @@ std::pair<std::string, std::string> split_ending(const std::string& column) {
                                                                   {"_m_s2", "m/s2"}})
     if (column.size() > ending.size() && column.ends_with(ending))
       return {column.substr(0, column.size() - ending.size()), unit};
-  std::string lower = column;
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string lower = lower_of(column);
   const std::size_t at = column.rfind('_');
   if (at == std::string::npos || at == 0) {  // "SpeedMPH"
     const auto glued = lower.starts_with("speed") ? units.find(lower.substr(5)) : units.end();
@@ -306,9 +299,7 @@ std::string without_origin(const std::string& stem) {
        {"calc", "can", "obd", "gps", "cg", "cog", "imu", "ins", "gyro", "meas", "measured"}) {
     const std::size_t at = stem.size() - std::min(stem.size(), ending.size());
     if (at < 2 || (stem[at - 1] != '_' && stem[at - 1] != '-' && stem[at - 1] != ' ')) continue;
-    std::string lower = stem.substr(at);
-    for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    if (lower == ending) return stem.substr(0, at - 1);
+    if (lower_of(stem.substr(at)) == ending) return stem.substr(0, at - 1);
   }
   return stem;
 }
@@ -327,10 +318,8 @@ std::pair<std::string, std::string> split_unit(const std::string& column) {
   // "Speed (OBD)(km/h)": the last one that is a unit, else the first.
   for (std::size_t open = first; open != std::string::npos;) {
     const std::size_t close = std::min(column.find_first_of(")]", open), column.size());
-    std::string lower;
-    for (std::size_t k = open + 1; k < close; ++k)
-      if (column[k] != ' ')
-        lower += static_cast<char>(std::tolower(static_cast<unsigned char>(column[k])));
+    std::string lower = lower_of(column.substr(open + 1, close - open - 1));
+    std::erase(lower, ' ');
     if (open == first || is_unit(lower)) unit = lower;
     open = column.find_first_of("([", close);
   }
@@ -359,7 +348,8 @@ std::string unit_by_word(const std::string& word) {
     return std::any_of(names.begin(), names.end(), [&](const char* name) { return word == name; });
   };
   if (word.starts_with("gforce") ||
-      is_one_of({"lateralg", "latg", "linealg", "longitudinalg", "longg", "glong", "glon", "glat"}))
+      is_one_of({"lateralg", "latg", "linealg", "longitudinalg", "longg", "glong", "glon", "glat",
+                 "lateralgs", "accelerationgs"}))
     return "g";
   if (is_one_of(
           {"rpm", "rpms", "enginerpm", "currentenginerpm", "nmot", "motordrehzahl", "drehzahl"}))
