@@ -253,8 +253,7 @@ double radius_of(const GripEllipse& e, double ax_mps2, double ay_mps2) {
 }
 
 void fit_ellipses(Reduction& out) {
-  double squares = 0.0;
-  PartError error{"border as ellipses, distance from the free-rolling car", "m/s2"};
+  ErrorSum error;
   std::vector<GripEllipse> found;
   for (GripEllipse e : out.ellipses) {
     if (!(e.ay_mps2 > 0.0 && e.ax_mps2 > e.brake_mps2 + 0.1 && e.drive_mps2 > e.ax_mps2 + 0.1))
@@ -271,33 +270,20 @@ void fit_ellipses(Reduction& out) {
     });
     e.drive_power = powers[0].value;
     e.brake_power = powers[1].value;
-    for (const GripPoint* p : here) {
-      const double miss = 1.0 / radius_of(e, p->ax_mps2, p->full_mps2) - 1.0;
-      squares += miss * miss;
-      error.most = std::max(error.most, std::abs(miss));
-      error.of = std::max(error.of, p->full_mps2);
-      ++error.rows;
-    }
+    for (const GripPoint* p : here)
+      error.add_miss(p->full_mps2, 1.0 / radius_of(e, p->ax_mps2, p->full_mps2) - 1.0);
     found.push_back(e);
   }
   out.ellipses = found;
-  if (error.rows > 0) error.rms = std::sqrt(squares / static_cast<double>(error.rows));
-  out.ellipse_error = error;
+  out.ellipse_error =
+      error.as("border as ellipses, distance from the free-rolling car", "m/s2", true);
 }
 
 PartError limit_error(const Reduction& r, double GripPoint::*reduced, const std::string& name) {
-  PartError out{name, "m/s2", 0.0, 0.0, 0.0, 0};
-  double squares = 0.0;
-  for (const GripPoint& p : r.border) {
-    if (!p.rolls_free) continue;
-    const double miss = p.*reduced / p.full_mps2 - 1.0;
-    squares += miss * miss;
-    out.most = std::max(out.most, std::abs(miss));
-    out.of = std::max(out.of, p.full_mps2);
-    ++out.rows;
-  }
-  if (out.rows > 0) out.rms = std::sqrt(squares / static_cast<double>(out.rows));
-  return out;
+  ErrorSum sum;
+  for (const GripPoint& p : r.border)
+    if (p.rolls_free) sum.add_miss(p.full_mps2, p.*reduced / p.full_mps2 - 1.0);
+  return sum.as(name, "m/s2", true);
 }
 
 }  // namespace

@@ -212,49 +212,35 @@ void fit_yaw(ReducedCar& car, const std::vector<CarMoment>& moments,
 
 void fit_relaxation(ReducedCar& car, const std::vector<std::vector<CarMoment>>& sweeps,
                     std::vector<PartError>& errors) {
-  const auto misses = [&](const ReducedCar& with, std::size_t a) {
-    ErrorSum out;
-    for (const auto& sweep : sweeps) {
-      double lagging = 0.0, before_s = -1.0;
-      for (const CarMoment& m : sweep) {
-        const PlanarState s = planar_state(m);
-        CurveInput at;
-        at.fz_n = axle_loads(with, s, m.ay_mps2)[a];
-        const double steady = axle_slips(with, s)[a];
-        const double length_m =
-            control::control_relaxation_m(&with.axle[a], with.sigma_m[a], at.fz_n);
-        lagging =
-            before_s < 0.0
-                ? steady
-                : lagging + (steady - lagging) *
-                                (1.0 - std::exp(-s.vx_mps / length_m * (m.time_s - before_s)));
-        before_s = m.time_s;
-        at.tan_alpha = lagging;
-        at.kappa = slip_for_force(with.axle[a], at, s.fx_n[a]);
-        out.add(m.wheel[2 * a].fy_n + m.wheel[2 * a + 1].fy_n, curve_forces(with.axle[a], at).fy_n);
-      }
-    }
-    return out;
-  };
   for (std::size_t a = 0; a < 2; ++a) {
-    ReducedCar with = car;
-    const auto at = [&](double sigma) {
-      with.sigma_m[a] = sigma;
-      return misses(with, a).squares;
-    };
-    double low = 0.02, high = 1.5;  // golden section
-    constexpr double kGolden = 0.6180339887498949;
-    for (int i = 0; i < 14; ++i) {  // to a thousandth of the range
-      const double x1 = high - kGolden * (high - low), x2 = low + kGolden * (high - low);
-      if (at(x1) < at(x2))
-        high = x2;
-      else
-        low = x1;
-    }
-    car.sigma_m[a] = 0.5 * (low + high);
-    with.sigma_m[a] = car.sigma_m[a];
-    errors.push_back(
-        misses(with, a).as(fmt::format("{} axle in swept sines, side force", kAxleNames[a]), "N"));
+    ErrorSum sum;
+    std::vector<Unknown> sigma{{"sigma", 0.3, 0.02, 1.5, 1.0}};
+    least_squares(sigma, [&](const std::vector<double>& values, std::vector<double>& left) {
+      sum = {};
+      left.clear();
+      car.sigma_m[a] = values[0];
+      for (const auto& sweep : sweeps) {
+        control::control_lags lag{};
+        double before_s = 0.0;
+        for (const CarMoment& m : sweep) {
+          const PlanarState s = planar_state(m);
+          CurveInput at;
+          at.fz_n = axle_loads(car, s, m.ay_mps2)[a];
+          at.tan_alpha = control::control_lagged(
+              &lag.axle[a], lag.begun, axle_slips(car, s)[a], s.vx_mps,
+              control::control_relaxation_m(&car.axle[a], car.sigma_m[a], at.fz_n),
+              m.time_s - before_s);
+          lag.begun = 1;
+          before_s = m.time_s;
+          at.kappa = slip_for_force(car.axle[a], at, s.fx_n[a]);
+          const double full_n = m.wheel[2 * a].fy_n + m.wheel[2 * a + 1].fy_n,
+                       fy_n = curve_forces(car.axle[a], at).fy_n;
+          sum.add(full_n, fy_n);
+          left.push_back(fy_n - full_n);
+        }
+      }
+    });
+    errors.push_back(sum.as(fmt::format("{} axle in swept sines, side force", kAxleNames[a]), "N"));
   }
 }
 

@@ -21,17 +21,18 @@ inline double side_of(std::size_t wheel) { return wheel % 2 == 0 ? 1.0 : -1.0; }
 struct ErrorSum {
   double squares = 0.0, most = 0.0, of = 0.0;
   std::size_t rows = 0;
-  void add(double full, double reduced) {
-    squares += (reduced - full) * (reduced - full);
-    most = std::max(most, std::abs(reduced - full));
+  void add(double full, double reduced) { add_miss(full, reduced - full); }
+  void add_miss(double full, double miss) {
+    squares += miss * miss;
+    most = std::max(most, std::abs(miss));
     of = std::max(of, std::abs(full));
     ++rows;
   }
-  PartError as(const std::string& name, const std::string& unit) const {
-    const double size = of > 0.0 ? of : 1.0;
-    return {
-        name,        unit, rows > 0 ? std::sqrt(squares / static_cast<double>(rows)) / size : 0.0,
-        most / size, of,   rows};
+  /// `of_shares`: the misses were shares already.
+  PartError as(const std::string& name, const std::string& unit, bool of_shares = false) const {
+    const double size = of_shares || !(of > 0.0) ? 1.0 : of;
+    const double rms = rows > 0 ? std::sqrt(squares / static_cast<double>(rows)) : 0.0;
+    return {name, unit, rms / size, most / size, of, rows};
   }
 };
 

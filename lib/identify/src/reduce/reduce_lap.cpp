@@ -6,7 +6,7 @@
 #include "base/error.h"
 #include "identify/reduce.h"
 #include "reduce_fit.h"
-#include "vehicle/driver.h"
+#include "vehicle/lap.h"
 #include "vehicle/laws/tyre_heat.h"
 
 namespace identify {
@@ -15,7 +15,8 @@ namespace {
 using P = vehicle::Parameter;
 using T = vehicle::Term;
 
-constexpr double kKerb_m = 0.01;  // that a wheel stands beside the plane of the others
+constexpr std::size_t kEvery = 10;  // steps
+constexpr double kKerb_m = 0.01;    // that a wheel stands beside the plane of the others
 
 /// A row of the lap: what the full car did and what its road was like.
 struct LapRow {
@@ -32,66 +33,34 @@ double twist_of(const vehicle::Detail<double>& detail) {
 
 std::vector<LapRow> drive_lap(const vehicle::Car<double>& car, const vehicle::Road& road,
                               double fuel_kg, const base::Progress& progress, double& lap_s) {
-  if (road.surface() == nullptr) throw base::Error("a lap needs a CRG road");
-  vehicle::RacingLine line = vehicle::plan_line(*road.surface());
-  vehicle::SpeedOptions plan;
-  plan.fuel_kg = fuel_kg;
-  vehicle::plan_speed(line, car, plan);
-  const std::size_t first = line.closed ? 0 : std::min<std::size_t>(4, line.s_m.size() - 2);
-  vehicle::StartOptions begin;
-  begin.x_m = line.x_m[first];
-  begin.y_m = line.y_m[first];
-  begin.yaw_rad = line.heading_rad[first];
-  begin.z_near_m = road.surface()->z_at_uv(
-      line.u_begin_m + line.u_step_m * static_cast<double>(first), line.v_m[first]);
-  begin.speed_mps = line.speed_mps[first];
-  begin.gear = vehicle::choose_gear(car, begin.speed_mps, vehicle::kMostGears);
-  begin.fuel_kg = fuel_kg;
-  vehicle::Simulation<double> sim = vehicle::start(car, road, begin);
-  vehicle::Driver driver;
-  driver.gear = begin.gear;
-  driver.station = first;
-  driver.s_m = line.s_m[first];
-  vehicle::Detail<double> detail{};
-  const vehicle::StepOptions step;
+  vehicle::LapOptions options;
+  options.fuel_kg = fuel_kg;
+  options.record_every = 0;
+  if (progress)
+    options.progress = [&](const std::string&, double done) {
+      progress("lap of the full car", done);
+    };
   std::vector<LapRow> out;
-  const double nose_m = car.parameters[P::chassis_cog_behind_front_m] + 1.0;
-  bool half_round = false;
-  double last_m = driver.s_m;
-  for (std::size_t k = 0; k < 600000; ++k) {
-    const vehicle::Controls<double> controls = drive(driver, line, car, sim.state, detail);
-    const vehicle::State<double> before = sim.state;
-    const double time_s = sim.time_s;
-    const vehicle::StepResult result = vehicle::step(car, sim, controls, road, step, detail);
-    if (!result.ok())
-      throw base::Error(fmt::format(
-          "the lap of the full car ended: {}",
-          describe(result, time_s, detail.wheel[0].road.u_m, detail.wheel[0].road.v_m)));
-    if (k % 10 == 0) {
-      vehicle::State<double> rate{};
-      for (std::size_t i = 0; i < vehicle::kStateSize; ++i)
-        rate[i] = (sim.state[i] - before[i]) / step.step_s;
-      LapRow row;
-      row.moment = moment_of(car, before, rate, detail, time_s);
-      const std::size_t i = driver.station;
-      control::control_normal_shares(
-          car.parameters[P::environment_gravity_mps2], before[vehicle::kVx], line.curvature_1pm[i],
-          line.bank[i], line.grade[i], line.vertical_curvature_1pm[i], row.shares.data());
-      row.twist_m = twist_of(detail);
-      out.push_back(row);
-    }
-    if (progress && k % 4096 == 0) progress("lap of the full car", driver.s_m / line.length_m);
-    half_round = half_round || std::abs(driver.s_m - 0.5 * line.length_m) < 0.1 * line.length_m;
-    const bool over =
-        line.closed ? half_round && driver.s_m < last_m - 0.5 * line.length_m
-                    : driver.station + 3 >= line.s_m.size() || line.length_m - driver.s_m < nose_m;
-    last_m = driver.s_m;
-    if (over) {
-      lap_s = sim.time_s;
-      return out;
-    }
-  }
-  throw base::Error("the full car did not finish its lap within 600 s");
+  std::size_t steps = 0;
+  options.on_step = [&](const vehicle::LapStep& step) {
+    if (steps++ % kEvery != 0) return;
+    vehicle::State<double> rate{};
+    for (std::size_t i = 0; i < vehicle::kStateSize; ++i)
+      rate[i] = (step.after[i] - step.before[i]) / options.step.step_s;
+    LapRow& row = out.emplace_back();
+    row.moment = moment_of(car, step.before, rate, step.detail, step.time_s);
+    const std::size_t i = step.station;
+    control::control_normal_shares(car.parameters[P::environment_gravity_mps2],
+                                   step.before[vehicle::kVx], step.line.curvature_1pm[i],
+                                   step.line.bank[i], step.line.grade[i],
+                                   step.line.vertical_curvature_1pm[i], row.shares.data());
+    row.twist_m = twist_of(step.detail);
+  };
+  const vehicle::LapResult lap = vehicle::drive_laps(car, road, options);
+  if (!lap.complete)
+    throw base::Error(fmt::format("the lap of the full car ended: {}", lap.problem));
+  lap_s = lap.lap_s.front();
+  return out;
 }
 
 /// What temperature makes of the tyres of an axle, against those of the rig.

@@ -15,6 +15,15 @@
 
 namespace vehicle {
 
+/// A step of a lap.
+struct LapStep {
+  double time_s = 0.0;  ///< at its begin
+  const State<double>&before, &after;
+  const Detail<double>& detail;
+  const RacingLine& line;
+  std::size_t station = 0;  ///< of the line, where the driver is
+};
+
 struct LapOptions {
   int laps = 1;
   bool standing = false;  ///< from standstill; otherwise at the profile's speed
@@ -27,6 +36,7 @@ struct LapOptions {
   StepOptions step;
   const DeviceFile* devices = nullptr;  ///< telemetry as these measure it; nullptr: ideal
   std::function<void(const recording::Table&)> on_row;  ///< called after each row of telemetry
+  std::function<void(const LapStep&)> on_step;          ///< called after each step
   base::Progress progress;
   std::vector<Opponent> opponents;  ///< cars whose wakes act; telemetry gets wake_x_m, wake_y_m
   DriverOptions driver;

@@ -255,6 +255,8 @@ class LapRun {
     add(out_.energy_j, work_of_step(car_, before, sim_.state, detail_, options_.step));
     swing_.look(car_, before, detail_);
     note(before, others);
+    if (options_.on_step)
+      options_.on_step({time_s, before, sim_.state, detail_, line_, driver_.station});
     if (recorder_.wants_step()) {
       const crg::UV place = tracker_.at(
           before[kX], before[kY], before[kZ] - car_.parameters[Parameter::chassis_cog_height_m]);
