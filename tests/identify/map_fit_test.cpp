@@ -32,8 +32,7 @@ TEST(MapFit, WeightsAreThoseOfTheMap) {
 
 // Measured: 2,085 of 2,400 places inside 1.645 deviations, blocks' common errors included.
 TEST(MapFit, DeviationsHold) {
-  const MatrixXd prior =
-      identify::map_covariance(kX, kY, VectorXd::Constant(12, 2.0), identify::MapPrior{});
+  const MatrixXd prior = identify::map_covariance(kX, kY, VectorXd::Constant(12, 2.0));
   const MatrixXd root = MatrixXd(prior.selfadjointView<Eigen::Lower>().llt().matrixL());
   int inside = 0, all = 0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {

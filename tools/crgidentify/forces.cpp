@@ -82,10 +82,10 @@ std::vector<ForceLine> force_lines(const identify::Forces& f) {
   std::vector<ForceLine> out;
   for (std::size_t a = 0; a < 2; ++a)
     for (const auto& c : identify::kAxleColumns)
-      out.push_back({std::string(c.name) + identify::kAxleNames[a], c.unit, &(f.*c.of)[a]});
+      out.push_back({std::string(c.name) + recording::kAxleNames[a], c.unit, &(f.*c.of)[a]});
   for (std::size_t i = 0; i < vehicle::kWheels; ++i)
     for (const auto& c : identify::kWheelColumns)
-      out.push_back({std::string(c.name) + identify::kWheelNames[i], c.unit, &(f.wheel[i].*c.of)});
+      out.push_back({std::string(c.name) + recording::kWheelNames[i], c.unit, &(f.wheel[i].*c.of)});
   for (const auto& c : identify::kCarColumns) out.push_back({c.name, c.unit, &(f.*c.of)});
   return out;
 }

@@ -6,11 +6,12 @@
 #include <array>
 #include <cstddef>
 
+#include "recording/channels.h"
+
 namespace explain {
 namespace {
 
 using Words = std::vector<const char*>;
-constexpr std::array<const char*, 4> kWheels{"fl", "fr", "rl", "rr"};
 constexpr const char* kPressure = "pressure";
 
 /// What is measured, by its name without the wheel. Letters with accents are left out of names,
@@ -85,7 +86,7 @@ const std::array<AtWheel, 3> kMeasured{
        "bremsdruck", "pressionfrein", "pressionefreno", "pressionefreni", "presionfreno",
        "presinfreno"}}}};
 
-/// How a wheel or an axle is called; wheels as in kWheels.
+/// How a wheel or an axle is called; wheels as in recording::kWheelNames.
 struct WheelPlace {
   std::vector<std::size_t> wheels;
   Words names;
@@ -137,7 +138,8 @@ std::optional<WheelWord> wheel_word(const std::string& name) {
         WheelWord out;
         out.quantity = measured.quantity;
         for (const std::size_t wheel : place.wheels)
-          out.channels.push_back(fmt::format(fmt::runtime(measured.form), kWheels[wheel]));
+          out.channels.push_back(
+              fmt::format(fmt::runtime(measured.form), recording::kWheelNames[wheel]));
         return out;
       }
   return std::nullopt;

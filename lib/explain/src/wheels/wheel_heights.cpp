@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "not_known.h"
+#include "recording/channels.h"
 #include "recording/recording.h"
 #include "vehicle/road.h"
 
@@ -14,7 +15,6 @@ namespace {
 
 using P = vehicle::Parameter;
 constexpr double kHalf_s = 0.4;
-constexpr std::array<const char*, 4> kWheel{"fl", "fr", "rl", "rr"};
 
 /// x without its local parabola over +-half samples; empty at the ends.
 std::vector<double> without_slow(const std::vector<double>& x, std::size_t half) {
@@ -52,7 +52,7 @@ std::vector<double> integrated(const std::vector<double>& x, double step_s) {
 std::string lacking(const recording::Recording& recording) {
   std::vector<std::string> wanted{"ax_mps2",          "ay_mps2", "az_mps2", "roll_rate_radps",
                                   "pitch_rate_radps", "x_m",     "y_m",     "yaw_rad"};
-  for (const char* wheel : kWheel)
+  for (const char* wheel : recording::kWheelNames)
     wanted.push_back(fmt::format("suspension_{}_m", wheel)),
         wanted.push_back(fmt::format("fz_{}_n", wheel));
   for (const std::string& name : wanted)
@@ -262,8 +262,9 @@ std::string wheel_heights(const RecordedLog& log, const Mapping& mapping,
     const double step_s = recording.step_s;
     const std::vector<double> x = part("x_m"), y = part("y_m"), yaw = part("yaw_rad");
     const auto wheel_at = [&](std::size_t k) {
-      Wheel wheel = wheel_of(car, k, part(fmt::format("suspension_{}_m", kWheel[k])),
-                             part(fmt::format("fz_{}_n", kWheel[k])));
+      Wheel wheel =
+          wheel_of(car, k, part(fmt::format("suspension_{}_m", recording::kWheelNames[k])),
+                   part(fmt::format("fz_{}_n", recording::kWheelNames[k])));
       look_at_file(eyes, k, x, y, yaw, cursors, wheel);
       return wheel;
     };

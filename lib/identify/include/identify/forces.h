@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/progress.h"
-#include "identify/wheel_names.h"
+#include "recording/channels.h"
 #include "recording/recording.h"
 #include "vehicle/road.h"
 

@@ -3,27 +3,13 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <unsupported/Eigen/MatrixFunctions>
 
 namespace identify {
 namespace {
 
 using Matrix = Eigen::Matrix<double, 5, 5>;
 using State = Eigen::Vector3d;
-
-/// exp of a matrix by its series, halved until it is small.
-Matrix exponential(Matrix m) {
-  int halved = 0;
-  for (double norm = m.cwiseAbs().rowwise().sum().maxCoeff(); norm > 0.5 && halved < 60; ++halved)
-    norm *= 0.5;
-  m *= std::ldexp(1.0, -halved);
-  Matrix sum = Matrix::Identity(), term = Matrix::Identity();
-  for (int k = 1; k <= 14; ++k) {
-    term = term * m / k;
-    sum += term;
-  }
-  for (; halved > 0; --halved) sum = sum * sum;
-  return sum;
-}
 
 /// x' = A x + B u, movement = C x + D u, with gain 1.
 struct System {
@@ -72,7 +58,7 @@ Piece piece_of(const System& system, double span_s) {
   m.topLeftCorner<3, 3>() = system.a;
   m.block<3, 1>(0, 3) = system.b;
   m(3, 4) = 1.0;
-  const Matrix e = exponential(m * span_s);
+  const Matrix e = (m * span_s).exp();
   return {e.topLeftCorner<3, 3>(), e.block<3, 1>(0, 3), e.block<3, 1>(0, 4)};
 }
 

@@ -9,7 +9,7 @@
 
 #include "base/statistics.h"
 #include "drive_columns.h"
-#include "identify/wheel_names.h"
+#include "recording/channels.h"
 #include "vehicle/laws/suspension.h"
 #include "window_fit.h"
 
@@ -178,7 +178,7 @@ double true_share(const Collected& axle, const DriveColumns& c, std::size_t a, d
 void find_dampers(const vehicle::Car<double>& car, const Collected& axle, std::size_t a,
                   double share, DriveFit& out) {
   const bool by_map = !car.files->damper_n[a].empty();
-  const std::string name = kAxleNames[a];
+  const std::string name = recording::kAxleNames[a];
   const double spread = base::quantile(axle.rate_mps, 0.95) - base::quantile(axle.rate_mps, 0.05);
   std::string why;
   if (share < 0.7)
@@ -236,7 +236,7 @@ DriveFit fit_dampers(const vehicle::Car<double>& car, const recording::Recording
       why = fmt::format("{} pieces of {:.2g} s clear of the stops, wanted 100",
                         axles[a].block.size(), kPiece_s);
     if (!why.empty()) {
-      const std::string name = kAxleNames[a];
+      const std::string name = recording::kAxleNames[a];
       out.found.push_back(found_of(name + "_bump_damping_nspm", "N s/m",
                                    car.parameters.axle(a, P::front_bump_damping_nspm), why));
       out.found.push_back(found_of(name + "_rebound_damping_nspm", "N s/m",

@@ -9,7 +9,7 @@
 #include "base/statistics.h"
 #include "drive_columns.h"
 #include "identify/least_squares.h"
-#include "identify/wheel_names.h"
+#include "recording/channels.h"
 #include "vehicle/laws/brake_pads.h"
 #include "vehicle/laws/disc_heat.h"
 #include "window_fit.h"
@@ -41,7 +41,7 @@ struct Fed {
 };
 
 Wheel wheel_of(const recording::Table& table, std::size_t wheel) {
-  const std::string name = kWheelNames[wheel];
+  const std::string name = recording::kWheelNames[wheel];
   Wheel out{table.find("brake_" + name + "_pa"), table.find("brake_disc_" + name + "_k"),
             table.find("wheel_" + name + "_radps")};
   if (out.pressure == nullptr) out.pressure = table.find("brake_pa");
@@ -144,7 +144,7 @@ std::string disc_channel_missing(const recording::Recording& recording, std::siz
   const Wheel left = wheel_of(table, 2 * axle), right = wheel_of(table, 2 * axle + 1);
   if (left.disc == nullptr && right.disc == nullptr)
     return fmt::format("no temperatures of these discs (brake_disc_{}_k ...)",
-                       kWheelNames[2 * axle]);
+                       recording::kWheelNames[2 * axle]);
   if (left.pressure == nullptr || right.pressure == nullptr) return "no pressures of the brakes";
   return {};
 }
@@ -152,8 +152,8 @@ std::string disc_channel_missing(const recording::Recording& recording, std::siz
 void empty_axle(std::size_t axle, const vehicle::Car<double>& car, const std::string& why,
                 DriveFit& out) {
   for (std::size_t k = 0; k < kOf.size(); ++k)
-    out.found.push_back(found_of(fmt::format("{}_{}", kAxleNames[axle], kKeys[k]), kUnits[k],
-                                 car.parameters.axle(axle, kOf[k]), why));
+    out.found.push_back(found_of(fmt::format("{}_{}", recording::kAxleNames[axle], kKeys[k]),
+                                 kUnits[k], car.parameters.axle(axle, kOf[k]), why));
 }
 
 /// The unknowns where the search begins.
@@ -219,12 +219,12 @@ void find_discs(const vehicle::Car<double>& car, double heat_sd, const Model& mo
   out.remarks.push_back(
       fmt::format("{} discs: simulated and recorded temperatures differ by {:.1f} K "
                   "(root mean square)",
-                  kAxleNames[model.axle], fitted.rms));
+                  recording::kAxleNames[model.axle], fitted.rms));
   if (fitted.rms > 40.0)
     out.doubts.push_back(fmt::format(
         "the {} discs' temperatures are missed by {:.0f} K: another place on the disc, another "
         "unit, or a clock of their own?",
-        kAxleNames[model.axle], fitted.rms));
+        recording::kAxleNames[model.axle], fitted.rms));
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "base/statistics.h"
-#include "identify/wheel_names.h"
+#include "recording/channels.h"
 
 namespace identify {
 
@@ -20,7 +20,7 @@ DriveColumns columns_of(const recording::Table& table) {
   const auto four = [&](const char* before, const char* after) {
     std::array<Column, vehicle::kWheels> out{};
     for (std::size_t i = 0; i < out.size(); ++i)
-      out[i] = table.find(fmt::format("{}{}{}", before, kWheelNames[i], after));
+      out[i] = table.find(fmt::format("{}{}{}", before, recording::kWheelNames[i], after));
     if (std::count(out.begin(), out.end(), nullptr) > 0) out.fill(nullptr);
     return out;
   };

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "base/statistics.h"
-#include "identify/wheel_names.h"
 #include "longitudinal.h"
+#include "recording/channels.h"
 
 namespace identify {
 namespace {
@@ -67,7 +67,7 @@ void doubt_travels(const DriveWindows& drive, std::vector<std::string>& out) {
       out.push_back(
           fmt::format("suspension_{0}_m falls as fz_{0}_n rises: compressed is positive; scale: -1 "
                       "in a mapping turns it",
-                      kWheelNames[i]));
+                      recording::kWheelNames[i]));
   }
 }
 

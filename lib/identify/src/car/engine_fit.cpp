@@ -146,7 +146,7 @@ MatrixXd engine_held_by(const vehicle::Map2& stated, const EngineWindows& window
     size(k) = std::abs(stated.z[static_cast<std::size_t>(k)]) + 0.1 * most;
   const auto gears = static_cast<Index>(windows.gears);
   MatrixXd out = MatrixXd::Zero(size.size() + gears, size.size() + gears);
-  out.topLeftCorner(size.size(), size.size()) = map_covariance(stated.x, stated.y, size, {});
+  out.topLeftCorner(size.size(), size.size()) = map_covariance(stated.x, stated.y, size);
   const auto in_gear = driven_in(windows);
   const auto driven = static_cast<double>(
       std::count_if(in_gear.begin(), in_gear.end(), [](std::size_t n) { return n > 0; }));

@@ -193,8 +193,7 @@ EngineEquations engine_equations(const vehicle::Car<double>& car, const EngineWi
     const DriveWindow& w = *e.window;
     const AlongForces f = along_forces(car, w, granted.mass_kg, 0, by_speed);
     const double radius = force_arm(car, w, 1, granted.mass_kg);
-    const double slows = w.speeding_mps2 - p[P::environment_gravity_mps2] * w.slope /
-                                               std::sqrt(1.0 + w.slope * w.slope);
+    const double slows = slowing_mps2(car, w);
     const double wheels_n =
         2.0 * p.axle(1, P::front_wheel_inertia_kgm2) / radius * (e.rear_radps2 - slows / radius);
     const double turned_nm = p[P::engine_inertia_kgm2] * e.engine_radps2;

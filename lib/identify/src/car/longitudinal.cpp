@@ -94,11 +94,15 @@ std::optional<int> gear_of(const vehicle::Car<double>& car, const DriveWindow& w
   return only;
 }
 
+double slowing_mps2(const vehicle::Car<double>& car, const DriveWindow& w) {
+  return w.speeding_mps2 -
+         car.parameters[P::environment_gravity_mps2] * w.slope / std::sqrt(1.0 + w.slope * w.slope);
+}
+
 AlongForces along_forces(const vehicle::Car<double>& car, const DriveWindow& w, double mass_kg,
                          int gear, bool by_speed) {
   const auto& p = car.parameters;
-  const double slows = w.speeding_mps2 - p[P::environment_gravity_mps2] * w.slope /
-                                             std::sqrt(1.0 + w.slope * w.slope);
+  const double slows = slowing_mps2(car, w);
   AlongForces out;
   double turning_kg = 0.0;
   for (std::size_t a = 0; a < 2; ++a) {

@@ -41,6 +41,9 @@ double force_arm(const vehicle::Car<double>& car, const DriveWindow& w, std::siz
 /// The gear of a window: recorded; the only one that the car has; none where it is not known.
 std::optional<int> gear_of(const vehicle::Car<double>& car, const DriveWindow& w);
 
+/// Change of a window's speed along the road, gravity's part left out.
+double slowing_mps2(const vehicle::Car<double>& car, const DriveWindow& w);
+
 /// Forces on the road, N, of one window.
 struct AlongForces {
   double inertia_n = 0.0;  ///< of the car's mass, its wheels and what is geared to them

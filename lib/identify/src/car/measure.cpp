@@ -15,7 +15,7 @@
 #include "identify/mass_fit.h"
 #include "identify/short_gaps.h"
 #include "identify/suspension_fit.h"
-#include "identify/wheel_names.h"
+#include "recording/channels.h"
 #include "sheet_line.h"
 #include "vehicle/road_file.h"
 #include "window_fit.h"
@@ -59,7 +59,7 @@ void measure_aero(const ReadDrive& drive, Measured& out) {
   out.sheet = aero_sheet(out.fit);
   DriveFit lift;
   for (std::size_t a = 0; a < 2; ++a) {
-    const std::string name = fmt::format("{}_lift_area_m2", kAxleNames[a]);
+    const std::string name = fmt::format("{}_lift_area_m2", recording::kAxleNames[a]);
     lift.found.push_back(
         weighed ? weighed->at(name)
                 : found_of(name, "m2",

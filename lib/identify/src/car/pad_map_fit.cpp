@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "brakes_rows.h"
-#include "identify/wheel_names.h"
 #include "map_places.h"
+#include "recording/channels.h"
 #include "vehicle/laws/brake_pads.h"
 
 namespace identify {
@@ -72,7 +72,7 @@ MapEquations equations(const vehicle::Car<double>& car, const Windows& windows,
 MatrixXd pads_held_by(const vehicle::Map2& stated) {
   const Eigen::Map<const VectorXd> size(stated.z.data(), static_cast<Index>(stated.z.size()));
   MatrixXd out = MatrixXd::Zero(size.size() + 2, size.size() + 2);
-  out.topLeftCorner(size.size(), size.size()) = map_covariance(stated.x, stated.y, size, {});
+  out.topLeftCorner(size.size(), size.size()) = map_covariance(stated.x, stated.y, size);
   const double half = 0.5 * kAxleShare * kAxleShare;  // the map is that of the mean of both
   out.bottomRightCorner(2, 2) << half, -half, -half, half;
   return out;
@@ -87,7 +87,7 @@ void find(const Windows& windows, const vehicle::Map2& stated, const MapSolved& 
   finder.hide(0.0, "of wheels ", "");
   for (std::size_t a = 0; a < 2; ++a) {
     Found f =
-        map_factor(fmt::format("{}_pads", kAxleNames[a]),
+        map_factor(fmt::format("{}_pads", recording::kAxleNames[a]),
                    VectorXd::Unit(s.fit.value.size(), static_cast<Index>(stated.z.size() + a)), s);
     if (f.within > 0.8 * base::kNormal90 * kAxleShare * std::sqrt(0.5))
       f.unseen = "front and rear pressures go together: no more is known of it than before";

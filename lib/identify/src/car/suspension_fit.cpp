@@ -8,7 +8,7 @@
 
 #include "base/error.h"
 #include "base/statistics.h"
-#include "identify/wheel_names.h"
+#include "recording/channels.h"
 #include "sheet_line.h"
 #include "vehicle/laws/suspension.h"
 #include "window_fit.h"
@@ -126,7 +126,7 @@ Spread spread_of(const Windows& windows, std::size_t axle) {
 void find_springs(const vehicle::Car<double>& car, const Windows& windows, const ClusteredFit& fit,
                   const std::vector<ClusteredFit>& moved, std::size_t axle, DriveFit& out) {
   const auto& p = car.parameters;
-  const std::string name = kAxleNames[axle];
+  const std::string name = recording::kAxleNames[axle];
   const double freedom = static_cast<double>(fit.blocks) - static_cast<double>(kHeave);
   const Spread spread = spread_of(windows, axle);
   const double k = fit.value[spring_at(axle)], in_roll = fit.value[roll_at(axle)];
@@ -190,7 +190,7 @@ DriveFit fit_suspension(const vehicle::Car<double>& car, const Prior& prior,
       out.doubts.push_back(fmt::format(
           "the {} springs push less the more they are pressed: sign of the travels (compressed is "
           "positive), or wheels exchanged?",
-          kAxleNames[a]));
+          recording::kAxleNames[a]));
   }
   out.remarks.push_back(fmt::format("{} of {} windows, clear of the bump and droop stops",
                                     windows.size(), drive.windows.size()));
@@ -216,7 +216,7 @@ DriveFit fit_suspension(const vehicle::Car<double>& car, const Prior& prior,
 std::string suspension_sheet(const DriveFit& fit) {
   std::string out;
   for (std::size_t a = 0; a < 2; ++a) {
-    const std::string axle = kAxleNames[a];
+    const std::string axle = recording::kAxleNames[a];
     const Found &spring = fit.at(axle + "_spring_npm"), &bar = fit.at(axle + "_anti_roll_npm");
     out += sheet_line(spring, axle + ".spring_npm", spring.value) +
            sheet_line(bar, axle + ".anti_roll_npm", std::max(0.0, bar.value));

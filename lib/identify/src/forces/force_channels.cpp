@@ -8,8 +8,8 @@
 
 #include "base/error.h"
 #include "feet.h"
-#include "identify/wheel_names.h"
 #include "pedal_stops.h"
+#include "recording/channels.h"
 #include "vehicle/driver.h"
 
 namespace identify {
@@ -112,11 +112,11 @@ void read_driver(const recording::Recording& recording, const vehicle::Car<doubl
   const double gain = car.parameters[P::brake_gain];
   bool any = false;
   for (std::size_t i = 0; i < kWheels; ++i)
-    any = pressure(fmt::format("brake_{}_pa", kWheelNames[i]), i) || any;
+    any = pressure(fmt::format("brake_{}_pa", recording::kWheelNames[i]), i) || any;
   if (any) return;
   const bool one = recording.table.find("brake_pa") != nullptr;
   for (std::size_t i = 0; i < kWheels; ++i) {
-    const std::string own = fmt::format("brake_{}_command_pa", kWheelNames[i]);
+    const std::string own = fmt::format("brake_{}_command_pa", recording::kWheelNames[i]);
     any = (one ? pressure("brake_pa", i) : pressure(own, i, gain)) || any;
   }
   if (!any && recording.table.find("brake_command_pa") != nullptr)
@@ -147,11 +147,12 @@ void read_car(Reader& reader) {
   reader.add("engine_radps", false, place_of(vehicle::kEngine), 0.3, kPlaces, 1.0,
              kPlaceRolling + 1);
   for (std::size_t i = 0; i < kWheels; ++i) {
-    reader.add(fmt::format("wheel_{}_radps", kWheelNames[i]), false, place_of(vehicle::kSpin + i),
-               0.02, kPlaces, 1.0, kPlaceRolling + vehicle::axle_of(i));
-    reader.add(fmt::format("suspension_{}_m", kWheelNames[i]), false,
+    reader.add(fmt::format("wheel_{}_radps", recording::kWheelNames[i]), false,
+               place_of(vehicle::kSpin + i), 0.02, kPlaces, 1.0,
+               kPlaceRolling + vehicle::axle_of(i));
+    reader.add(fmt::format("suspension_{}_m", recording::kWheelNames[i]), false,
                place_of(vehicle::kTravel + i), 5e-5);
-    reader.add(fmt::format("fz_{}_n", kWheelNames[i]), true, seen_of(i, kSeenFz), 5.0);
+    reader.add(fmt::format("fz_{}_n", recording::kWheelNames[i]), true, seen_of(i, kSeenFz), 5.0);
   }
 }
 

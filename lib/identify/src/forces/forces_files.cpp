@@ -45,14 +45,14 @@ recording::Table forces_table(const Forces& forces) {
   out.add("v_m", forces.v_m);
   for (std::size_t i = 0; i < vehicle::kWheels; ++i) {
     const WheelForces& w = forces.wheel[i];
-    const std::string name = kWheelNames[i];
+    const std::string name = recording::kWheelNames[i];
     for (const auto& c : kWheelColumns) out.add(c.name + name, c.ending, w.*c.of);
     out.add("wheel_vx_" + name + "_mps", w.vx_mps);
     out.add("tyre_" + name + "_k", w.tyre_k);
   }
   for (std::size_t a = 0; a < 2; ++a)
     for (const auto& c : kAxleColumns)
-      out.add(std::string(c.name) + kAxleNames[a], c.ending, (forces.*c.of)[a]);
+      out.add(std::string(c.name) + recording::kAxleNames[a], c.ending, (forces.*c.of)[a]);
   for (const auto& c : kCarColumns) out.add(c.name, c.ending, forces.*c.of);
   return out.table;
 }
@@ -63,9 +63,9 @@ std::vector<std::pair<std::string, std::string>> forces_basis(const Forces& forc
                        [&](const ChannelUse& c) { return c.channel == channel; });
   };
   const auto wheels = [&](const char* before, const char* after) {
-    return std::all_of(kWheelNames.begin(), kWheelNames.end(), [&](const char* wheel) {
-      return has(fmt::format("{}{}{}", before, wheel, after));
-    });
+    return std::all_of(
+        recording::kWheelNames.begin(), recording::kWheelNames.end(),
+        [&](const char* wheel) { return has(fmt::format("{}{}{}", before, wheel, after)); });
   };
   std::vector<std::pair<std::string, std::string>> out;
   out.emplace_back("fy_front_n, fy_rear_n",

@@ -297,7 +297,7 @@ Reduction reduce_car(const vehicle::Car<double>& car, const ReduceOptions& optio
         throw base::Error(
             fmt::format("the {} brakes have no area, radius or friction, wanted more than 0: the "
                         "rig brakes both axles",
-                        kAxleNames[a]));
+                        recording::kAxleNames[a]));
   const double most_mps = options.most_mps > 0.0 ? options.most_mps : top_speed(car);
   if (!(most_mps > options.least_mps + 5.0) || options.speeds < 2 || options.gravities.empty())
     throw base::Error(fmt::format(

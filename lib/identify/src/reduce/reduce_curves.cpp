@@ -194,8 +194,9 @@ void fit_curves(ReducedCar& car, const std::vector<CarMoment>& moments,
   for (std::size_t a = 0; a < 2; ++a) {
     car.wheel[a] = found[a];
     car.axle[a] = found[2 + a];
-    judge_curve(car.wheel[a], rows[a], fmt::format("{} wheel", kAxleNames[a]), errors);
-    judge_curve(car.axle[a], rows[2 + a], fmt::format("{} axle, effective", kAxleNames[a]), errors);
+    judge_curve(car.wheel[a], rows[a], fmt::format("{} wheel", recording::kAxleNames[a]), errors);
+    judge_curve(car.axle[a], rows[2 + a],
+                fmt::format("{} axle, effective", recording::kAxleNames[a]), errors);
   }
 }
 

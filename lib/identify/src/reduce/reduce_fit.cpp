@@ -121,9 +121,10 @@ void fit_loads(ReducedCar& car, const std::vector<CarMoment>& moments,
         angle.add(m.wheel[i].camber_rad,
                   side_of(i) * (lean[0] + lean[1] * m.wheel[i].fz_n) + lean[2] * m.ay_mps2);
     }
-    errors.push_back(load.as(fmt::format("{} axle load", kAxleNames[a]), "N"));
-    errors.push_back(across.as(fmt::format("{} lateral load transfer", kAxleNames[a]), "N"));
-    errors.push_back(angle.as(fmt::format("{} inclination", kAxleNames[a]), "rad"));
+    errors.push_back(load.as(fmt::format("{} axle load", recording::kAxleNames[a]), "N"));
+    errors.push_back(
+        across.as(fmt::format("{} lateral load transfer", recording::kAxleNames[a]), "N"));
+    errors.push_back(angle.as(fmt::format("{} inclination", recording::kAxleNames[a]), "rad"));
   }
 }
 
@@ -240,7 +241,8 @@ void fit_relaxation(ReducedCar& car, const std::vector<std::vector<CarMoment>>& 
         }
       }
     });
-    errors.push_back(sum.as(fmt::format("{} axle in swept sines, side force", kAxleNames[a]), "N"));
+    errors.push_back(
+        sum.as(fmt::format("{} axle in swept sines, side force", recording::kAxleNames[a]), "N"));
   }
 }
 

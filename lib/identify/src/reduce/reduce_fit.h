@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "identify/reduce.h"
-#include "identify/wheel_names.h"
+#include "recording/channels.h"
 
 namespace identify {
 

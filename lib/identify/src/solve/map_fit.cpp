@@ -55,18 +55,19 @@ std::vector<std::pair<std::size_t, double>> map_weights(const std::vector<double
 }
 
 MatrixXd map_covariance(const std::vector<double>& x_axis, const std::vector<double>& y_axis,
-                        const VectorXd& size, const MapPrior& prior) {
+                        const VectorXd& size) {
+  constexpr double kLevel = 0.3, kShape = 0.1;    // standard deviations
+  constexpr double kReachX = 0.2, kReachY = 0.3;  // over which places go together, of the axes
   const double wide = x_axis.back() - x_axis.front(), high = y_axis.back() - y_axis.front();
   const std::size_t n = y_axis.size();
   MatrixXd out(size.size(), size.size());
   for (Index p = 0; p < size.size(); ++p)
     for (Index q = 0; q < size.size(); ++q) {
       const auto a = static_cast<std::size_t>(p), b = static_cast<std::size_t>(q);
-      const double dx = (x_axis[a / n] - x_axis[b / n]) / (prior.reach_x * wide),
-                   dy = (y_axis[a % n] - y_axis[b % n]) / (prior.reach_y * high);
+      const double dx = (x_axis[a / n] - x_axis[b / n]) / (kReachX * wide),
+                   dy = (y_axis[a % n] - y_axis[b % n]) / (kReachY * high);
       out(p, q) = size(p) * size(q) *
-                  (prior.level * prior.level +
-                   prior.shape * prior.shape * std::exp(-0.5 * (dx * dx + dy * dy)));
+                  (kLevel * kLevel + kShape * kShape * std::exp(-0.5 * (dx * dx + dy * dy)));
     }
   return out;
 }

@@ -17,18 +17,11 @@ std::vector<std::pair<std::size_t, double>> map_weights(const std::vector<double
                                                         const std::vector<double>& y_axis, double x,
                                                         double y);
 
-/// How far a map may be from the one stated: all of it together, and each place with its
-/// neighbours.
-struct MapPrior {
-  double level = 0.3;  ///< standard deviation of what all places share, in units of `size`
-  double shape = 0.1;  ///< of each place beside that
-  double reach_x = 0.2, reach_y = 0.3;  ///< over which places go together, shares of the axes
-};
-
-/// Covariance of the places' deviations; `size[place]` is the unit of each. Squared exponential in
+/// Covariance of the places' deviations from the stated map; `size[place]` is the unit of each. All
+/// of them together may be 0.3 off, each 0.1 beside that, neighbours alike: squared exponential in
 /// both axes (C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learning, 2006).
 Eigen::MatrixXd map_covariance(const std::vector<double>& x_axis, const std::vector<double>& y_axis,
-                               const Eigen::VectorXd& size, const MapPrior& prior);
+                               const Eigen::VectorXd& size);
 
 struct MapFit {
   Eigen::VectorXd value;              ///< deviations from what was stated

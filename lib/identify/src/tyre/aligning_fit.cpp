@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/error.h"
 #include "tyre_solve.h"
 #include "tyre_varied.h"
 
@@ -64,18 +63,6 @@ Eigen::MatrixXd moment_covariance(const Unknowns& unknowns, const TyreSamples& r
 }
 
 }  // namespace
-
-void expect_same_moments(const TyreSamples& rows, const TyreCoefficients& reference,
-                         vehicle::AlphaConvention alpha) {
-  SameSign mz;
-  for (std::size_t i = 0; i < rows.mz_nm.size(); ++i)
-    mz.add(rows.mz_nm[i],
-           vehicle::tyre_forces(reference, rows.conditions[i], {}, {.alpha = alpha}).mz_nm);
-  if (mz.runs_against())
-    throw base::Error(
-        "mz_nm runs against the reference's: other axes; turn the sign of mz_nm, or leave the "
-        "column out");
-}
 
 void fit_aligning(const TyreSamples& all, const TyreCoefficients& reference,
                   const TyreFitOptions& options, TyreFit& fit) {

@@ -11,8 +11,4 @@ namespace identify {
 void fit_aligning(const TyreSamples& rows, const vehicle::TyreCoefficients& reference,
                   const TyreFitOptions& options, TyreFit& fit);
 
-/// Throws base::Error where moments run against the reference's, which are then of other axes.
-void expect_same_moments(const TyreSamples& rows, const vehicle::TyreCoefficients& reference,
-                         vehicle::AlphaConvention alpha);
-
 }  // namespace identify

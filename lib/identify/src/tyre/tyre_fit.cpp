@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string_view>
+#include <tuple>
 
 #include "aligning_fit.h"
 #include "base/error.h"
@@ -177,20 +178,30 @@ Eigen::MatrixXd force_covariance(const Work& work, const Unknowns& unknowns, std
   return out;
 }
 
-/// Forces that run against the reference's are of other axes, which no fit mends.
-void expect_same_signs(const TyreSamples& rows, const TyreCoefficients& reference) {
-  SameSign fx, fy;
+/// Forces and moments that run against the reference's are of other axes, which no fit mends.
+void expect_same_signs(const TyreSamples& rows, const TyreCoefficients& reference,
+                       vehicle::AlphaConvention alpha) {
+  struct Sums {
+    double sum = 0.0, size = 0.0;
+    void add(double measured, double stated) {
+      if (std::isnan(measured)) return;
+      sum += stated * measured;
+      size += std::abs(stated * measured);
+    }
+  } fx, fy, mz;
   for (std::size_t i = 0; i < rows.rows(); ++i) {
-    const auto force = vehicle::tyre_forces(reference, rows.conditions[i], {}, {.moments = false});
-    fx.add(rows.fx_n[i], force.fx_n);
-    fy.add(rows.fy_n[i], force.fy_n);
+    const auto f = vehicle::tyre_forces(reference, rows.conditions[i], {}, {.alpha = alpha});
+    fx.add(rows.fx_n[i], f.fx_n);
+    fy.add(rows.fy_n[i], f.fy_n);
+    if (!rows.mz_nm.empty()) mz.add(rows.mz_nm[i], f.mz_nm);
   }
-  if (fx.runs_against())
-    throw base::Error(
-        "fx_n runs against the reference's: other axes; turn the sign of fx_n or kappa");
-  if (fy.runs_against())
-    throw base::Error(
-        "fy_n runs against the reference's: other axes; turn the sign of fy_n or alpha_rad");
+  for (const auto& [sums, name, way_out] :
+       {std::tuple{fx, "fx_n", "turn the sign of fx_n or kappa"},
+        std::tuple{fy, "fy_n", "turn the sign of fy_n or alpha_rad"},
+        std::tuple{mz, "mz_nm", "turn the sign of mz_nm, or leave the column out"}})
+    if (sums.sum < -0.5 * sums.size)
+      throw base::Error(
+          fmt::format("{} runs against the reference's: other axes; {}", name, way_out));
 }
 
 /// Conditions at which the tyre must keep friction and stiffness.
@@ -219,8 +230,7 @@ std::vector<vehicle::TyreInput<double>> guards_for(const TyreSamples& rows,
 
 TyreFit fit_tyre(const TyreSamples& samples, const TyreCoefficients& reference,
                  const TyreFitOptions& options) {
-  expect_same_signs(samples, reference);
-  expect_same_moments(samples, reference, options.alpha);
+  expect_same_signs(samples, reference, options.alpha);
   const TyreSamples rows = thinned(samples, std::max<std::size_t>(kFewestRows, options.most_rows));
   TyreFit fit;
   fit.tyre = reference;

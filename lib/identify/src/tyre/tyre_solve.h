@@ -44,17 +44,6 @@ struct CostAt {
 };
 CostAt cost_at(const TyreCost& cost, const std::vector<double>& p);
 
-/// Whether measured values run with a reference's.
-struct SameSign {
-  double sum = 0.0, size = 0.0;
-  void add(double measured, double reference) {
-    if (std::isnan(measured)) return;
-    sum += reference * measured;
-    size += std::abs(reference * measured);
-  }
-  bool runs_against() const { return sum < -0.5 * size; }
-};
-
 /// Robust sizes of what is left of measured values. `least`: a noiseless table must not be infinite
 /// weight.
 TyreResiduals residuals_of(const std::vector<double>& measured, const std::vector<double>& left,

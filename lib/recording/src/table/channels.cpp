@@ -3,12 +3,6 @@
 #include <fmt/format.h>
 
 namespace recording {
-namespace {
-
-constexpr const char* kWheelNames[] = {"fl", "fr", "rl", "rr"};
-
-}  // namespace
-
 const std::vector<std::string>& telemetry_channels() {
   static const std::vector<std::string> channels = [] {
     std::vector<std::string> names;
