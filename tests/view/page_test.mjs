@@ -752,6 +752,10 @@ try {
   await page.click('[data-tab="track"]');
   await page.click('[data-id="0/track.yaml"]');
   await page.waitForSelector('.stage[data-parts]');
+  await page.setViewportSize({ width: 390, height: 844 });
+  const pictureTop = await page.evaluate(() => document.querySelector('.stage[data-parts]').getBoundingClientRect().top + scrollY);
+  check(pictureTop < 844 / 3, `a phone shows the picture first: it begins at ${pictureTop} of 844 pixels`);
+  check(await page.evaluate(() => document.documentElement.scrollWidth <= 390), 'and nothing sticks out');
   await page.setViewportSize({ width: 1400, height: 900 });
   check(elsewhere.length === 0, `nothing is fetched from elsewhere: ${elsewhere}`);
   // Refusals (4xx) are logged by the browser; nothing else may be.
