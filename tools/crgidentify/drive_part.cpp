@@ -37,15 +37,10 @@ std::pair<double, double> stretch_of(const std::string& text) {
 }
 
 std::string left_out(const identify::DriveWindows& w) {
-  std::string out;
-  const auto say = [&](std::size_t rows, const char* why) {
-    if (rows > 0) out += fmt::format("; {} rows {}", rows, why);
-  };
-  say(w.slow, "too slow");
-  say(w.off_road, "with a wheel beside the road");
-  say(w.on_kerbs, "near kerbs");
-  say(w.short_of_rows, "in windows that lack rows");
-  return out;
+  return rows_said({{w.slow, "rows too slow"},
+                    {w.off_road, "rows with a wheel beside the road"},
+                    {w.on_kerbs, "rows near kerbs"},
+                    {w.short_of_rows, "rows in windows that lack rows"}});
 }
 
 std::string table(const identify::DriveFit& fit) {
@@ -63,15 +58,8 @@ std::string table(const identify::DriveFit& fit) {
 }
 
 identify::MeasureRequest request_of(const DriveCommand& command) {
-  identify::MeasureRequest out;
-  out.recording_path = command.recording_path;
-  out.vehicle_path = command.vehicle_path;
-  out.setup_path = command.setup_path;
-  out.road_path = command.track_path;
-  out.mapping_path = command.mapping_path;
-  out.settings = command.settings;
+  identify::MeasureRequest out = command.request;
   out.body_axes = command.accelerations == "body";
-  out.fuel_kg = command.fuel_kg;
   for (const std::string& text : command.engine_off) out.engine_off_s.push_back(stretch_of(text));
   return out;
 }
@@ -110,8 +98,8 @@ std::string drive_header(const DriveCommand& command, const identify::ReadDrive&
                            : drive.fuel_from == identify::FuelFrom::kRequest ? "--fuel-kg"
                                                                              : kFuelAssumed;
   return fmt::format("# {} from {} (sha256 {})\n# with {:.4g} kg of fuel, by {}\n", command.part,
-                     base::one_line(command.recording_path),
-                     base::sha256_of_file(command.recording_path), drive.fuel_kg, from);
+                     base::one_line(command.request.recording_path),
+                     base::sha256_of_file(command.request.recording_path), drive.fuel_kg, from);
 }
 
 std::string drive_text(const identify::Measured& measured) {
@@ -236,7 +224,7 @@ int drive_part(const DriveCommand& command, Terminal& terminal) {
     base::write_file(command.plots_path,
                      map_page(words, *map, measured.fit,
                               fmt::format("{} from {}", measured.engine ? "Engine" : "Brakes",
-                                          base::one_line(command.recording_path))));
+                                          base::one_line(command.request.recording_path))));
   if (terminal.json) {
     ordered_json json = drive_json(measured);
     json["fuel_kg"] = drive.fuel_kg;

@@ -91,14 +91,9 @@ std::vector<ForceLine> force_lines(const identify::Forces& f) {
 }
 
 std::string rows_left_out(const identify::Forces& f) {
-  std::string out;
-  const auto say = [&](std::size_t rows, const char* why) {
-    if (rows > 0) out += fmt::format("; {} {}", rows, why);
-  };
-  say(f.slow, "too slow");
-  say(f.unsettled, "at the begin of a stretch");
-  say(f.lost, "where the simulated car could not follow");
-  return out;
+  return rows_said({{f.slow, "too slow"},
+                    {f.unsettled, "at the begin of a stretch"},
+                    {f.lost, "where the simulated car could not follow"}});
 }
 
 /// The mass that all forces are proportional to, and who says so.
@@ -206,17 +201,12 @@ int forces(const ForcesCommand& command, Terminal& terminal) {
   if (!road.remark.empty()) terminal.remark(road.remark);
   recording::Mapping mapping;
   if (!command.mapping_path.empty()) mapping = recording::read_mapping(command.mapping_path);
-  identify::ForcesOptions options;
+  identify::ForcesOptions options = command.options;
   options.fuel_kg = command.fuel_kg.value_or(identify::kAssumedFuel_kg);
-  options.tyre_k = command.tyre_k;
-  options.disc_k = command.disc_k;
-  options.step_s = command.step_s;
   options.imu_ahead_m = mapping.imu_ahead_m;
   options.imu_yaw_rad = mapping.imu_yaw_rad;
-  options.noise_rounds = command.noise_rounds;
   options.prior = v.prior;
   options.rolling_sd = kRollingSd;
-  options.threads = command.threads;
   options.progress = terminal.progress();
   bool doubted = false;
   ordered_json json = ordered_json::array();

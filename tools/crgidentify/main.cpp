@@ -91,9 +91,9 @@ void add_tyre(CLI::App& app, crgidentify::TyreCommand& tyre, const Chosen& chose
                       {"tan", "angle"});
   command::add_choice(tyre_app, "--axle", tyre.axle,
                       "Whose tyres are fitted, from the forces of drives", {"front", "rear"});
-  command::hide(tyre_app.add_option("--starts", tyre.starts)->check(CLI::Range(1, 1000)));
-  tyre_app.add_option("--seed", tyre.seed, "Of the starts beside the reference");
-  add_threads(tyre_app, tyre.threads);
+  command::hide(tyre_app.add_option("--starts", tyre.options.starts)->check(CLI::Range(1, 1000)));
+  tyre_app.add_option("--seed", tyre.options.seed, "Of the starts beside the reference");
+  add_threads(tyre_app, tyre.options.threads);
   tyre_app.footer("Example:\n  crgidentify tyre bench.csv --tir old.tir -o new.tir");
 }
 
@@ -135,7 +135,7 @@ void add_reduce(CLI::App& app, crgidentify::ReduceCommand& reduce, const Chosen&
   command::add_output_file(reduce_app, reduce.out_path,
                            "YAML to write; NAME.h, NAME_axles.csv and NAME_border.csv go beside it")
       ->required();
-  add_number(reduce_app, "--fuel-kg", reduce.fuel_kg, 0.0, 1000.0, "Fuel on board");
+  add_number(reduce_app, "--fuel-kg", reduce.options.fuel_kg, 0.0, 1000.0, "Fuel on board");
   reduce_app
       .add_option("--speed-mps", reduce.speed_mps, "Lowest and highest speed; 0: the car's own")
       ->expected(2)
@@ -143,10 +143,10 @@ void add_reduce(CLI::App& app, crgidentify::ReduceCommand& reduce, const Chosen&
   const char *const speeds = "--speed-mps LOWEST HIGHEST", *const both = "--most-share LAP LIMIT";
   add_old_number(reduce_app, "--least-mps", reduce.speed_mps[0], 5.0, 100.0, speeds);
   add_old_number(reduce_app, "--most-mps", reduce.speed_mps[1], 0.0, 110.0, speeds);
-  command::hide(reduce_app.add_option("--speeds", reduce.speeds)->check(CLI::Range(2, 20)));
-  command::hide(reduce_app.add_option("--slips", reduce.slips)->check(CLI::Range(5, 100)));
+  command::hide(reduce_app.add_option("--speeds", reduce.options.speeds)->check(CLI::Range(2, 20)));
+  command::hide(reduce_app.add_option("--slips", reduce.options.slips)->check(CLI::Range(5, 100)));
   reduce_app
-      .add_option("--pressing", reduce.gravities,
+      .add_option("--pressing", reduce.options.gravities,
                   "What presses the car on the road, over its gravity: dips and banks above "
                   "1, crests below")
       ->delimiter(',')
@@ -159,7 +159,7 @@ void add_reduce(CLI::App& app, crgidentify::ReduceCommand& reduce, const Chosen&
       ->check(CLI::Range(0.0, 1.0));
   add_old_number(reduce_app, "--most-lap-share", reduce.most_share[0], 0.0, 1.0, both);
   add_old_number(reduce_app, "--most-limit-share", reduce.most_share[1], 0.0, 1.0, both);
-  add_threads(reduce_app, reduce.threads);
+  add_threads(reduce_app, reduce.options.threads);
   reduce_app.footer(
       "Example:\n  crgidentify reduce --car vehicles/open_wheel/vehicle.yaml -o control.yaml");
   reduce_app.parse_complete_callback([&] {
@@ -183,13 +183,17 @@ void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen&
       ->required();
   add_number(forces_app, "--fuel-kg", forces.fuel_kg, 0.0, 1000.0,
              "Fuel at the begin, where not recorded; without: 30, and said so");
-  add_number(forces_app, "--tyre-k", forces.tyre_k, 200.0, 600.0, "Tread temperature there");
-  add_number(forces_app, "--disc-k", forces.disc_k, 200.0, 1500.0, "Disc temperature there");
-  add_number(forces_app, "--step-s", forces.step_s, 1e-4, 4e-3, "Of the derivatives, at most");
-  add_old_number(forces_app, "--step-ms", forces.step_s, 0.1, 4.0, "--step-s, in seconds,", 1e-3);
-  command::hide(
-      forces_app.add_option("--noise-rounds", forces.noise_rounds)->check(CLI::Range(0, 50)));
-  add_threads(forces_app, forces.threads);
+  add_number(forces_app, "--tyre-k", forces.options.tyre_k, 200.0, 600.0,
+             "Tread temperature there");
+  add_number(forces_app, "--disc-k", forces.options.disc_k, 200.0, 1500.0,
+             "Disc temperature there");
+  add_number(forces_app, "--step-s", forces.options.step_s, 1e-4, 4e-3,
+             "Of the derivatives, at most");
+  add_old_number(forces_app, "--step-ms", forces.options.step_s, 0.1, 4.0, "--step-s, in seconds,",
+                 1e-3);
+  command::hide(forces_app.add_option("--noise-rounds", forces.options.noise_rounds)
+                    ->check(CLI::Range(0, 50)));
+  add_threads(forces_app, forces.options.threads);
   forces_app.footer(
       "Example:\n  crgidentify forces lap.csv --car vehicle.yaml --road road.crg -o forces");
 }
@@ -208,17 +212,17 @@ CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
                     const DriveOutput& output = {}) {
   CLI::App& drive_app = *add_command(app, name, what, drive, crgidentify::drive_part, chosen);
   drive.part = name;
-  command::add_input(drive_app, "recording", drive.recording_path, "The log")->required();
-  add_car(drive_app, drive,
+  command::add_input(drive_app, "recording", drive.request.recording_path, "The log")->required();
+  add_car(drive_app, drive.request,
           "vehicle.yaml: what the log does not say, and what it is compared with");
-  command::add_input(drive_app, "--road", drive.track_path,
+  command::add_input(drive_app, "--road", drive.request.road_path,
                      "CRG road: banks, grades, dips and crests; without: az_mps2, else a plane");
-  add_mapping(drive_app, drive.mapping_path);
+  add_mapping(drive_app, drive.request.mapping_path);
   command::add_choice(drive_app, "--frame", drive.accelerations,
                       "Axes of ax_mps2, ay_mps2, az_mps2: of the body, as an accelerometer has "
                       "them, or of the road, as speeds give them",
                       {"body", "road"});
-  add_number(drive_app, "--fuel-kg", drive.fuel_kg, 0.0, 1000.0,
+  add_number(drive_app, "--fuel-kg", drive.request.fuel_kg, 0.0, 1000.0,
              "Fuel on board, where not recorded; without: 30, and said so");
   if (output.about_page == nullptr)
     command::add_output_file(drive_app, drive.out_path, output.text);

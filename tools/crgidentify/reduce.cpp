@@ -87,14 +87,9 @@ int reduce(const ReduceCommand& command, Terminal& terminal) {
     if (!files.remark.empty()) terminal.remark(files.remark);
     surface.emplace(std::move(files.surface));
   }
-  identify::ReduceOptions options;
-  options.fuel_kg = command.fuel_kg;
+  identify::ReduceOptions options = command.options;
   options.least_mps = command.speed_mps[0];
   options.most_mps = command.speed_mps[1];
-  options.speeds = command.speeds;
-  options.slips = command.slips;
-  options.gravities = command.gravities;
-  options.threads = command.threads;
   options.progress = terminal.progress();
   const identify::Reduction r = identify::reduce_car(car, options);
   const identify::LapError lap =

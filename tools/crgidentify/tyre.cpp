@@ -176,12 +176,9 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
         fmt::format("{}: none of the {} rows has every condition, a load above zero (fz_n is "
                     "positive) and a force",
                     command.bench_paths.front(), result.rows_given));
-  identify::TyreFitOptions options;
+  identify::TyreFitOptions options = command.options;
   options.alpha = command.alpha == "angle" ? vehicle::AlphaConvention::kAngle
                                            : vehicle::AlphaConvention::kTangent;
-  options.starts = command.starts;
-  options.seed = command.seed;
-  options.threads = command.threads;
   terminal.start("fitting");
   std::vector<std::string> kept;
   if (command.axle.empty()) {
