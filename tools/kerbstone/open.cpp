@@ -87,9 +87,14 @@ std::vector<const recording::Channel*> chosen(const Log& rows,
     out.push_back(&*found);
   }
   if (!names.empty()) return out;
-  const std::vector<ChannelLook> looks = recording::look_at_channels(rows);
-  for (std::size_t c = 0; c < looks.size() && out.size() < kMostPlots; ++c)
-    if (looks[c].least < looks[c].greatest) out.push_back(&rows.channels[c]);
+  for (const recording::Channel& channel : rows.channels) {
+    if (out.size() == kMostPlots) break;
+    const auto& values = channel.values;
+    const auto known = [](double value) { return std::isfinite(value); };
+    const auto first = std::find_if(values.begin(), values.end(), known);
+    if (std::any_of(first, values.end(), [&](double v) { return known(v) && v != *first; }))
+      out.push_back(&channel);
+  }
   return out;
 }
 
@@ -180,7 +185,8 @@ int open(const OpenCommand& command, command::Terminal& terminal) {
     if (ending != ".html" && ending != ".mcap" && ending != ".csv")
       throw base::Error(
           fmt::format("{}: a name that ends in .html, .mcap or .csv is wanted", command.out));
-    const Log rows = recording::in_rows(log, command.log);
+    const Log spread = log.in_rows ? Log{} : recording::in_rows(log, command.log);
+    const Log& rows = log.in_rows ? log : spread;
     base::write_file(command.out, ending == ".html"
                                       ? page_of(rows, looks, command.log, command.channels)
                                   : ending == ".mcap" ? mcap_of(rows, command.log)

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/letters.h"
+#include "base/parallel.h"
 #include "base/statistics.h"
 #include "readers.h"
 
@@ -91,11 +92,11 @@ bool is_time_that_runs(const std::string& name, const std::vector<double>& value
 bool is_finer_clock(const std::string& name, const std::vector<double>& values,
                     const std::vector<double>& coarse) {
   const std::string word = clock_word(name);
+  if (!is_clock(word) && !may_be_clock(word)) return false;
   // A time in the lap begins anew.
   const bool goes_back =
       std::adjacent_find(values.begin(), values.end(), std::greater<>()) != values.end();
-  return share_held(coarse) > 0.5 && (is_clock(word) || may_be_clock(word)) && runs(values) &&
-         !goes_back;
+  return !goes_back && share_held(coarse) > 0.5 && runs(values);
 }
 
 const Channel* clock_by_values(const Log& log) {
@@ -204,16 +205,18 @@ std::vector<double> moments_of(const Log& log, const Channel& channel) {
 }
 
 std::vector<ChannelLook> look_at_channels(const Log& log) {
-  std::vector<ChannelLook> out;
+  std::vector<ChannelLook> out(log.channels.size());
   const std::vector<double> rows_s =
       log.in_rows ? clock_of_rows(log) : std::vector<double>{};  // of all channels
-  for (const Channel& channel : log.channels) {
-    ChannelLook look{.name = channel.name,
-                     .unit = channel.unit,
-                     .rate_hz = channel.rate_hz,
-                     .words = channel.words,
-                     .held = share_held(channel.values),
-                     .dead = is_dead(channel.values)};
+  base::parallel_for(out.size(), 1, 0, [&](std::size_t c, std::size_t) {
+    const Channel& channel = log.channels[c];
+    ChannelLook& look = out[c];
+    look = {.name = channel.name,
+            .unit = channel.unit,
+            .rate_hz = channel.rate_hz,
+            .words = channel.words,
+            .held = share_held(channel.values),
+            .dead = is_dead(channel.values)};
     for (const double value : channel.values) {
       if (!std::isfinite(value)) continue;
       look.least = look.samples == 0 ? value : std::min(look.least, value);
@@ -222,8 +225,7 @@ std::vector<ChannelLook> look_at_channels(const Log& log) {
     }
     look.longest_gap_s =
         longest_gap_s(channel.values, log.in_rows ? rows_s : moments_of(log, channel));
-    out.push_back(std::move(look));
-  }
+  });
   return out;
 }
 
