@@ -17,6 +17,7 @@ using T = vehicle::Term;
 
 constexpr std::size_t kEvery = 10;  // steps
 constexpr double kKerb_m = 0.01;    // that a wheel stands beside the plane of the others
+constexpr double kSlower = 0.85, kLeastGrip = 0.5;  // share of the grip to plan with, after a spin
 
 /// A row of the lap: what the full car did and what its road was like.
 struct LapRow {
@@ -56,7 +57,14 @@ std::vector<LapRow> drive_lap(const vehicle::Car<double>& car, const vehicle::Ro
                                    step.line.vertical_curvature_1pm[i], row.shares.data());
     row.twist_m = twist_of(step.detail);
   };
-  const vehicle::LapResult lap = vehicle::drive_laps(car, road, options);
+  vehicle::LapResult lap = vehicle::drive_laps(car, road, options);
+  // A car that lost the line is driven slower: what is compared are the rows where it grips.
+  for (double& grip = options.speed.grip_usage; !lap.complete && grip * kSlower > kLeastGrip;) {
+    grip *= kSlower;
+    out.clear();
+    steps = 0;
+    lap = vehicle::drive_laps(car, road, options);
+  }
   if (!lap.complete)
     throw base::Error(fmt::format("the lap of the full car ended: {}", lap.problem));
   lap_s = lap.lap_s.front();
