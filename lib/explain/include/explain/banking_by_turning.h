@@ -68,9 +68,9 @@ struct BankingByTurning {
 /// makes the recordings most likely, and leans into the turns, about a line that is found beside
 /// it. A gyro's gain is within 0.35 % (one standard deviation), as such sensors are; how late it
 /// is, up to 1 s, and a filter of the first order in it are found. Intervals count noise as what is
-/// left of half laps left out, as correlated as that is; where the road does not turn they reach to
-/// nothing. It counts if it leans by more than twice what such a gain takes from the cosine. No
-/// places: less than 30 windows, or a road that does not turn.
+/// left of half laps left out, as correlated as that is; where the road does not turn they are as
+/// wide as roads differ and reach to nothing. It counts if it leans by more than twice what such a
+/// gain takes from the cosine. No places: less than 30 windows, or a road that does not turn.
 BankingByTurning banking_by_turning(const std::vector<Turning>& logs, double length_m, bool closed);
 
 }  // namespace explain

@@ -185,6 +185,10 @@ inline constexpr double kLeastDeficit = 0.007, kMostGyroGain = 0.05;
 /// tests/trials/banked_roads.
 inline constexpr double kNarrowerTurning = 0.75, kTurningLimit = 2.33;
 
+/// One standard deviation of the lean of a road where it does not turn and nothing tells it, m/m.
+/// From: the straights of ovals lean by up to 12 degrees.
+inline constexpr double kLeanUnseen = 0.1;
+
 /// A stretch that is shorter is looked for by itself, m. From: the longest that is scanned.
 inline constexpr double kOneStretch_m = 640.0;
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <limits>
+#include <map>
 
+#include "base/statistics.h"
 #include "explain/unknowns.h"
 #include "leaning_road.h"
 #include "selection.h"
@@ -96,10 +98,30 @@ std::vector<Index> leaning(const std::vector<BankingPlace>& places,
   return out;
 }
 
+/// An apron or a pit lane beside the line that is usually driven leans otherwise: there no place is
+/// known.
+std::vector<Turning> on_the_usual_line(std::vector<Turning> logs) {
+  constexpr double kPlace_m = 20.0, kBeside_m = 6.0;
+  const auto place = [](double u_m) { return static_cast<int>(std::floor(u_m / kPlace_m)); };
+  std::map<int, std::vector<double>> beside;
+  for (const Turning& log : logs)
+    for (std::size_t i = 0; i < log.u_m.size(); ++i)
+      if (std::isfinite(log.u_m[i] + log.v_m[i])) beside[place(log.u_m[i])].push_back(log.v_m[i]);
+  std::map<int, double> usual;
+  for (auto& [at, v_m] : beside) usual[at] = base::median(std::move(v_m));
+  for (Turning& log : logs)
+    for (std::size_t i = 0; i < log.u_m.size(); ++i)
+      if (std::isfinite(log.u_m[i] + log.v_m[i]) &&
+          std::abs(log.v_m[i] - usual[place(log.u_m[i])]) > kBeside_m)
+        log.u_m[i] = std::numeric_limits<double>::quiet_NaN();
+  return logs;
+}
+
 }  // namespace
 
-BankingByTurning banking_by_turning(const std::vector<Turning>& logs, double length_m,
+BankingByTurning banking_by_turning(const std::vector<Turning>& recorded, double length_m,
                                     bool closed) {
+  const std::vector<Turning> logs = on_the_usual_line(recorded);
   BankingByTurning out;
   for (const Turning& log : logs) out.by = std::max(out.by, log.by);
   if (out.by == TurningBy::kNone) return out;
@@ -125,7 +147,8 @@ BankingByTurning banking_by_turning(const std::vector<Turning>& logs, double len
     double ci90 = selection::kNarrowerTurning * selection::k90 *
                   std::sqrt(move.dot(f.covariance * move.transpose()));
     if (!f.turns[static_cast<std::size_t>(k)])  // nothing is seen
-      ci90 = std::max(ci90, std::abs(f.turned.bank[k] + f.added[k]));
+      ci90 = std::max(
+          {ci90, std::abs(f.turned.bank[k] + f.added[k]), selection::k90 * selection::kLeanUnseen});
     out.places.push_back({static_cast<double>(k) * f.place_m, f.added[k], ci90, f.pivot_v_m[k]});
   }
   const std::vector<Index> in = leaning(out.places, f.turns);

@@ -38,7 +38,7 @@ constexpr double kAnyGain = 0.2, kNoSlip = 1e-6;
 /// One standard deviation of leans, between turns, in them, of each; of ramps' places; of their
 /// length, and of the places of each turn's; of the pivot, for all turns alike and inside of them.
 constexpr double kBetween = 0.1, kLean = 0.6, kOfTurn = 0.08, kRamp_m = 25.0, kUsualRamp_m = 85.0,
-                 kLongRamp = 0.5, kRampOfTurn_m = 12.0, kPivot_m = 2.5, kInner_m = 6.0;
+                 kLongRamp = 0.35, kRampOfTurn_m = 12.0, kPivot_m = 2.5, kInner_m = 6.0;
 constexpr double kMostDelay_s = 1.0, kMostFilter_s = 0.5;
 /// Noise of a window to begin with, rad: a fit that begins with too much takes the road for noise.
 constexpr double kFirst_rad = 0.002, kRough_rad = 0.003;
