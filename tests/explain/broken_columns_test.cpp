@@ -251,6 +251,20 @@ TEST_F(BrokenColumns, ColumnsThatAreRightForAPartAreNamed) {
   EXPECT_THAT(said(t), HasSubstr("'yaw_rate_radps' has nothing for"));
 }
 
+TEST_F(BrokenColumns, PedalsThatChangeTheirScaleAreNamed) {
+  const std::vector<const char*> brakes{"brake_fl_pa", "brake_fr_pa", "brake_rl_pa", "brake_rr_pa"};
+  for (const double factor : {0.5, 2.0, 1.0})
+    for (const std::vector<const char*>& pedal : {std::vector<const char*>{"throttle"}, brakes}) {
+      recording::Table t = *log_;
+      for (const char* name : pedal)
+        for (std::size_t i = t.rows() / 2; i < t.rows(); ++i)
+          column(t, name)[i] = std::min(column(t, name)[i] * factor, name[0] == 't' ? 1.0 : 1e9);
+      Signals s = signals(t);
+      leave_out_changed_pedals(s);
+      EXPECT_EQ(s.broken, factor != 1.0) << pedal[0] << factor;
+    }
+}
+
 TEST(Drifts, AreSeenBesideAWindowInWhichTheHeadingLeaps) {
   std::vector<double> turning, gyro;
   for (std::size_t i = 0; i < 8000; ++i) {

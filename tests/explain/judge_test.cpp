@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 
 #include "explain/gyro_or_banking.h"
+#include "explain/wheels_say.h"
 
 namespace explain {
 namespace judge_test {
@@ -89,6 +91,66 @@ TEST(Judge, HasTheWordsOfTheFormat) {
   EXPECT_STREQ(name_of(Verdict::kExplained), "explained");
   EXPECT_STREQ(name_of(Verdict::kTie), "tie");
   EXPECT_STREQ(name_of(Verdict::kUnknown), "unknown");
+}
+
+/// Turns of both ways by a car whose driven wheels, in m/s, do `share` less than that asks for.
+Signals turning_log(double share) {
+  Signals log;
+  log.n = 2000;
+  log.wheels_in_mps = true;
+  for (const Channel c : {kVx, kYawRate, kSteer, kWheelRear, kWheelRearDifference})
+    log.present[c] = true, log.x[c].assign(log.n, 0.0);
+  log.column[kSteer] = "delta", log.column[kVx] = "vx", log.column[kWheelRear] = "rear";
+  for (std::size_t i = 0; i < log.n; ++i) {
+    const double rate = 0.2 * std::sin(0.01 * static_cast<double>(i)), speed = 20.0;
+    log.x[kVx][i] = log.x[kWheelRear][i] = speed;
+    log.x[kYawRate][i] = rate;
+    log.x[kWheelRearDifference][i] =
+        -1.6 * rate * (1 - share) + 0.02 * std::sin(0.7 * static_cast<double>(i * i % 997));
+  }
+  return log;
+}
+
+Findings found_at(const char* id, const char* column, double amount) {
+  Findings all;
+  Finding& f = all.findings.emplace_back();
+  f.mechanism = id, f.kind = "sensor", f.channel = column;
+  f.parameters.push_back({"amount", "", amount, amount - 0.001, amount + 0.001});
+  return all;
+}
+
+TEST(WheelsSay, AnOffsetOfTheSteeringMayBeCoupledWheelsOfDifferentRadius) {
+  vehicle::Vehicle car;
+  car.parameters[vehicle::Parameter::rear_track_m] = 1.6;
+  Findings all = found_at("sensor.bias", "delta", -0.004);
+  tie_offset_of_steering_with_coupled_wheels(turning_log(0.96), car, all);
+  EXPECT_EQ(all.findings[0].mechanism, "vehicle.differential");
+  EXPECT_NEAR(all.findings[0].parameters[0].value, 0.96, 0.01);
+  EXPECT_EQ(all.findings[0].rivals.at(0).channel, "delta");
+  EXPECT_FALSE(all.findings[0].not_used.empty());
+  EXPECT_EQ(judge(all), Verdict::kTie);
+  // Wheels that turn as the car does push it nowhere.
+  all = found_at("sensor.bias", "delta", -0.004);
+  tie_offset_of_steering_with_coupled_wheels(turning_log(0.1), car, all);
+  EXPECT_EQ(all.findings[0].mechanism, "sensor.bias");
+}
+
+TEST(WheelsSay, ASpeedThatIsTheWheelsHasTheirUsualErrors) {
+  Signals log = turning_log(0.1);
+  for (const auto& [id, amount, stays] : {std::tuple{"sensor.gain", 0.008, false},
+                                          {"sensor.delay", 0.04, false},
+                                          {"sensor.gain", 0.06, true},
+                                          {"sensor.delay", 0.4, true},
+                                          {"sensor.bias", 0.3, true}}) {
+    Findings all = found_at(id, "vx", amount);
+    take_speeds_of_wheels_as_usual(log, all);
+    EXPECT_EQ(all.findings.size(), stays ? 1U : 0U) << id << amount;
+    EXPECT_EQ(all.remarks.size(), stays ? 0U : 1U);
+  }
+  for (double& v : log.x[kWheelRear]) v *= 1.01;
+  Findings all = found_at("sensor.gain", "vx", 0.008);
+  take_speeds_of_wheels_as_usual(log, all);
+  EXPECT_EQ(all.findings.size(), 1U) << "a speed of its own";
 }
 
 }  // namespace judge_test

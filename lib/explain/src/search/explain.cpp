@@ -7,6 +7,7 @@
 #include "explain/judge.h"
 #include "explain/plausible_car.h"
 #include "explain/short_waves.h"
+#include "explain/wheels_say.h"
 #include "mechanism.h"
 
 namespace explain {
@@ -22,6 +23,8 @@ Findings explain(const Comparison& c, const ExplainOptions& options) {
   add_discs(out, c.recordings, c.mapping, c.car);
   doubt_the_car(out);
   tie_gain_with_banking(c.logs.front(), out);
+  tie_offset_of_steering_with_coupled_wheels(c.logs.front(), c.car, out);
+  take_speeds_of_wheels_as_usual(c.logs.front(), out);
   name_late_columns(c.logs.front(), out);
   hold_back_beside_broken_columns(out);
   out.verdict = judge(out);

@@ -16,10 +16,13 @@ double median(std::vector<double> x) {
   return x[x.size() / 2];
 }
 
-double farthest(const std::vector<double>& x, double from) {
-  double most = 0;
-  for (const double v : x) most = std::max(most, std::abs(v - from));
-  return most;
+/// How far `share` of the values are from one.
+double farthest(std::vector<double> x, double from, double share) {
+  for (double& v : x) v = std::abs(v - from);
+  const auto at =
+      x.begin() + static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(x.size()))) - 1;
+  std::nth_element(x.begin(), at, x.end());
+  return *at;
 }
 
 /// One window: where it begins and what was measured in it.
@@ -50,15 +53,12 @@ std::vector<Window> slopes(const std::vector<double>& x, const std::vector<doubl
   return out;
 }
 
-}  // namespace
-
-std::optional<Change> slope_changes(const std::vector<double>& x,
-                                    const std::vector<double>& reference, double least_swing,
-                                    double lag_s) {
+/// Where the values become 1.6 times as large or small and stay so; `share` of those of one side
+/// lie within half of the change.
+std::optional<Change> step_of(const std::vector<Window>& windows, double share) {
   constexpr std::size_t kEachSide = 2;
   // On a road that leans by 20 degrees an accelerometer shows 0.7 of what it does beside it.
   constexpr double kCounts = 1.6;
-  const std::vector<Window> windows = slopes(x, reference, least_swing, lag_s);
   std::optional<Change> best;
   double least = HUGE_VAL;
   // Else the window in which it changes is neither before nor after.
@@ -68,13 +68,37 @@ std::optional<Change> slope_changes(const std::vector<double>& x,
       for (std::size_t j = 0; j < windows.size(); ++j)
         if (j < k || j >= k + between) (j < k ? before : after).push_back(windows[j].value);
       const double a = median(before), b = median(after);
-      const double scatter = std::max(farthest(before, a), farthest(after, b));
+      const double scatter = std::max(farthest(before, a, share), farthest(after, b, share));
       if (std::max(a, b) < kCounts * std::min(a, b) || scatter > 0.5 * std::abs(b - a)) continue;
       if (scatter < least)
         least = scatter,
         best = Change{static_cast<double>(windows[k].begin) * Signals::kStep_s, a, b};
     }
   return best;
+}
+
+}  // namespace
+
+std::optional<Change> slope_changes(const std::vector<double>& x,
+                                    const std::vector<double>& reference, double least_swing,
+                                    double lag_s) {
+  return step_of(slopes(x, reference, least_swing, lag_s), 1.0);
+}
+
+std::optional<Change> ratio_changes(const std::vector<double>& x,
+                                    const std::vector<double>& expected) {
+  constexpr double kShare = 0.8;
+  constexpr std::size_t kLeast = kWindow / 4;
+  std::vector<Window> windows;
+  for (std::size_t begin = 0; begin + kWindow <= expected.size(); begin += kWindow) {
+    double square = 0.0, both = 0.0;
+    std::size_t count = 0;
+    for (std::size_t i = begin; i < begin + kWindow; ++i)
+      if (std::isfinite(x[i] * expected[i]))
+        square += expected[i] * expected[i], both += x[i] * expected[i], ++count;
+    if (count >= kLeast && square > 0) windows.push_back({begin, both / square});
+  }
+  return step_of(windows, kShare);
 }
 
 std::optional<Change> drifts(const std::vector<double>& x, const std::vector<double>& reference) {

@@ -19,6 +19,11 @@ std::optional<Change> slope_changes(const std::vector<double>& x,
                                     const std::vector<double>& reference, double least_swing,
                                     double lag_s);
 
+/// The same of the ratio of `x` to what is expected of it (per step; NaN is left out), by windows
+/// with at least 2.5 s of both. A fifth of the windows on either side may differ by more.
+std::optional<Change> ratio_changes(const std::vector<double>& x,
+                                    const std::vector<double>& expected);
+
 /// From first to last step, what the zero of `x` drifts by against `reference`: of its means over
 /// 10 s less those of the reference, the part that grows with time, beside one that goes with the
 /// reference, where it is more than ten of its standard errors; else none. At least 60 s.

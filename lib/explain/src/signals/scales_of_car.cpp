@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
+#include "changes_in_time.h"
+#include "not_known.h"
 #include "path_says.h"
 
 namespace explain {
@@ -13,6 +16,29 @@ namespace {
 /// Ratios beyond are of no car of which the file is meant; on an oval that leans loads are half
 /// more.
 constexpr double kLow = 0.7, kHigh = 1.4, kHighLoad = 1.7;
+
+/// What a pedal usually shows where the car speeds up so at that speed; NaN where it rests.
+std::vector<double> usual_for_motion(const Signals& s, const std::vector<double>& pedal,
+                                     double rests) {
+  constexpr int kTerms = 5;
+  using Terms = Eigen::Matrix<double, kTerms, 1>;
+  const auto terms = [&](std::size_t i) {
+    const double v = s.x[kVx][i] / 30.0, a = s.dx[kVx][i] / 5.0;
+    return Terms(1.0, v, v * v, a, a * v);
+  };
+  const auto pressed = [&](std::size_t i) {
+    return s.x[kVx][i] > 6.0 && pedal[i] > rests && std::isfinite(s.dx[kVx][i]);
+  };
+  Eigen::Matrix<double, kTerms, kTerms> normal = decltype(normal)::Identity() * 1e-6;
+  Terms right = Terms::Zero();
+  for (std::size_t i = 0; i < s.n; ++i)
+    if (pressed(i)) normal += terms(i) * terms(i).transpose(), right += terms(i) * pedal[i];
+  const Terms fitted = normal.ldlt().solve(right);
+  std::vector<double> out(s.n, kNaN);
+  for (std::size_t i = 0; i < s.n; ++i)
+    if (pressed(i)) out[i] = std::max(rests, terms(i).dot(fitted));
+  return out;
+}
 
 }  // namespace
 
@@ -62,6 +88,25 @@ void leave_out_other_loads(Signals& s, const vehicle::Vehicle& car) {
       "{}: '{}', '{}' hold {:.2f} times the weight and downforce of the car: another unit, or "
       "another car: not used; correct them in the mapping (scale {:.3g})",
       s.name, s.column[kLoadFront], s.column[kLoadRear], ratio, 1 / ratio));
+}
+
+void leave_out_changed_pedals(Signals& s) {
+  constexpr double kOpen = 0.03, kBraked_pa = 1e5;
+  for (const Channel c : {kThrottle, kBrakeFront}) {
+    if (!s.present[c] || s.commanded[c]) continue;
+    const auto change =
+        ratio_changes(s.x[c], usual_for_motion(s, s.x[c], c == kThrottle ? kOpen : kBraked_pa));
+    if (!change) continue;
+    s.broken = true;
+    s.remarks.push_back(fmt::format(
+        "{}: '{}' is {:.2f} times what it usually is for what the car does until about {:.0f} s, "
+        "and {:.2f} times after it: not used; correct it in the mapping, or leave that part of the "
+        "log out. Forces are not compared until that is mended; sensors and kinematics are",
+        s.name, s.column[c], change->before, change->time_s, change->after));
+    for (const Channel force :
+         {kSteer, kThrottle, kBrakeFront, kBrakeRear, kBrakeFrontApart, kBrakeRearApart})
+      s.present[force] = false;
+  }
 }
 
 }  // namespace explain

@@ -1,5 +1,5 @@
 // Scales of columns against the car: road wheels stand in slow turns as the wheelbase asks; loads
-// are those of its mass.
+// are those of its mass; pedals move it as they did before.
 #pragma once
 
 #include "explain/signals.h"
@@ -16,5 +16,9 @@ void leave_out_other_steering(Signals& s, const vehicle::Vehicle& car);
 /// The same of loads of all wheels, whose sum is less than 0.7 times or more than 1.7 times what
 /// the stated weight and downforce make.
 void leave_out_other_loads(Signals& s, const vehicle::Vehicle& car);
+
+/// Leaves out a throttle or a pressure of the brakes that becomes 1.6 times as large or small for
+/// what the car does at the same speed, and stays so.
+void leave_out_changed_pedals(Signals& s);
 
 }  // namespace explain

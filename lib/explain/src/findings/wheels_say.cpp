@@ -1,0 +1,105 @@
+#include "explain/wheels_say.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "selection.h"
+
+namespace explain {
+namespace {
+
+constexpr double kRolls_mps = 6.0;
+
+/// Mean speed over that of an axle's wheels, where the car rolls.
+double speed_over(const Signals& log, Channel wheels) {
+  double speed = 0.0, rolled = 0.0;
+  for (std::size_t i = 0; i < log.n; ++i)
+    if (log.x[kVx][i] > kRolls_mps && std::isfinite(log.x[wheels][i]))
+      speed += log.x[kVx][i], rolled += log.x[wheels][i];
+  return rolled > 0 ? speed / rolled : 0.0;
+}
+
+/// Share of the driven wheels' speed difference that turning asks for which is not there, beside a
+/// part that goes with the speed; none where the car hardly turns.
+std::optional<FoundParameter> coupled_share(const Signals& log, double track_m) {
+  if (!log.present[kWheelRearDifference] || !log.present[kYawRate]) return std::nullopt;
+  const double radius_m = log.wheels_in_mps ? 1.0 : speed_over(log, kWheelRear);
+  Eigen::Matrix4d sums = Eigen::Matrix4d::Zero();
+  for (std::size_t i = 0; i < log.n; ++i) {
+    const Eigen::Vector4d at(-track_m * log.x[kYawRate][i], log.x[kVx][i], 1.0,
+                             radius_m * log.x[kWheelRearDifference][i]);
+    if (log.x[kVx][i] > kRolls_mps && at.allFinite()) sums += at * at.transpose();
+  }
+  const double count = sums(2, 2);
+  const Eigen::Matrix3d asked = sums.topLeftCorner<3, 3>();
+  const auto solver = asked.ldlt();
+  constexpr double kTurns_mps = 0.02, kAlike = 10.0;  // smoothed, steps say the same for half a s
+  const double own = 1 / solver.solve(Eigen::Vector3d::Unit(0))[0];
+  if (!(count > 600) || !(own > kTurns_mps * kTurns_mps * count)) return std::nullopt;
+  const Eigen::Vector3d fitted = solver.solve(sums.topRightCorner<3, 1>());
+  const double left = sums(3, 3) - fitted.dot(sums.topRightCorner<3, 1>());
+  const double half = selection::k90 * std::sqrt(kAlike * std::max(0.0, left) / count / own);
+  const double share = 1 - fitted[0];
+  return FoundParameter{"locked share", "1", share, share - half, share + half};
+}
+
+}  // namespace
+
+void tie_offset_of_steering_with_coupled_wheels(const Signals& log, const vehicle::Vehicle& car,
+                                                Findings& findings) {
+  if (!log.present[kSteer] || log.commanded[kSteer]) return;
+  constexpr double kLocked = 0.8, kMost = 1.2;
+  for (Finding& f : findings.findings) {
+    if (!is_about(f, "sensor.bias") || f.channel != log.column[kSteer] || f.parameters.empty())
+      continue;
+    const auto share = coupled_share(log, car.parameters[vehicle::Parameter::rear_track_m]);
+    if (!share || share->low < kLocked || share->high > kMost) return;
+    const FoundParameter offset = f.parameters.front();
+    f.rivals.insert(
+        f.rivals.begin(),
+        {f.mechanism, f.channel,
+         "measure the driven wheels' radii, or roll straight with one of them lifted off "
+         "the drive: an offset of the sensor stays",
+         f.cv_gain, false});
+    f.not_used = fmt::format("an offset of '{}' of {:.2g} {} shows the same", f.channel,
+                             offset.value, offset.unit);
+    f.mechanism = "vehicle.differential";
+    f.kind = "vehicle";
+    f.channel = "";
+    f.physics =
+        "the driven wheels turn alike; of different radius they turn the car all along, as an "
+        "offset of its steering does";
+    f.equation = "omega_l - omega_r = -(1 - k) track r / R";
+    f.parameters = {*share};
+  }
+}
+
+void take_speeds_of_wheels_as_usual(const Signals& log, Findings& findings) {
+  constexpr double kSame = 0.002, kMostGain = 0.03, kMostLate_s = 0.15;
+  if (!log.wheels_in_mps) return;
+  for (const Channel wheels : {kWheelRear, kWheelFront}) {
+    if (!log.present[wheels] || !(std::abs(speed_over(log, wheels) - 1) < kSame)) continue;
+    std::string said;
+    std::erase_if(findings.findings, [&](const Finding& f) {
+      if (f.kind != "sensor" || f.channel != log.column[kVx] || f.parameters.empty()) return false;
+      const FoundParameter& p = f.parameters.front();
+      const bool of_gain = is_about(f, kSensorGain);
+      if (std::abs(p.value) > (of_gain ? kMostGain : kMostLate_s) || is_about(f, "sensor.bias"))
+        return false;
+      said += fmt::format("{}{} {:.2g} {}", said.empty() ? "" : ", ", p.name, p.value, p.unit);
+      return true;
+    });
+    if (said.empty()) return;
+    findings.remarks.push_back(
+        fmt::format("'{}' is the speed of '{}': their radius and filter are in it, as is usual "
+                    "({}); it is corrected for the analysis and not written back",
+                    log.column[kVx], log.column[wheels], said));
+    return;
+  }
+}
+
+}  // namespace explain
