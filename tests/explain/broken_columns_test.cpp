@@ -260,9 +260,38 @@ TEST_F(BrokenColumns, PedalsThatChangeTheirScaleAreNamed) {
         for (std::size_t i = t.rows() / 2; i < t.rows(); ++i)
           column(t, name)[i] = std::min(column(t, name)[i] * factor, name[0] == 't' ? 1.0 : 1e9);
       Signals s = signals(t);
-      leave_out_changed_pedals(s);
+      leave_out_what_changes(s);
       EXPECT_EQ(s.broken, factor != 1.0) << pedal[0] << factor;
     }
+}
+
+TEST_F(BrokenColumns, WhatChangesItsScaleALittleOrItsClockAloneIsNamed) {
+  const auto halved = [&](const std::vector<const char*>& names, double factor) {
+    recording::Table t = *log_;
+    for (const char* name : names)
+      for (std::size_t i = t.rows() / 2; i < t.rows(); ++i) column(t, name)[i] *= factor;
+    return t;
+  };
+  EXPECT_THAT(said(halved({"vx_mps"}, 1.12)), HasSubstr("one unit throughout is wanted"));
+  EXPECT_THAT(said(halved({"yaw_rate_radps"}, 0.7)), HasSubstr("times after it"));
+  EXPECT_THAT(said(halved({"vy_mps"}, 0.4)), HasSubstr("'vy_mps' is"));
+  Signals wheels = signals(halved({"wheel_fl_radps", "wheel_fr_radps"}, 1.1));
+  leave_out_what_changes(wheels);
+  EXPECT_THAT(wheels.remarks, Contains(HasSubstr("times the speed until about")));
+  EXPECT_THAT(said(changed("vx_mps", [](double v) { return 1.13 * v; })), HasSubstr("scale 0.88"));
+  EXPECT_EQ(said(changed("vx_mps", [](double v) { return 1.04 * v; })), "");
+  recording::Table t = *log_;
+  for (const char* name : {"brake_fl_pa", "brake_fr_pa", "brake_rl_pa", "brake_rr_pa"})
+    std::fill(column(t, name).begin(), column(t, name).end(), 0.0);
+  EXPECT_TRUE(signals(t).broken) << "the car brakes";
+  for (const auto& [name, by_s, words] :
+       {std::tuple{"vy_mps", 0.35, "'vy_mps' runs on another clock: 0.3"},
+        {"throttle", 0.5, "'throttle' is pressed 0."},
+        {"vx_mps", 0.4, "'vx_mps' come 0."}}) {
+    t = *log_;
+    column(t, name) = late(column(*log_, name), by_s);
+    EXPECT_THAT(said(t), HasSubstr(words));
+  }
 }
 
 TEST(Drifts, AreSeenBesideAWindowInWhichTheHeadingLeaps) {

@@ -244,15 +244,18 @@ void expect_tables(const json& all, const std::string& page) {
                             0.051 * value_of(m.at("p_adjusted")));
                 EXPECT_NEAR(std::stod(row.at(5)), 100 * value_of(m.at("share_of_residual")), 0.51);
               });
-  expect_rows(page, "What stays unexplained", all.at("unexplained"),
-              [](const Row& row, const json& u) {
-                EXPECT_EQ(row.at(0), u.at("channel"));
-                EXPECT_EQ(row.at(1), u.at("locked_to"));
-                expect_places(row.at(2), u.at("where"));
-                EXPECT_NEAR(std::stod(row.at(3)), value_of(u.at("size")),
-                            5.1e-4 * std::abs(value_of(u.at("size"))));
-                EXPECT_NEAR(std::stod(row.at(4)), 100 * value_of(u.at("share")), 0.51);
-              });
+  json relations = json::array();  // one row each, with the patterns that it shows over more
+  for (const json& u : all.at("unexplained"))
+    if (relations.empty() || relations.back().at("channel") != u.at("channel"))
+      relations.push_back(u);
+  expect_rows(page, "What stays unexplained", relations, [](const Row& row, const json& u) {
+    EXPECT_EQ(row.at(0), u.at("channel"));
+    EXPECT_TRUE(row.at(1).starts_with(u.at("locked_to").get<std::string>()));
+    expect_places(row.at(2), u.at("where"));
+    EXPECT_NEAR(std::stod(row.at(3)), value_of(u.at("size")),
+                5.1e-4 * std::abs(value_of(u.at("size"))));
+    EXPECT_NEAR(std::stod(row.at(4)), 100 * value_of(u.at("share")), 0.51);
+  });
   expect_rows(page, "Parameters, refitted", all.at("parameters"),
               [](const Row& row, const json& p) {
                 EXPECT_EQ(row.at(0), p.at("name"));

@@ -81,6 +81,8 @@ inline constexpr std::array<RoadKind, kRoadKinds> kRoad{{
 /// The mechanism of a column that shows too much or too little.
 inline constexpr const char* kSensorGain = "sensor.gain";
 inline constexpr const char* kSensorDelay = "sensor.delay";
+inline constexpr const char* kSensorBias = "sensor.bias";
+inline constexpr const char* kCoupledWheels = "vehicle.differential";
 
 /// All unknowns that these logs can speak about, in a fixed order, and the rest with reasons.
 struct Inventory {

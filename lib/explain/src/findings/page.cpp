@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "not_known.h"
 #include "report/plot_page.h"
@@ -131,7 +132,9 @@ std::string how_sure(const Finding& x) {
         "prior width",
         std::abs(x.statistic));
   if (x.threshold == 0 && x.cv_gain == 0) return "by what the columns say of each other";
-  const std::string gain = fmt::format("gain of {:.3g} on laps left out", x.cv_gain);
+  const std::string gain = x.cv_gain < 1000
+                               ? fmt::format("gain of {:.3g} on laps left out", x.cv_gain)
+                               : fmt::format("gain of {:.0f} on laps left out", x.cv_gain);
   // Discs have no score that must be reached.
   if (x.threshold == 0)
     return gain + fmt::format(", better in {:.0f} % of them", 100 * x.stability);
@@ -214,13 +217,20 @@ std::string unexplained_table(const std::vector<Unexplained>& list) {
   if (list.empty())
     return "<section><h2>What stays unexplained</h2><p>Nothing significant.</p></section>\n";
   std::string rows;
-  for (const Unexplained& u : list)
-    rows += "<tr>" + cell(u.channel) + cell(u.locked_to) + cell(places_text(u.where)) +
+  std::set<std::string> said;
+  for (const Unexplained& u : list) {  // the same pattern shows over much
+    if (!said.insert(u.channel).second) continue;
+    std::string also;
+    for (const Unexplained& other : list)
+      if (other.channel == u.channel && &other != &u)
+        also += (also.empty() ? "; and over " : ", ") + other.locked_to;
+    rows += "<tr>" + cell(u.channel) + cell(u.locked_to + also) + cell(places_text(u.where)) +
             number_cell(fmt::format("{} {}", figure(u.size), unit_of(u.unit))) +
             number_cell(fmt::format("{:.0f} %", 100 * u.share));
+  }
   return table("What stays unexplained", "",
-               "<th>relation<th>a pattern over<th>where<th class=n>size<th class=n>share of the "
-               "residual there",
+               "<th>relation<th>a pattern over<th>where<th class=n>size<th "
+               "class=n>share of the residual there",
                rows);
 }
 

@@ -54,7 +54,7 @@ void tie_offset_of_steering_with_coupled_wheels(const Signals& log, const vehicl
   if (!log.present[kSteer] || log.commanded[kSteer]) return;
   constexpr double kLocked = 0.8, kMost = 1.2;
   for (Finding& f : findings.findings) {
-    if (!is_about(f, "sensor.bias") || f.channel != log.column[kSteer] || f.parameters.empty())
+    if (!is_about(f, kSensorBias) || f.channel != log.column[kSteer] || f.parameters.empty())
       continue;
     const auto share = coupled_share(log, car.parameters[vehicle::Parameter::rear_track_m]);
     if (!share || share->low < kLocked || share->high > kMost) return;
@@ -67,7 +67,7 @@ void tie_offset_of_steering_with_coupled_wheels(const Signals& log, const vehicl
          f.cv_gain, false});
     f.not_used = fmt::format("an offset of '{}' of {:.2g} {} shows the same", f.channel,
                              offset.value, offset.unit);
-    f.mechanism = "vehicle.differential";
+    f.mechanism = kCoupledWheels;
     f.kind = "vehicle";
     f.channel = "";
     f.physics =
@@ -88,7 +88,7 @@ void take_speeds_of_wheels_as_usual(const Signals& log, Findings& findings) {
       if (f.kind != "sensor" || f.channel != log.column[kVx] || f.parameters.empty()) return false;
       const FoundParameter& p = f.parameters.front();
       const bool of_gain = is_about(f, kSensorGain);
-      if (std::abs(p.value) > (of_gain ? kMostGain : kMostLate_s) || is_about(f, "sensor.bias"))
+      if (std::abs(p.value) > (of_gain ? kMostGain : kMostLate_s) || is_about(f, kSensorBias))
         return false;
       said += fmt::format("{}{} {:.2g} {}", said.empty() ? "" : ", ", p.name, p.value, p.unit);
       return true;

@@ -16,7 +16,7 @@ namespace {
 using P = vehicle::Parameter;
 using vehicle::Term;
 
-constexpr const char* kId = "vehicle.differential";
+constexpr const char* kId = kCoupledWheels;
 constexpr const char* kExperiment = "slow tight circles, power on and off";
 constexpr const char* kOtherwise = "the driven wheels are coupled otherwise than stated";
 

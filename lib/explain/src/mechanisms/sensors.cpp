@@ -33,7 +33,7 @@ Unknown& of_channel(const Listing& l, Channel c, const char* id, const Amount& a
 }
 
 void bias(const Listing& l, Channel c, const char* unit, double step, double least) {
-  of_channel(l, c, "sensor.bias", {"bias", unit, step, least}, "logged = true + bias",
+  of_channel(l, c, kSensorBias, {"bias", unit, step, least}, "logged = true + bias",
              [c](Setting& s, double v) { s.sensor[c].bias += v; });
 }
 
@@ -116,9 +116,9 @@ void list_driver(const Listing& l) {
 
 void list_mounting(const Listing& l) {
   if (!has(l, kAx))
-    for (const char* id : {"sensor.bias", "sensor.derived"}) untestable(l, id, "of ax: not logged");
+    for (const char* id : {kSensorBias, "sensor.derived"}) untestable(l, id, "of ax: not logged");
   if (!has(l, kAy) || !has(l, kVy))
-    untestable(l, "sensor.bias", "of ay: ay or the lateral speed is not logged");
+    untestable(l, kSensorBias, "of ay: ay or the lateral speed is not logged");
   if (!has(l, kAx) || !has(l, kAy) || !has(l, kVy)) {
     for (const char* id : {"sensor.misalignment", "sensor.lever_arm"})
       untestable(l, id, "needs ax, ay and the lateral speed");
@@ -204,7 +204,7 @@ void write_lever_arm(MappingChanges& out, const Finding& f) {
 }  // namespace
 
 std::vector<Mechanism> mechanisms() {
-  return {{.id = "sensor.bias", .list = list, .write_mapping = write_bias},
+  return {{.id = kSensorBias, .list = list, .write_mapping = write_bias},
           {.id = kSensorGain, .most = 0.5, .write_mapping = write_gain},
           {.id = kSensorDelay, .most = 1.0, .write_mapping = write_delay},
           {.id = "sensor.low_pass", .most = 5.0, .write_mapping = write_low_pass},

@@ -164,7 +164,7 @@ Recordings read_recordings(const ExplainRequest& request, const crg::Surface& su
     leave_out_exchanged_brakes(out.logs[k], car);
     leave_out_other_steering(out.logs[k], car);
     leave_out_other_loads(out.logs[k], car);
-    leave_out_changed_pedals(out.logs[k]);
+    leave_out_what_changes(out.logs[k]);
   }
   return out;
 }

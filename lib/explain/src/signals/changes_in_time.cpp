@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "explain/signals.h"
 
@@ -53,12 +54,10 @@ std::vector<Window> slopes(const std::vector<double>& x, const std::vector<doubl
   return out;
 }
 
-/// Where the values become 1.6 times as large or small and stay so; `share` of those of one side
-/// lie within half of the change.
-std::optional<Change> step_of(const std::vector<Window>& windows, double share) {
+/// Where the values become `counts` times as large or small and stay so; `share` of those of one
+/// side lie within half of the change.
+std::optional<Change> step_of(const std::vector<Window>& windows, double share, double counts) {
   constexpr std::size_t kEachSide = 2;
-  // On a road that leans by 20 degrees an accelerometer shows 0.7 of what it does beside it.
-  constexpr double kCounts = 1.6;
   std::optional<Change> best;
   double least = HUGE_VAL;
   // Else the window in which it changes is neither before nor after.
@@ -69,10 +68,12 @@ std::optional<Change> step_of(const std::vector<Window>& windows, double share) 
         if (j < k || j >= k + between) (j < k ? before : after).push_back(windows[j].value);
       const double a = median(before), b = median(after);
       const double scatter = std::max(farthest(before, a, share), farthest(after, b, share));
-      if (std::max(a, b) < kCounts * std::min(a, b) || scatter > 0.5 * std::abs(b - a)) continue;
-      if (scatter < least)
-        least = scatter,
-        best = Change{static_cast<double>(windows[k].begin) * Signals::kStep_s, a, b};
+      if (std::max(a, b) < counts * std::min(a, b) || scatter > 0.5 * std::abs(b - a)) continue;
+      double sum = 0.0;
+      for (const auto& [side, middle] : {std::pair{&before, a}, {&after, b}})
+        for (const double v : *side) sum += std::abs(v - middle);
+      if (sum < least)
+        least = sum, best = Change{static_cast<double>(windows[k].begin) * Signals::kStep_s, a, b};
     }
   return best;
 }
@@ -81,12 +82,12 @@ std::optional<Change> step_of(const std::vector<Window>& windows, double share) 
 
 std::optional<Change> slope_changes(const std::vector<double>& x,
                                     const std::vector<double>& reference, double least_swing,
-                                    double lag_s) {
-  return step_of(slopes(x, reference, least_swing, lag_s), 1.0);
+                                    double lag_s, double counts) {
+  return step_of(slopes(x, reference, least_swing, lag_s), 1.0, counts);
 }
 
 std::optional<Change> ratio_changes(const std::vector<double>& x,
-                                    const std::vector<double>& expected) {
+                                    const std::vector<double>& expected, double counts) {
   constexpr double kShare = 0.8;
   constexpr std::size_t kLeast = kWindow / 4;
   std::vector<Window> windows;
@@ -98,7 +99,7 @@ std::optional<Change> ratio_changes(const std::vector<double>& x,
         square += expected[i] * expected[i], both += x[i] * expected[i], ++count;
     if (count >= kLeast && square > 0) windows.push_back({begin, both / square});
   }
-  return step_of(windows, kShare);
+  return step_of(windows, kShare, counts);
 }
 
 std::optional<Change> drifts(const std::vector<double>& x, const std::vector<double>& reference) {

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kLeast_s = 0.06;  ///< less is told column by column
 constexpr double kAgree_s = 0.03;
+constexpr double kWheels_s = 0.1;  ///< that slip are before the speed by less
 constexpr double kEarly_s = 0.15;  ///< drivers and wheels that slip are before the car by less
 
 /// The rate at which the path itself speeds up: positions alone.
@@ -99,15 +100,18 @@ std::optional<LateColumns> late_together(const Signals& s) {
   if (std::abs(imu) > kLeast_s && (agree(imu, vx) || (imu < 0 && std::abs(vx) < kAgree_s))) {
     late = {kX, kY};
     if (!agree(imu, vx)) late.push_back(kVx);
-    if (heading_with_path) late.push_back(kYaw);
+    if (heading_with_path) {
+      late.push_back(kYaw);
+      if (agree(lag(kVy, s.x[kVy], path.slip_mps, 0.1, false), 0.0)) late.push_back(kVy);
+    }
     delay_s = -imu;
   } else if (imu > kLeast_s && std::abs(vx) < kAgree_s && std::isfinite(ax) && std::isfinite(ay) &&
              heading_with_path) {
     // Two of the three may be filtered alike; all of them have one clock.
     late = {kAx, kAy, kAz, kYawRate};
     delay_s = imu;
-  } else if (std::abs(bus) > kLeast_s && std::abs(imu) < kAgree_s && !s.commanded[kSteer] &&
-             with_bus) {
+  } else if (std::abs(bus) > kLeast_s && std::abs(imu) < kAgree_s &&
+             (s.commanded[kSteer] ? of_speed && std::abs(wheels - vx) < kWheels_s : with_bus)) {
     late = {kVx,           kWheelFront,
             kWheelRear,    kWheelRearDifference,
             kSteer,        kThrottle,
@@ -118,6 +122,9 @@ std::optional<LateColumns> late_together(const Signals& s) {
             kBrakeCommand};
     if (!of_speed) late.erase(late.begin());
     delay_s = bus;
+  } else if (std::abs(vx) > kEarly_s && std::abs(imu) < kAgree_s) {
+    late = {kVx};
+    delay_s = vx;
   } else {
     return std::nullopt;
   }

@@ -1,9 +1,13 @@
 #include "path_says.h"
 
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "changes_in_time.h"
 #include "not_known.h"
 
 namespace explain {
@@ -33,6 +37,25 @@ Match at_shift(const std::vector<double>& x, const std::vector<double>& referenc
                c = xr / n - sx * sr / n / n;
   if (!(vr > least_swing * least_swing) || !(vx > 0)) return {};
   return {c / std::sqrt(vx * vr), c / vr, lag * Signals::kStep_s, true};
+}
+
+/// How much of `slip` a lateral speed holds beside what a lever arm adds to it by turning and a
+/// heading that is a little off by speed: noise of `slip` makes less of it, up to `most`.
+struct Share {
+  double least = 0.0, most = 0.0;
+};
+Share share_of_slip(const Signals& s, const PathSays& path) {
+  Eigen::Matrix4d sums = Eigen::Matrix4d::Zero();
+  for (std::size_t i = 0; i < s.n; ++i) {
+    const Eigen::Vector4d at(s.x[kVy][i], path.slip_mps[i], path.turn_radps[i], s.x[kVx][i]);
+    if (at.allFinite()) sums += at * at.transpose();
+  }
+  // Of both what the other two do not hold.
+  const Eigen::Matrix2d both =
+      sums.topLeftCorner<2, 2>() -
+      sums.topRightCorner<2, 2>() *
+          sums.bottomRightCorner<2, 2>().ldlt().solve(sums.bottomLeftCorner<2, 2>());
+  return {both(0, 1) / both(1, 1), both(0, 0) / both(0, 1)};
 }
 
 }  // namespace
@@ -92,6 +115,35 @@ std::vector<double> between_chords(const std::vector<double>& turning) {
     out[i] = sum / kAll;
   }
   return out;
+}
+
+std::string wrong_with_slip(const Signals& s, const PathSays& path) {
+  if (!s.present[kVy] || !s.present[kYaw]) return {};
+  const Match m = match(s.x[kVy], path.slip_mps, 0.1);
+  if (!m.known) return {};
+  // Far ahead of the centre of mass turning outweighs the slip; that is a place, no sign.
+  const Share share = share_of_slip(s, path);
+  constexpr double kHigh = 1.4, kLow = 0.67, kTold = 0.6, kFollows = 0.9, kLate_s = 0.15,
+                   kOnTime_s = 0.15;
+  const Match heading = match(s.dx[kYaw], path.turn_radps, 0.02);
+  if (m.correlation > kFollows && std::abs(m.lag_s) > kLate_s &&
+      std::abs(heading.lag_s) < kOnTime_s)
+    return fmt::format("runs on another clock: {:.2f} s {} against the path and the heading",
+                       std::abs(m.lag_s), m.lag_s > 0 ? "late" : "early");
+  if (m.correlation < -0.3 && share.least < 0)
+    return "has the other sign than the path against the heading";
+  if (const auto change = slope_changes(s.x[kVy], path.slip_mps, 0.1, m.lag_s, 1.6))
+    return fmt::format(
+        "is {:.2f} times the path against the heading until about {:.0f} s, and {:.2f} times after "
+        "it",
+        change->before, change->time_s, change->after);
+  if (m.correlation > 0.5 &&
+      (share.least > kHigh || (share.most < kLow && share.least > kTold * share.most)))
+    return fmt::format(
+        "is {:.3g} times the path against the heading, or more where positions jitter: another "
+        "unit",
+        share.least);
+  return {};
 }
 
 }  // namespace explain

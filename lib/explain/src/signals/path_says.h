@@ -1,6 +1,7 @@
 // What the path of a car says that its other channels must show, and how well one follows it.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "explain/signals.h"
@@ -29,5 +30,9 @@ PathSays path_says(const Signals& s);
 
 /// A turning as `turn_radps` would show it, which is that between two chords.
 std::vector<double> between_chords(const std::vector<double>& turning);
+
+/// What is wrong with a logged lateral speed against path and heading: clock, sign, scale, a scale
+/// that changes. Empty: nothing, or it cannot be told.
+std::string wrong_with_slip(const Signals& s, const PathSays& path);
 
 }  // namespace explain

@@ -76,26 +76,49 @@ void leave_out_other_loads(Signals& s, const vehicle::Vehicle& car) {
                by_square = 0.5 * p[P::aero_density_kgpm3] *
                            (p[P::front_lift_area_m2] + p[P::rear_lift_area_m2]);
   double logged_n = 0.0, stated_n = 0.0;
+  std::vector<double> of_all_n(s.n), wanted_n(s.n);
   for (std::size_t i = 0; i < s.n; ++i) {
-    const double v = s.x[kVx][i], of_all_n = s.x[kLoadFront][i] + s.x[kLoadRear][i];
-    if (std::isfinite(v + of_all_n)) logged_n += of_all_n, stated_n += weight_n + by_square * v * v;
+    of_all_n[i] = s.x[kLoadFront][i] + s.x[kLoadRear][i];
+    wanted_n[i] = weight_n + by_square * s.x[kVx][i] * s.x[kVx][i];
+    if (std::isfinite(wanted_n[i] + of_all_n[i])) logged_n += of_all_n[i], stated_n += wanted_n[i];
   }
   const double ratio = logged_n / stated_n;
-  if (!(ratio < kLow || ratio > kHighLoad)) return;
+  constexpr double kLoadChanges = 1.25;
+  const auto change = ratio_changes(of_all_n, wanted_n, kLoadChanges);
+  if (!change && !(ratio < kLow || ratio > kHighLoad)) return;
   s.broken = true;
   s.present[kLoadFront] = s.present[kLoadRear] = false;
-  s.remarks.push_back(fmt::format(
-      "{}: '{}', '{}' hold {:.2f} times the weight and downforce of the car: another unit, or "
-      "another car: not used; correct them in the mapping (scale {:.3g})",
-      s.name, s.column[kLoadFront], s.column[kLoadRear], ratio, 1 / ratio));
+  const std::string hold = fmt::format(
+      "{}: '{}', '{}' hold {:.2f} times the weight and downforce "
+      "of the car",
+      s.name, s.column[kLoadFront], s.column[kLoadRear], change ? change->before : ratio);
+  s.remarks.push_back(
+      hold + (change ? fmt::format(" until about {:.0f} s, and {:.2f} times after it: not used; "
+                                   "correct them in the mapping, or leave that part of the log out",
+                                   change->time_s, change->after)
+                     : fmt::format(": another unit, or another car: not used; correct them in the "
+                                   "mapping (scale {:.3g})",
+                                   1 / ratio)));
 }
 
-void leave_out_changed_pedals(Signals& s) {
-  constexpr double kOpen = 0.03, kBraked_pa = 1e5;
+void leave_out_what_changes(Signals& s) {
+  for (const Channel c : {kWheelFront, kWheelRear}) {
+    if (!s.present[c]) continue;
+    const auto change = ratio_changes(s.x[c], s.x[kVx], kSpeedChanges);
+    if (!change) continue;
+    s.broken = true;
+    s.remarks.push_back(
+        fmt::format("{}: '{}' is {:.3g} times the speed until about {:.0f} s, and {:.3g} times "
+                    "after it: not used; correct it in the mapping",
+                    s.name, s.column[c], change->before, change->time_s, change->after));
+    s.present[c] = false;
+    if (c == kWheelRear) s.present[kWheelRearDifference] = false;
+  }
+  constexpr double kOpen = 0.03, kBraked_pa = 1e5, kPedalChanges = 1.6;
   for (const Channel c : {kThrottle, kBrakeFront}) {
-    if (!s.present[c] || s.commanded[c]) continue;
-    const auto change =
-        ratio_changes(s.x[c], usual_for_motion(s, s.x[c], c == kThrottle ? kOpen : kBraked_pa));
+    if (!s.present[c]) continue;
+    const auto change = ratio_changes(
+        s.x[c], usual_for_motion(s, s.x[c], c == kThrottle ? kOpen : kBraked_pa), kPedalChanges);
     if (!change) continue;
     s.broken = true;
     s.remarks.push_back(fmt::format(

@@ -18,7 +18,8 @@ void leave_out_other_steering(Signals& s, const vehicle::Vehicle& car);
 void leave_out_other_loads(Signals& s, const vehicle::Vehicle& car);
 
 /// Leaves out a throttle or a pressure of the brakes that becomes 1.6 times as large or small for
-/// what the car does at the same speed, and stays so.
-void leave_out_changed_pedals(Signals& s);
+/// what the car does at the same speed, and wheels that become 1.04 times as fast or slow for the
+/// speed, and stay so.
+void leave_out_what_changes(Signals& s);
 
 }  // namespace explain

@@ -10,13 +10,13 @@
 #include <optional>
 
 #include "antenna.h"
-#include "changes_in_time.h"
 #include "late_together.h"
 #include "not_known.h"
 #include "place_on_road.h"
 #include "plausible.h"
 #include "sides.h"
 #include "signal_samples.h"
+#include "speed_of_path.h"
 #include "still.h"
 #include "vehicle/error.h"
 
@@ -260,6 +260,14 @@ void put_gear(Signals& s, const Samples& gear) {
   }
 }
 
+/// Slows down as no car does that rolls, climbs or has its throttle closed.
+bool brakes(const Signals& s) {
+  constexpr double kBraked_mps2 = 5.0, kLeast_s = 2.0;
+  const auto braked =
+      std::count_if(s.dx[kVx].begin(), s.dx[kVx].end(), [](double x) { return x < -kBraked_mps2; });
+  return static_cast<double>(braked) * Signals::kStep_s > kLeast_s;
+}
+
 void leave_out_constant(Signals& s) {
   for (std::size_t c = 0; c < kChannelCount; ++c) {
     if (!s.present[c]) {
@@ -273,35 +281,14 @@ void leave_out_constant(Signals& s) {
     if (c != kGear && c != kFuel && !(high - low > 1e-9)) {
       // A dead sensor says of the car what is not so; pedals and gears may stay where they are.
       const bool dead = c == kYawRate || c == kAx || c == kAy || c == kSteer || c == kWheelFront ||
-                        c == kWheelRear || (c == kThrottle && moves_against_throttle(s, 0, s.n));
+                        c == kWheelRear || (c == kThrottle && moves_against_throttle(s, 0, s.n)) ||
+                        ((c == kBrakeFront || c == kBrakeRear) && brakes(s));
       s.remarks.push_back(fmt::format("{}: '{}' is constant: not used{}", s.name, s.column[c],
                                       dead ? "; take it out of the mapping" : ""));
       s.broken = s.broken || dead;
       s.present[c] = false;
     }
   }
-}
-
-/// Swapped or in wrong units: speed against the path.
-void refuse_another_unit(const Signals& s) {
-  double vv = 0, vp = 0;
-  std::vector<double> path(s.n);
-  for (std::size_t i = 0; i < s.n; ++i) {
-    path[i] = std::hypot(s.dx[kX][i], s.dx[kY][i]);
-    if (std::isfinite(path[i]) && std::isfinite(s.x[kVx][i]))
-      vv += s.x[kVx][i] * s.x[kVx][i], vp += s.x[kVx][i] * path[i];
-  }
-  constexpr double kSwing_mps = 1.0;
-  if (const auto change = slope_changes(s.x[kVx], path, kSwing_mps, 0.0))
-    throw Error(fmt::format(
-        "{}: '{}' is {:.2f} times as fast as the path until about {:.0f} s, and {:.2f} times after "
-        "it: one unit throughout is wanted; mend the column, or cut the log there",
-        s.name, s.column[kVx], change->before, change->time_s, change->after));
-  const double ratio = vv > 0 ? vp / vv : 0.0;
-  if (ratio < 0.7 || ratio > 1.4)
-    throw Error(fmt::format(
-        "{}: the path is {:.3f} times as fast as '{}': another unit, or not the forward speed",
-        s.name, ratio, s.column[kVx]));
 }
 
 /// Where a log has neither yaw rate nor heading, the car turns as its path does, less what its

@@ -1,0 +1,48 @@
+#include "speed_of_path.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <vector>
+
+#include "changes_in_time.h"
+#include "vehicle/error.h"
+
+namespace explain {
+
+void refuse_another_unit(const Signals& s) {
+  double vv = 0, vp = 0;
+  std::vector<double> path(s.n);
+  for (std::size_t i = 0; i < s.n; ++i) {
+    path[i] = std::hypot(s.dx[kX][i], s.dx[kY][i]);
+    if (std::isfinite(path[i]) && std::isfinite(s.x[kVx][i]))
+      vv += s.x[kVx][i] * s.x[kVx][i], vp += s.x[kVx][i] * path[i];
+  }
+  if (const auto change = ratio_changes(s.x[kVx], path, kSpeedChanges))
+    throw vehicle::Error(fmt::format(
+        "{}: '{}' is {:.2f} times as fast as the path until about {:.0f} s, and {:.2f} times after "
+        "it: one unit throughout is wanted; mend the column, or cut the log there",
+        s.name, s.column[kVx], change->before, change->time_s, change->after));
+  const double ratio = vv > 0 ? vp / vv : 0.0;
+  if (ratio < 0.7 || ratio > 1.4)
+    throw vehicle::Error(fmt::format(
+        "{}: the path is {:.3f} times as fast as '{}': another unit, or not the forward speed",
+        s.name, ratio, s.column[kVx]));
+  // Over a second, in which jitter of places adds nothing.
+  constexpr std::size_t kSecond = static_cast<std::size_t>(1.0 / Signals::kStep_s);
+  constexpr double kWheels = 0.06;  // and what tachometers flatter by
+  double way_m = 0, chords_m = 0;
+  for (std::size_t i = 0; i + kSecond < s.n; i += kSecond) {
+    const double chord_m =
+        std::hypot(s.x[kX][i + kSecond] - s.x[kX][i], s.x[kY][i + kSecond] - s.x[kY][i]);
+    const double mean_mps = 0.5 * (s.x[kVx][i] + s.x[kVx][i + kSecond]);
+    if (std::isfinite(chord_m + mean_mps) && mean_mps > 6.0) way_m += mean_mps, chords_m += chord_m;
+  }
+  if (way_m > 0 && std::abs(chords_m / way_m - 1) > kWheels)
+    throw vehicle::Error(fmt::format(
+        "{}: the path is {:.3f} times as fast as '{}', and no sensor of speed is off by so much: "
+        "give that column the scale {:.4g} in the mapping, or the places one",
+        s.name, chords_m / way_m, s.column[kVx], chords_m / way_m));
+}
+
+}  // namespace explain
