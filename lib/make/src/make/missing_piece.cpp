@@ -11,7 +11,9 @@ constexpr double kMostShare = 0.1;        // of the length, between the ends of 
 constexpr double kSameDirection = 0.5;    // cosine between the line and the way over the gap
 constexpr double kSteepest = 0.15;        // of the way over the gap, m/m
 constexpr double kLongestBridge_m = 100;  // that the recipe takes
-constexpr double kTrialsMargin = 1.05;    // over the distance of the middles: edges lie farther
+constexpr double kGapsTried_m[] = {40.0, 27.0, 17.0, 8.0};
+constexpr double kGoesOn = 1.03;        // times as long
+constexpr double kTrialsMargin = 1.05;  // over the distance of the middles: edges lie farther
 
 /// Direction of the line over a stretch at its end; single stations may be cut askew.
 Eigen::Vector2d direction(const Centreline& line, bool at_end) {
@@ -34,6 +36,23 @@ std::optional<Centreline> bridged(const Mesh& mesh, CleanOptions options, double
   return line ? std::optional<Centreline>(*std::move(line)) : std::nullopt;
 }
 
+/// That an open road goes on over gaps at its ends, tried.
+std::optional<std::string> doubt_about_next_piece(const Centreline& line, const Mesh& mesh,
+                                                  const CleanOptions& options) {
+  if (line.closed) return std::nullopt;
+  std::optional<std::string> doubt;
+  for (const double gap_m : kGapsTried_m) {  // the shortest that helps is told
+    if (gap_m <= options.max_gap_m) break;
+    const auto longer = bridged(mesh, options, gap_m);
+    if (!longer || (!longer->closed && longer->length_m < kGoesOn * line.length_m)) break;
+    doubt = fmt::format(
+        "the road is open, {:.0f} m long, and goes on over a gap: with --bridge-gap-m {:.0f} it is "
+        "{} road of {:.0f} m, plane over the gap; if it ends there, say so with --line-is-right",
+        line.length_m, gap_m, longer->closed ? "a closed" : "an open", longer->length_m);
+  }
+  return doubt;
+}
+
 }  // namespace
 
 std::optional<MissingPiece> missing_piece(const Centreline& line) {
@@ -53,7 +72,7 @@ std::optional<std::string> doubt_about_ends(const Centreline& line, const Mesh& 
                                             const CleanOptions& options) {
   if (options.guide || !options.route_m.empty()) return std::nullopt;
   const auto piece = missing_piece(line);
-  if (!piece) return std::nullopt;
+  if (!piece) return doubt_about_next_piece(line, mesh, options);
   const std::string seen = fmt::format(
       "the road is open, {:.0f} m long, and its ends face each other over {:.1f} m at ({:.1f}, "
       "{:.1f}): a piece of a closed road seems to be missing",

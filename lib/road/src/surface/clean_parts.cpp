@@ -21,6 +21,8 @@ namespace {
 
 // A second component with this share of the largest one's road is another circuit, not a leftover.
 constexpr double kOtherCircuitShare = 0.3;
+// A piece with less than this is a leftover, whatever its ends face.
+constexpr double kPieceShare = 0.01;
 // Two components whose corners lie this near, as a share of their size, are one road drawn twice
 // where this share of the one lies over or under the other. Carriageways side by side do not.
 constexpr double kSameRoadShare = 0.02, kOverOther = 0.5;
@@ -123,7 +125,7 @@ void join_by_bridges(const Soup& soup, const std::vector<Bridge>& bridges,
   }
 }
 
-/// Large pieces of road whose ends face each other over a gap that may be bridged are one road.
+/// Pieces of road whose ends face each other over a gap that may be bridged are one road.
 void join_facing_ends(const Soup& soup, std::vector<std::uint32_t>& component) {
   std::map<std::uint32_t, double> road_m2;
   std::vector<std::uint32_t> component_at(soup.vertices_m.size(), kNoIndex);
@@ -134,8 +136,7 @@ void join_facing_ends(const Soup& soup, std::vector<std::uint32_t>& component) {
   }
   double largest_m2 = 0.0;
   for (const auto& [number, m2] : road_m2) largest_m2 = std::max(largest_m2, m2);
-  std::erase_if(road_m2,
-                [&](const auto& part) { return part.second < kOtherCircuitShare * largest_m2; });
+  std::erase_if(road_m2, [&](const auto& part) { return part.second < kPieceShare * largest_m2; });
   if (road_m2.size() < 2) return;
   DisjointSets sets(1 + *std::max_element(component.begin(), component.end()));
   for (const Gap& gap :
