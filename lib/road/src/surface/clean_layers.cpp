@@ -55,8 +55,9 @@ std::vector<bool> coarser_copies(const std::vector<MeshObject>& objects) {
 }
 
 // A coarser copy without a level in its name: the same outline and area within this share, this
-// many times fewer triangles, and nearly all of each within this height of the other.
-constexpr double kSameOutline = 0.02, kSameArea = 0.1, kFewer = 1.5, kOnTheOther = 0.9;
+// many times fewer triangles, and most of each within this height of the other: long facets cut
+// bends.
+constexpr double kSameOutline = 0.02, kSameArea = 0.1, kFewer = 1.5, kOnTheOther = 0.6;
 constexpr double kCopyReach_m = 0.3;
 constexpr double kLargeShare = 0.2;     // of the largest: a road is no small part
 constexpr std::size_t kLookedAt = 200;  // triangles of each
@@ -79,7 +80,8 @@ std::vector<std::uint32_t> places_of(const Mesh& mesh, const std::vector<bool>& 
   return place;
 }
 
-/// Flat faces of an object that hang together.
+/// Flat faces of an object that hang together by edges of two faces: a copy shares corners with the
+/// finer one, and edges across it.
 struct FlatPart {
   std::uint32_t object = 0;
   std::vector<std::uint32_t> triangles;
@@ -89,20 +91,30 @@ struct FlatPart {
 
 /// The largest first; of large meshes each object is one.
 std::vector<FlatPart> flat_parts(const Mesh& mesh, const std::vector<bool>& flat) {
-  DisjointSets together(mesh.vertices_m.size());
-  std::vector<std::uint32_t> place;
-  if (mesh.triangles.size() <= kMostToTakeApart) {
-    place = places_of(mesh, std::vector<bool>(mesh.objects.size(), true));
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-      for (std::size_t c = 1; c < 3 && flat[t]; ++c)
-        together.join(place[mesh.triangles[t][0]], place[mesh.triangles[t][c]]);
+  const bool are_large = mesh.triangles.size() > kMostToTakeApart;
+  DisjointSets together(are_large ? 0 : mesh.triangles.size());
+  if (!are_large) {
+    const std::vector<std::uint32_t> place =
+        places_of(mesh, std::vector<bool>(mesh.objects.size(), true));
+    std::vector<Triangle> faces;
+    std::vector<std::uint32_t> source;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      if (!flat[t]) continue;
+      const auto& [a, b, c] = mesh.triangles[t];
+      faces.push_back({place[a], place[b], place[c]});
+      source.push_back(t);
+    }
+    const std::vector<EdgeUse> uses = edge_uses(faces);
+    for (std::size_t i = 0, end = 0; i < uses.size(); i = end) {
+      while (end < uses.size() && uses[end].key == uses[i].key) ++end;
+      if (end - i == 2) together.join(source[uses[i].t], source[uses[i + 1].t]);
+    }
   }
   std::map<std::pair<std::uint32_t, std::uint32_t>, FlatPart> found;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!flat[t]) continue;
     const std::uint32_t object = mesh.object_of_triangle[t];
-    FlatPart& part =
-        found[{object, place.empty() ? 0 : together.find(place[mesh.triangles[t][0]])}];
+    FlatPart& part = found[{object, are_large ? 0 : together.find(t)}];
     part.object = object;
     part.triangles.push_back(t);
     part.area_m2 +=
