@@ -248,6 +248,17 @@ TEST(Findings, OneJumpIsAnErrorFourAreTheTrack) {
   }
 }
 
+TEST(Findings, TwoJumpsNearEachOtherAreAnError) {
+  for (const double apart_m : {7.0, 9.0, 12.0}) {
+    Oval oval = clean_oval();
+    plant(oval, [&](double u, double) {  // flat tops of 3 m with ramps of 1.5 m
+      const double off_m = std::min(std::abs(u - 100.0), std::abs(u - 100.0 - apart_m));
+      return 0.8 * std::clamp((3.0 - off_m) / 1.5, 0.0, 1.0);
+    });
+    EXPECT_EQ(road::verdict_of(defects(oval)), road::Verdict::not_usable) << apart_m;
+  }
+}
+
 TEST(Findings, VerdictFollowsTheWorst) {
   road::Finding remark, error;
   error.severity = road::Severity::error;

@@ -186,17 +186,19 @@ std::vector<Finding> find_bumps(const HeightMap& map, const KerbStrips& kerbs,
     return s.value_m > options.max_bump_m && is_crest(map, s, options.max_crest_slope);
   };
   // Jumps and waves that a track was built with come in numbers; one alone is a fault of the mesh.
-  // One with a flat top is two crests between two troughs: two near each other count as one.
+  // One with a flat top is two crests between two troughs: a few near each other count half.
   constexpr std::size_t kFewestHumps = 4;
   const auto humps = [&](const std::vector<Swelling>& of) {
     std::size_t count = 0, run = 0;
     double before_m = -std::numeric_limits<double>::infinity();
+    const auto end_run = [&] { count += run <= kFewestHumps ? (run + 1) / 2 : run; };
     for (const Swelling& s : of) {
       if (!is_high_crest(s)) continue;
-      run = s.u_m - before_m < 2.0 * kShoulderFar_m ? run + 1 : 1;
+      if (s.u_m - before_m >= 2.0 * kShoulderFar_m) end_run(), run = 0;
+      ++run;
       before_m = s.u_m;
-      count += run == 2 ? 0 : run == 3 ? 2 : 1;
     }
+    end_run();
     return count;
   };
   const bool has_crests = std::max(humps(up), humps(down)) >= kFewestHumps;
