@@ -112,7 +112,7 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
       direction_text(recipe, line.at("closed").get<bool>()), read.at("up").get<std::string>(),
       read.at("up_why").get<std::string>(),
       read.at("mirrored").get<bool>() ? "; mirrored, as told" : "",
-      read.at("unit_taken").get<bool>() ? "; metres, for the file states no unit" : "",
+      read.at("unit_taken").get<bool>() ? "; " + read.at("unit_why").get<std::string>() : "",
       clean.at("triangles_kept").get<std::size_t>(), clean.at("triangles_in").get<std::size_t>(),
       clean.at("told_by").get<std::string>(), grid.at("rows").get<std::size_t>(),
       grid.at("columns").get<std::size_t>(), number(grid.at("u_step_m")),

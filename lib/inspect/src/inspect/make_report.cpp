@@ -265,6 +265,7 @@ report::TrackReport make_report(const ReportRequest& request) {
   add_curves(map, along, compared.comparisons, report);
   add_facts(map, along, file, request, kerbs, compared.validated, report);
   if (!compared.mesh_up.empty()) report.facts.push_back({"Up in the mesh", compared.mesh_up});
+  if (!request.mesh_unit.empty()) report.facts.push_back({"Unit of the mesh", request.mesh_unit});
   add_header(file, report);
   report.sheet =
       whole_road(map, along, compared.comparisons, grip ? &*grip : nullptr, request.provenance);

@@ -96,6 +96,7 @@ ReportFiles report_build(const BuildRequest& order, const Recipe& recipe, const 
   request.road_width_m = evidence.road_width_m;
   const auto& read = summary.at("read");
   request.mesh_up = read.at("up").get<std::string>() + ", " + read.at("up_why").get<std::string>();
+  request.mesh_unit = read.at("unit_why").get<std::string>();
   for (const auto& input : summary.at("inputs")) {
     if (input["role"] == "mesh" || input["sha256"] == "")
       continue;  // the report reads and hashes it itself; missing

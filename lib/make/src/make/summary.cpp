@@ -42,6 +42,16 @@ std::string finished(Json& out, const Summary& summary) {
   return base::json_text(out);
 }
 
+/// In what unit the mesh was read; where nobody stated it, with what the road would be in feet.
+std::string unit_why(const BuildSummary& summary) {
+  if (!summary.read.unit_taken) return summary.read.unit;
+  const double feet_m = metres_per(Unit::ft);
+  return fmt::format(
+      "metres, for the file states no unit; were they feet, the road would be {:.1f} m wide and "
+      "{:.0f} m long (--unit ft)",
+      feet_m * summary.centreline.width_median_m, feet_m * summary.reference_line.length_m);
+}
+
 /// Empty for a file that cannot be read, as MeshFile has it.
 std::string sha256_if_there(const std::string& path) {
   const auto hash = base::try_sha256_of_file(path);
@@ -67,6 +77,7 @@ std::string summary_json(const BuildSummary& summary) {
   Json out = head_of(summary);
   out["recipe"] = json_of(summary.recipe);
   out["read"] = json_of(summary.read);
+  out["read"]["unit_why"] = unit_why(summary);
   out["clean"] = json_of(summary.clean);
   out["centreline"] = json_of(summary.centreline);
   out["reference_line"] = json_of(summary.reference_line);
