@@ -243,6 +243,11 @@ TEST_F(Question, AWidthThatIsRoundInFeetAloneIsDoubted) {
   };
   EXPECT_THAT(wide(4.0, 0.3048)["validation"]["failures"].dump(),
               HasSubstr("with --unit ft there is a closed road of 628 m, 4.0 m wide"));
+  EXPECT_THAT(wide(6.37, 0.3048)["validation"]["failures"].dump(),
+              HasSubstr("with --unit ft there is a closed road of 628 m, 6.4 m wide"))
+      << "wide, and round in neither";
+  EXPECT_THAT(wide(4.13, 0.3048)["read"]["unit_why"].get<std::string>(),
+              HasSubstr("4.1 m wide and 628 m long (--unit ft)"));
   const nlohmann::json summary = wide(18.0, 1.0);
   EXPECT_TRUE(summary["validation"]["passed"].get<bool>());
   EXPECT_THAT(summary["read"]["remarks"].dump(), HasSubstr("--unit ft"));
@@ -256,6 +261,27 @@ TEST_F(Question, TheUnitsOfAMeshThatIsNoRoadsSizeAreTried) {
   EXPECT_EQ(built.answers[0].flags, "--unit mile");
   EXPECT_NEAR(built.answers[0].width_m, 12.0, 0.1);
   EXPECT_EQ(built.answers[1].flags, "--unit km");
+}
+
+TEST_F(Question, UnitAndWayUpAreAskedForAtOnce) {
+  road::Mesh mesh = reflected(ring(0.12), -1.0, 1.0);
+  for (Eigen::Vector3d& v : mesh.vertices_m) v /= 1609.344;
+  const Built built = build(mesh);
+  ASSERT_GE(built.answers.size(), 3u) << built.asked;
+  EXPECT_EQ(built.answers[0].flags, "--unit mile --up z --mirror");
+  EXPECT_NEAR(built.answers[0].width_m, 12.0, 0.1);
+}
+
+TEST_F(Question, AnAnswerBridgesTheGapsOnItsWay) {
+  road::Mesh mesh;
+  support::add_ring_strip(mesh, "road", -5.0, 5.0, 0.0, 0.0, 0.0, 550.0);
+  support::add_ring_strip(mesh, "road", -5.0, 5.0, 0.0, 0.0, 555.0, kLength_m - 5.0);
+  const Built built = build(reflected(mesh, -1.0, 1.0));
+  ASSERT_EQ(built.answers.size(), 3u) << built.asked;
+  for (const road::Candidate& answer : built.answers) {
+    EXPECT_THAT(answer.flags, HasSubstr(" --bridge-gap-m "));
+    EXPECT_TRUE(answer.closed) << "the short piece is a part of the road";
+  }
 }
 
 TEST_F(Question, TheOnlyStripOfAnOpenRoadIsAnAnswer) {

@@ -44,7 +44,7 @@ struct UpAnswers {
 /// The same for a mesh of which nothing tells which axis points up: in each of `could_be` the mesh
 /// is read anew, and the longest road that clean() finds in it is tried. Where a line is there in
 /// both directions, its positive one is there mirrored, too. Meshes of more than a million
-/// triangles are not tried.
+/// triangles are not tried. Where that would ask for a strip, the strips are the answers.
 UpAnswers candidates_of_up(const Recipe& recipe, const std::vector<UpAxis>& could_be);
 
 /// The strips side by side that shape alone shows, each with a place on it as --near-m, and all of

@@ -148,7 +148,7 @@ Found found_or_asked(base::Answer<Found> found, const Mesh& mesh, double metres_
   if (found || recipe.clean.guide || !recipe.clean.route_m.empty())
     return std::move(found).or_throw();
   const std::string& refused = found.refusal().message;
-  if (recipe.read.scale == 1.0) refuse_in_this_unit(refused, mesh, metres_per_unit, recipe.clean);
+  if (recipe.read.scale == 1.0) refuse_in_this_unit(refused, mesh, metres_per_unit, recipe);
   std::vector<Candidate> could_be = candidates(mesh, recipe);
   if (could_be.empty())
     throw Error(
@@ -312,8 +312,8 @@ MadeRoad make_road(const Recipe& recipe, const std::vector<InputFile>& inputs,
         doubts.push_back(std::move(*ends));
       if (prepared.recipe.read.unit == Unit::automatic && prepared.recipe.read.scale == 1.0 &&
           prepared.tilt_and_scale.is_identity()) {
-        if (auto width = doubt_about_width(built.centreline, built.mesh, summary.read,
-                                           prepared.recipe.clean))
+        if (auto width =
+                doubt_about_width(built.centreline, built.mesh, summary.read, prepared.recipe))
           doubts.push_back(std::move(*width));
         else if (auto wide = remark_on_width(built.centreline, summary.read))
           summary.read.remarks.push_back(std::move(*wide));

@@ -24,7 +24,8 @@ constexpr double kShortestShare =
     0.1;  // of the longest way: shorter ones are no roads to ask about
 constexpr std::size_t kMostTrianglesToTry = 1'000'000;  // some 30 s for each axis
 constexpr std::size_t kMostStrips = 5;
-constexpr double kSameHalf = 0.06;
+constexpr double kSameHalf = 0.06, kSameLane = 0.005;
+constexpr double kGapStep_m = 0.25, kLongestBridged_m = 15.0;
 constexpr double kWholeWidth_m = 99.0;  // wider than any strip: all of the ground
 constexpr double kSameShare = 0.97;     // of a way's branches shared with another: no other way
 
@@ -46,10 +47,29 @@ struct Found {
   CleanReport report;
   Centreline line;
   std::vector<std::string> doubts;
-  int right_way_up = 0;  ///< see there; where it was asked
+  WayUp way_up;       ///< where it was asked
+  std::string flags;  ///< that it takes beside those of the recipe, with a space before them
 };
 
-/// The road that a recipe leads to, with what speaks against it; nothing where it refuses.
+/// The longest stretch of a line without surface.
+double longest_gap_m(const Centreline& line, const RaySurface& surface) {
+  double longest_m = 0.0, gap_m = 0.0;
+  for (std::size_t i = 0; i + 1 < line.points_m.size(); ++i) {
+    const Eigen::Vector3d &p = line.points_m[i], d = line.points_m[i + 1] - p;
+    const int pieces = 1 + static_cast<int>(d.head<2>().norm() / kGapStep_m);
+    for (int k = 0; k < pieces; ++k) {
+      const Eigen::Vector3d at = p + (k + 0.5) / pieces * d;
+      const bool is_there =
+          surface.nearest_hit(at.x(), at.y(), at.z(), 1.0 + 0.5 * line.half_width_m[i]).has_value();
+      gap_m = is_there ? 0.0 : gap_m + d.head<2>().norm() / pieces;
+      longest_m = std::max(longest_m, gap_m);
+    }
+  }
+  return longest_m;
+}
+
+/// The road that a recipe leads to, with what speaks against it; nothing where it refuses. Its gaps
+/// are bridged where that leads to it, too.
 std::optional<Found> doubted_road_with(const Mesh& mesh, const Recipe& recipe, bool ask_for_up) {
   Found found;
   const auto road = try_clean(mesh, recipe.clean, &found.report);
@@ -57,10 +77,20 @@ std::optional<Found> doubted_road_with(const Mesh& mesh, const Recipe& recipe, b
   auto line = try_trace_centreline(*road, recipe.centreline);
   if (!line || !try_fit_reference_line(*line, recipe.reference_line)) return std::nullopt;
   const RaySurface surface(road->mesh);
+  const double gap_m = longest_gap_m(*line, surface);
+  if (gap_m > recipe.clean.max_gap_m && gap_m <= kLongestBridged_m) {
+    Recipe bridging = recipe;
+    bridging.clean.max_gap_m = std::ceil(gap_m) + 1.0;
+    auto bridged = doubted_road_with(mesh, bridging, ask_for_up);
+    if (bridged) {
+      bridged->flags += fmt::format(" --bridge-gap-m {:.0f}", bridging.clean.max_gap_m);
+      return bridged;
+    }
+  }
   found.doubts = doubts_about(*line, surface, road->mesh, mesh, found.report);
   if (ask_for_up) {
     const RaySurface everything(mesh);
-    found.right_way_up = right_way_up(*line, surface, &everything);
+    found.way_up = right_way_up(*line, surface, &everything);
   }
   found.line = *std::move(line);
   return found;
@@ -99,11 +129,32 @@ std::optional<UpAxis> told_up(const std::vector<Tried>& tried,
                               const std::vector<UpAxis>& could_be) {
   std::vector<UpAxis> told;
   for (const auto& [up, found] : tried) {
-    if (found.right_way_up == 0) continue;
-    const UpAxis right = found.right_way_up > 0 ? up : back_of(up);
+    if (found.way_up.told == 0) continue;
+    const UpAxis right = found.way_up.told > 0 ? up : back_of(up);
     if (has(could_be, right) && !has(told, right)) told.push_back(right);
   }
   return told.size() == 1 ? std::optional(told.front()) : std::nullopt;
+}
+
+/// The roads that a build with these flags leads to, without another question: where shape alone
+/// told it and something speaks against it, its strips.
+std::vector<Candidate> without_doubt(const std::string& flags, const Mesh& mesh,
+                                     const Recipe& recipe, const Found& found) {
+  if (found.doubts.empty()) return {candidate_of(flags + found.flags, found.line)};
+  if (found.report.by_names || found.report.by_colour || recipe.clean.near_m) return {};
+  std::vector<Candidate> strips = candidates_of_strips(mesh, recipe);
+  for (Candidate& strip : strips) strip.flags = flags + " " + strip.flags;
+  return strips;
+}
+
+/// Whether another of the roads is as wide, and none is what both are together.
+bool has_twin(const Candidate& road, const std::vector<Candidate>& roads) {
+  const auto wide_as = [&](double width_m, double share) {
+    return std::count_if(roads.begin(), roads.end(), [&](const Candidate& other) {
+      return std::abs(other.width_m - width_m) < share * width_m;
+    });
+  };
+  return wide_as(road.width_m, kSameLane) > 1 && wide_as(2.0 * road.width_m, kSameHalf) == 0;
 }
 
 }  // namespace
@@ -120,15 +171,26 @@ UpAnswers candidates_of_up(const Recipe& recipe, const std::vector<UpAxis>& coul
       tried.push_back({up, *std::move(found)});
   }
   answers.told = told_up(tried, could_be);
-  std::stable_partition(tried.begin(), tried.end(),
-                        [&](const Tried& one) { return one.up == answers.told; });
+  std::stable_partition(tried.begin(), tried.end(), [&](const Tried& one) {
+    return answers.told ? one.up == answers.told : one.found.way_up.likely > 0;
+  });
+  const auto add = [&](const std::string& flags, UpAxis up, bool mirror, Found found) {
+    Recipe with = recipe;
+    with.read.up = up;
+    with.read.mirror = mirror;
+    if (mirror != recipe.read.mirror) found.line = mirrored(std::move(found.line));
+    const Mesh mesh = found.doubts.empty()
+                          ? Mesh{}
+                          : read_mesh(recipe.mesh_path, read_to_clean(with.read, recipe.clean));
+    for (Candidate& road : without_doubt(flags, mesh, with, found))
+      answers.candidates.push_back(std::move(road));
+  };
   for (const auto& [up, found] : tried) {
-    if (!found.doubts.empty()) continue;
     const std::string flag = fmt::format("--up {}", name_of(up));
     // Faces that look down are those of a mirrored plan, or were wound the other way round.
     if (!is_minus(up) && !recipe.read.mirror && has(could_be, back_of(up)))
-      answers.candidates.push_back(candidate_of(flag + " --mirror", mirrored(found.line)));
-    answers.candidates.push_back(candidate_of(flag, found.line));
+      add(flag + " --mirror", up, true, found);
+    add(flag, up, recipe.read.mirror, found);
   }
   return answers;
 }
@@ -148,6 +210,7 @@ std::vector<Candidate> candidates_of_strips(const Mesh& mesh, const Recipe& reci
     if (!road || !road->report.by_place) return;
     Candidate candidate = candidate_of(flags, road->line);
     if (width_m) candidate.flags += fmt::format(" --guide-width-m {:.1f}", candidate.width_m);
+    candidate.flags += road->flags;
     if (std::any_of(found.begin(), found.end(), [&](const Candidate& other) {
           return std::abs(other.length_m - candidate.length_m) < 0.5 &&
                  std::abs(other.width_m - candidate.width_m) < 0.5;
@@ -160,11 +223,19 @@ std::vector<Candidate> candidates_of_strips(const Mesh& mesh, const Recipe& reci
     if (found.size() < kMostStrips) try_at(place.near_m, place.width_m);
   const std::size_t count = found.size();
   if (!places.empty()) try_at(places.front().near_m, kWholeWidth_m);
+  // Two that are alike, rather than what lies between them with one of them.
+  if (found.size() > 2 && found[0].flags.find("--guide-width-m") != std::string::npos &&
+      has_twin(found[1], found))
+    std::rotate(found.begin(), found.begin() + 1, found.end());
   // Two halves of a road, rather than a road and a verge.
   if (count == 2 && found.size() == 3 &&
       std::abs(found[0].width_m - found[1].width_m) < kSameHalf * found[0].width_m &&
-      found[0].width_m + found[1].width_m > (1.0 - kSameHalf) * found[2].width_m)
+      std::abs(found[0].width_m + found[1].width_m - found[2].width_m) <
+          kSameHalf * found[2].width_m)
     std::rotate(found.begin(), found.end() - 1, found.end());
+  // Pieces of a road that goes round come after it.
+  std::stable_partition(found.begin(), found.end(),
+                        [](const Candidate& road) { return road.closed; });
   return found;
 }
 
@@ -198,8 +269,8 @@ std::vector<Candidate> candidates(const Mesh& mesh, const Recipe& recipe, std::s
       if (std::any_of(lines.begin(), lines.end(), is_this))
         continue;  // names and shape may find one road
       lines.push_back(line);
-      found.push_back(
-          candidate_of(flags_of(points, g > 0 && recipe.clean.use_names != UseNames::no), line));
+      found.push_back(candidate_of(
+          flags_of(points, g > 0 && recipe.clean.use_names != UseNames::no) + road->flags, line));
     }
   }
   std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {

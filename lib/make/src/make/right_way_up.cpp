@@ -68,7 +68,7 @@ double curvature(const LinePlace& before, const LinePlace& after) {
 
 }  // namespace
 
-int right_way_up(const Centreline& line, const RaySurface& road, const RaySurface* everything) {
+WayUp right_way_up(const Centreline& line, const RaySurface& road, const RaySurface* everything) {
   const std::vector<LinePlace> places = places_along(line);
   Votes crown, bank, cover;
   std::vector<double> banks, bends_1pm;
@@ -114,12 +114,14 @@ int right_way_up(const Centreline& line, const RaySurface& road, const RaySurfac
   const double some = kTelling * static_cast<double>(places.size());
   const int told[] = {crown.told(some), bank.told(kFewestBends), cover.told(some)};
   const auto [least, most] = std::minmax_element(std::begin(told), std::end(told));
-  return *least < 0 && *most > 0 ? 0 : *least < 0 ? -1 : *most;
+  const bool is_told = *least >= 0 || *most <= 0;
+  // Troughs are drawn, and bends banked outwards all along are not.
+  return {is_told ? *least + *most : 0, is_told ? *least + *most : told[1]};
 }
 
 std::optional<std::string> doubt_about_up(const Centreline& line, const RaySurface& road,
                                           UpAxis up) {
-  if (right_way_up(line, road, nullptr) >= 0) return std::nullopt;
+  if (right_way_up(line, road, nullptr).told >= 0) return std::nullopt;
   return fmt::format(
       "the road is a trough, or its bends are banked outwards, as if it were upside down: if its "
       "heights are negated, give --up {} --mirror; if it is right so, give --up {}",

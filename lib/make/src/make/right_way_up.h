@@ -10,11 +10,16 @@
 
 namespace road {
 
-/// 1: a road is the right way up, -1: upside down, 0: nothing tells, or two things contradict each
-/// other. Told by what gravity and eyes want of roads: most of it is crowned, its bends are banked
-/// inwards, and no other ground lies over it. `road` holds the road alone, `everything` the mesh.
-/// Without `everything` nobody looks for other ground.
-int right_way_up(const Centreline& line, const RaySurface& road, const RaySurface* everything);
+/// 1: a road is the right way up, -1: upside down, 0: nothing tells.
+struct WayUp {
+  int told = 0;    ///< 0, too, where two things contradict each other
+  int likely = 0;  ///< then what its bends say
+};
+
+/// By what gravity and eyes want of roads: most of it is crowned, its bends are banked inwards, and
+/// no other ground lies over it. `road` holds the road alone, `everything` the mesh. Without
+/// `everything` nobody looks for other ground.
+WayUp right_way_up(const Centreline& line, const RaySurface& road, const RaySurface* everything);
 
 /// What to give where a road found with this axis up is upside down by right_way_up(): its heights
 /// may be negated. Empty where it is not.

@@ -16,7 +16,8 @@
 namespace road {
 
 /// The roads of a mesh whose size in metres is no road's, in those of `could_be` (at least one) in
-/// which it is as wide as roads are; the likeliest first. None where it is so large that trying
+/// which it is as wide as roads are; the likeliest first. Where nothing tells the up axis either,
+/// or a strip would be asked for, the flags tell that too. None where it is so large that trying
 /// takes long.
 std::vector<Candidate> candidates_of_unit(const Recipe& recipe, const std::vector<Unit>& could_be);
 
@@ -26,15 +27,14 @@ std::vector<Candidate> candidates_of_unit(const Recipe& recipe, const std::vecto
 /// where the mesh, as it is, has a road after all (then the refusal has another reason), or where
 /// it is so large that trying takes long.
 void refuse_in_this_unit(const std::string& refused, const Mesh& mesh, double metres_per_unit,
-                         const CleanOptions& options);
+                         const Recipe& recipe);
 
 /// That a road of which nobody said the unit is wider on the median than roads are, or, where the
 /// file states none either (`unit_taken`), as wide all along as is round in feet and not in metres;
 /// with the units in which it would be as wide as roads are (tried, where the mesh is not so large
 /// that this takes long) and the way to confirm it. Empty where it is not.
 std::optional<std::string> doubt_about_width(const Centreline& line, const Mesh& mesh,
-                                             const MeshReadReport& read,
-                                             const CleanOptions& options);
+                                             const MeshReadReport& read, const Recipe& recipe);
 
 /// What to know of a road wider than most whose unit nobody stated. Empty where it is not.
 std::optional<std::string> remark_on_width(const Centreline& line, const MeshReadReport& read);

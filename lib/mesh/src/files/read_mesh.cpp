@@ -232,6 +232,10 @@ Mesh read_mesh(const std::string& path, const MeshReadOptions& options, MeshRead
   check_vertices(raw, path);
   std::vector<std::string> remarks = std::move(raw.remarks);
 
+  double unit_m = metres_per(options.unit);
+  if (options.unit == Unit::automatic && raw.metres_per_unit > 0.0) unit_m = raw.metres_per_unit;
+  const Bounds as_stored = bounds_of(raw);
+  check_extent((as_stored.highest - as_stored.lowest).maxCoeff(), unit_m, options, path);
   const Up up = decide_up(raw, options.up, path, remarks);
   if (up.axis != UpAxis::z)
     for (Eigen::Vector3d& v : raw.vertices) v = turned_up(v, up.axis);
@@ -239,10 +243,7 @@ Mesh read_mesh(const std::string& path, const MeshReadOptions& options, MeshRead
 
   Bounds bounds = bounds_of(raw);
   auto& [lowest, highest] = bounds;
-  double unit_m = metres_per(options.unit);
-  if (options.unit == Unit::automatic && raw.metres_per_unit > 0.0) unit_m = raw.metres_per_unit;
   const double scale = unit_m * options.scale;
-  check_extent((highest - lowest).head<2>().maxCoeff(), unit_m, options, path);
   lowest *= scale;
   highest *= scale;
   if (std::max(lowest.cwiseAbs().maxCoeff(), highest.cwiseAbs().maxCoeff()) >
