@@ -55,8 +55,7 @@ std::vector<bool> coarser_copies(const std::vector<MeshObject>& objects) {
 }
 
 // A coarser copy without a level in its name: the same outline and area within this share, this
-// many times fewer triangles, and most of each within this height of the other: long facets cut
-// bends.
+// many times fewer triangles, most of each within this height of the other: facets cut bends.
 constexpr double kSameOutline = 0.02, kSameArea = 0.1, kFewer = 1.5, kOnTheOther = 0.6;
 constexpr double kCopyReach_m = 0.3;
 constexpr double kLargeShare = 0.2;     // of the largest: a road is no small part
@@ -100,8 +99,8 @@ std::vector<FlatPart> flat_parts(const Mesh& mesh, const std::vector<bool>& flat
     std::vector<std::uint32_t> source;
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
       if (!flat[t]) continue;
-      const auto& [a, b, c] = mesh.triangles[t];
-      faces.push_back({place[a], place[b], place[c]});
+      faces.push_back(mesh.triangles[t]);
+      for (std::uint32_t& corner : faces.back()) corner = place[corner];
       source.push_back(t);
     }
     const std::vector<EdgeUse> uses = edge_uses(faces);
