@@ -23,6 +23,12 @@ struct JointProblem::Stretch {
   Eigen::VectorXd right;
 };
 
+/// Of a cell's height, which is no unknown of the equations: how a section's correction moves it.
+struct JointProblem::Gone {
+  Eigen::Index at = 0;  ///< of the correction among the unknowns
+  Correction of;
+};
+
 void JointProblem::add(const Stretch& stretch) {
   std::vector<std::pair<std::size_t, Eigen::Index>> groups;  // first unknown, count
   for (const std::uint32_t section : stretch.sections) groups.emplace_back(6 * section, 6);
@@ -218,6 +224,19 @@ void JointProblem::unknowns_of(std::size_t stretch, Stretch& out) const {
                             : static_cast<std::uint32_t>(k));
 }
 
+void JointProblem::take_away(const std::vector<Gone>& gone, const Eigen::Vector4d& of_nodes,
+                             Eigen::Index node, double pull, Stretch& out) {
+  for (std::size_t a = 0; a < gone.size(); ++a) {
+    for (std::size_t b = 0; b <= a; ++b)
+      out.matrix.block<6, 6>(gone[a].at, gone[b].at).noalias() -=
+          gone[a].of * gone[b].of.transpose();
+    out.matrix.block<4, 6>(node, gone[a].at).noalias() -= of_nodes * gone[a].of.transpose();
+    out.right.segment<6>(gone[a].at) += pull * gone[a].of;
+  }
+  out.matrix.block<4, 4>(node, node).noalias() -= of_nodes * of_nodes.transpose();
+  out.right.segment<4>(node) += pull * of_nodes;
+}
+
 void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& now,
                             const JointScales& scales, Stretch& out) {
   const std::size_t from = stretch_begin_[stretch], to = stretch_begin_[stretch + 1];
@@ -225,14 +244,7 @@ void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& 
   const auto first_node = static_cast<Eigen::Index>(6 * out.sections.size());
   const Eigen::Index dimension = first_node + 6;  // three nodes
   out.matrix.setZero(dimension, dimension), out.right.setZero(dimension);
-  constexpr Eigen::Index kBatch = 256;
-  Eigen::MatrixXd gone = Eigen::MatrixXd::Zero(dimension, kBatch);  // what the cells take away
-  Eigen::Index column = 0;
-  const auto take = [&] {
-    if (column == 0) return;
-    out.matrix.selfadjointView<Eigen::Lower>().rankUpdate(gone.leftCols(column), -1.0);
-    gone.leftCols(column).setZero(), column = 0;
-  };
+  std::vector<Gone> gone;  // what a cell takes away, of each section that sees it
   std::vector<double> weights, residuals;
   const double view_scale = 1.0 / (scales.view_factor * scales.view_together);
   for (std::size_t k = from; k < to;) {
@@ -263,6 +275,9 @@ void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& 
     const Eigen::Index node =
         first_node + 2 * static_cast<Eigen::Index>(nodes.before - 2 * stretch);
     double pull = 0.0;
+    const double root = std::sqrt(whole);
+    gone.clear();
+    Eigen::Vector4d gone_of_nodes = Eigen::Vector4d::Zero();
     for (std::size_t i = k; i < end; ++i) {
       const View& view = views_[order_[i]];
       const auto at = static_cast<Eigen::Index>(
@@ -279,8 +294,9 @@ void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& 
       out.matrix.block<4, 4>(node, node).noalias() += w * within * within.transpose();
       out.right.segment<6>(at) -= w * residuals[i - k] * j;
       out.right.segment<4>(node) -= w * residuals[i - k] * within;
-      gone.col(column).segment<6>(at) += w / std::sqrt(whole) * j;
-      gone.col(column).segment<4>(node) += w / std::sqrt(whole) * within;
+      if (gone.empty() || gone.back().at != at) gone.push_back({at, Correction::Zero()});
+      gone.back().of += w / root * j;
+      gone_of_nodes += w / root * within;
       pull += w * residuals[i - k];
     }
     // The base is one more observer; what it states is off by its even error.
@@ -288,13 +304,11 @@ void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& 
     j << 1.0 - share, (1.0 - share) * v, share, share * v;
     out.matrix.block<4, 4>(node, node).noalias() += prior * j * j.transpose();
     out.right.segment<4>(node) -= prior * even * j;
-    gone.col(column).segment<4>(node) += prior / std::sqrt(whole) * j;
-    pull += prior * even;
-    out.right += pull / std::sqrt(whole) * gone.col(column);
-    if (++column == kBatch) take();
+    gone_of_nodes += prior / root * j;
+    pull = (pull + prior * even) / root;
+    take_away(gone, gone_of_nodes, node, pull, out);
     k = end;
   }
-  take();
 }
 
 void JointProblem::assemble_all(const std::vector<Correction>& now, const JointScales& scales) {

@@ -91,6 +91,7 @@ class JointProblem {
  private:
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   struct Stretch;
+  struct Gone;
   struct Samples;
   /// Error of the base that is even over metres: height and cross slope at a place along the road.
   struct Node {
@@ -141,6 +142,9 @@ class JointProblem {
   void unknowns_of(std::size_t stretch, Stretch& out) const;
   void assemble(std::size_t stretch, const std::vector<Correction>& now, const JointScales& scales,
                 Stretch& out);
+  /// Eliminates the height of a cell, by what it takes away of each section and of the nodes.
+  static void take_away(const std::vector<Gone>& gone, const Eigen::Vector4d& of_nodes,
+                        Eigen::Index node, double pull, Stretch& out);
   /// All stretches at these corrections, without what is known before; new weights.
   void assemble_all(const std::vector<Correction>& now, const JointScales& scales);
   void add(const Stretch& stretch);
