@@ -9,6 +9,7 @@ namespace cloud {
 namespace {
 
 constexpr float kSteepest = 0.01f;  // of the ramp down to the base
+constexpr double kAround_m = 2.0;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
 bool rests_on(const MapResult& result, std::size_t k, NodeSource source) {
@@ -30,30 +31,56 @@ float width_m(float moved_m, float blend_m) {
   return std::max(blend_m, 1.5f * std::abs(moved_m) / kSteepest);
 }
 
-/// Of each node the way to the nearest that was measured, and by how much that one moved.
+/// Of each node the way to the nearest that was measured, by how much that one moved, and how wrong
+/// the base was seen to be in its row.
 struct Nearest {
-  std::vector<float> distance_m, moved_m;
+  std::vector<float> distance_m, moved_m, wrong_m;
 };
+
+/// What the base lacks at the edge of what was measured may have cancelled just there, as of a kerb
+/// that is too low on a side that is too high: the most that a node nearby in the row moved.
+float wrong_m(const crg::Grid& base, const MapResult& result, std::size_t row, std::size_t column) {
+  const std::vector<double>& v_m = result.grid.v_m;
+  const std::size_t columns = v_m.size();
+  float most = 0.0f;
+  const auto look = [&](std::size_t j) {
+    const std::size_t n = row * columns + j;
+    if (std::abs(v_m[j] - v_m[column]) > kAround_m) return false;
+    if (is_measured(result, n)) most = std::max(most, std::abs(result.grid.z_m[n] - base.z_m[n]));
+    return true;
+  };
+  for (std::size_t j = column; j < columns && look(j); ++j) continue;
+  for (std::size_t j = column; j-- > 0 && look(j);) continue;
+  return most;
+}
 
 Nearest measured_nodes(const crg::Grid& base, const MapResult& result, std::ptrdiff_t rows,
                        std::ptrdiff_t columns) {
   Nearest out;
   out.distance_m.assign(static_cast<std::size_t>(rows * columns), kFar);
-  out.moved_m.assign(out.distance_m.size(), 0.0f);
+  out.moved_m.assign(out.distance_m.size(), 0.0f), out.wrong_m = out.moved_m;
   for (std::ptrdiff_t i = 0; i < rows; ++i)
     for (std::ptrdiff_t j = 0; j < columns; ++j) {
       const auto k = static_cast<std::size_t>(i * columns + j);
       if (!is_measured(result, k)) continue;
       out.distance_m[k] = 0.0f;
       float sum = 0.0f, count = 0.0f;  // single nodes are noisy
+      bool at_edge = false;
       for (std::ptrdiff_t a = std::max<std::ptrdiff_t>(0, i - 1); a <= std::min(i + 1, rows - 1);
            ++a)
         for (std::ptrdiff_t b = std::max<std::ptrdiff_t>(0, j - 1);
              b <= std::min(j + 1, columns - 1); ++b) {
           const auto n = static_cast<std::size_t>(a * columns + b);
-          if (is_measured(result, n)) sum += result.grid.z_m[n] - base.z_m[n], count += 1.0f;
+          if (is_measured(result, n))
+            sum += result.grid.z_m[n] - base.z_m[n], count += 1.0f;
+          else
+            at_edge = true;
         }
       out.moved_m[k] = sum / count;
+      if (at_edge)
+        out.wrong_m[k] = std::max(
+            std::abs(out.moved_m[k]),
+            wrong_m(base, result, static_cast<std::size_t>(i), static_cast<std::size_t>(j)));
     }
   return out;
 }
@@ -62,16 +89,16 @@ Nearest measured_nodes(const crg::Grid& base, const MapResult& result, std::ptrd
 /// are as far from anything measured as `widest_m` are passed over.
 class Sweep {
  public:
-  Sweep(const RoadFrame& frame, std::ptrdiff_t rows, float widest_m,
+  Sweep(const crg::Grid& grid, bool closed, std::ptrdiff_t rows, float widest_m,
         const std::vector<float>& distance_m)
-      : closed_(frame.closed()),
+      : closed_(closed),
         rows_(rows),
-        columns_(frame.columns()),
-        u_step_m_(static_cast<float>(frame.u_step_m())),
+        columns_(grid.columns()),
+        u_step_m_(static_cast<float>(grid.u_step_m)),
         widest_m_(widest_m),
         distance_m_(distance_m) {
     for (std::size_t j = 0; j + 1 < columns_; ++j) {
-      const auto across = static_cast<float>(frame.v_m()[j + 1] - frame.v_m()[j]);
+      const auto across = static_cast<float>(grid.v_m[j + 1] - grid.v_m[j]);
       aside_m_.push_back(across);
       aslant_m_.push_back(std::sqrt(across * across + u_step_m_ * u_step_m_));
     }
@@ -184,21 +211,17 @@ void take_out_steps(const Sweep& sweep, const MapResult& result, std::vector<flo
   for (std::size_t k = 0; k < added_m.size(); ++k) added_m[k] = 0.5f * (low_m[k] + high_m[k]);
 }
 
-}  // namespace
-
-void blend(const RoadFrame& frame, const crg::Grid& base, const MapOptions& options,
-           MapResult& result) {
-  const auto columns = static_cast<std::ptrdiff_t>(frame.columns()),
-             rows = static_cast<std::ptrdiff_t>(frame.rows() - (frame.closed() ? 1 : 0));
+/// Of all rows. `closed`: the first goes on from the last.
+void blend_rows(const crg::Grid& base, bool closed, float width, float widest, MapResult& result) {
+  const auto columns = static_cast<std::ptrdiff_t>(base.columns()),
+             rows = static_cast<std::ptrdiff_t>(base.rows());
   Nearest nearest = measured_nodes(base, result, rows, columns);
-  const auto width = static_cast<float>(options.blend_m);
-  float widest = width;
-  for (const float m : nearest.moved_m) widest = std::max(widest, width_m(m, width));
-  const Sweep sweep(frame, rows, widest, nearest.distance_m);
+  const Sweep sweep(base, closed, rows, widest, nearest.distance_m);
   sweep([&](std::size_t k, std::size_t from, float step_m) {
     std::vector<float>& distance_m = nearest.distance_m;
     if (distance_m[from] + step_m < distance_m[k])
-      distance_m[k] = distance_m[from] + step_m, nearest.moved_m[k] = nearest.moved_m[from];
+      distance_m[k] = distance_m[from] + step_m, nearest.moved_m[k] = nearest.moved_m[from],
+      nearest.wrong_m[k] = nearest.wrong_m[from];
   });
   std::vector<float> wanted_m(nearest.distance_m.size(), 0.0f);
   for (std::size_t k = 0; k < wanted_m.size(); ++k) {
@@ -212,14 +235,93 @@ void blend(const RoadFrame& frame, const crg::Grid& base, const MapOptions& opti
   take_out_steps(sweep, result, added_m);
   for (std::size_t k = 0; k < added_m.size(); ++k) {
     if (!rests_on(result, k, NodeSource::base) || added_m[k] == 0.0f) continue;
-    const float moved = nearest.moved_m[k],
+    const float wrong = nearest.wrong_m[k],
                 share = nearest.distance_m[k] < kFar
-                            ? fading(nearest.distance_m[k], width_m(moved, width))
+                            ? fading(nearest.distance_m[k], width_m(wrong, width))
                             : 0.0f;
     result.stddev.z_m[k] =
-        std::hypot(result.stddev.z_m[k], std::sqrt(share) * moved, added_m[k] - wanted_m[k]);
+        std::hypot(result.stddev.z_m[k], std::sqrt(share) * wrong, added_m[k] - wanted_m[k]);
     result.grid.z_m[k] = base.z_m[k] + added_m[k];
     result.source.z_m[k] = static_cast<float>(NodeSource::blended);
+  }
+}
+
+/// The widest that anything is blended over.
+float widest_m(const crg::Grid& base, const MapResult& result, float width) {
+  float widest = width;
+  for (std::size_t k = 0; k < base.z_m.size(); ++k)
+    if (is_measured(result, k))
+      widest = std::max(widest, width_m(result.grid.z_m[k] - base.z_m[k], width));
+  return widest;
+}
+
+/// 1: rows no farther from one with measured nodes than `reach` rows.
+std::vector<std::uint8_t> rows_within(const MapResult& result, std::size_t rows, bool closed,
+                                      std::size_t reach) {
+  const std::size_t columns = result.grid.columns();
+  std::vector<std::uint8_t> near(rows, 0);
+  std::size_t end = 0;  // of the rows before which all that are near are marked
+  for (std::size_t i = 0; i < rows; ++i) {
+    bool measured = false;
+    for (std::size_t j = 0; j < columns && !measured; ++j)
+      measured = is_measured(result, i * columns + j);
+    if (!measured) continue;
+    for (std::size_t k = std::max(end, i - std::min(i, reach)); k <= i + reach; ++k)
+      if (k < rows || closed) near[k % rows] = 1;
+    end = std::min(rows, i + reach + 1);
+    for (std::size_t k = i; closed && k < reach; ++k) near[(i + rows - k - 1) % rows] = 1;
+  }
+  return near;
+}
+
+/// Some rows of a grid from one on, on a closed road on over its end; and back again.
+crg::Grid rows_of(const crg::Grid& grid, std::size_t first, std::size_t count, std::size_t rows) {
+  crg::Grid out;
+  out.u_step_m = grid.u_step_m, out.v_m = grid.v_m;
+  const std::size_t columns = grid.columns();
+  out.z_m.reserve(count * columns);
+  for (std::size_t i = first; i < first + count; ++i) {
+    const auto row = grid.z_m.begin() + static_cast<std::ptrdiff_t>(i % rows * columns);
+    out.z_m.insert(out.z_m.end(), row, row + static_cast<std::ptrdiff_t>(columns));
+  }
+  return out;
+}
+
+void put_rows(const crg::Grid& part, std::size_t first, std::size_t rows, crg::Grid& grid) {
+  const auto columns = static_cast<std::ptrdiff_t>(grid.columns());
+  for (std::size_t i = 0; i < part.rows(); ++i)
+    std::copy_n(part.z_m.begin() + static_cast<std::ptrdiff_t>(i) * columns, columns,
+                grid.z_m.begin() + static_cast<std::ptrdiff_t>((first + i) % rows) * columns);
+}
+
+}  // namespace
+
+void blend(const RoadFrame& frame, const crg::Grid& base, const MapOptions& options,
+           MapResult& result) {
+  const std::size_t rows = frame.rows() - (frame.closed() ? 1 : 0);
+  const auto width = static_cast<float>(options.blend_m);
+  const float widest = widest_m(base, result, width);
+  const auto reach = std::min(
+      rows - 1, static_cast<std::size_t>(static_cast<double>(widest) / frame.u_step_m()) + 2);
+  const std::vector<std::uint8_t> near = rows_within(result, rows, frame.closed(), reach);
+  const auto far = std::find(near.begin(), near.end(), std::uint8_t{0});
+  const bool whole = far == near.end();
+  // On a closed road a run may go on over its end: from a row that is far on, all round.
+  const std::size_t begin =
+      whole || !frame.closed() ? 0 : static_cast<std::size_t>(far - near.begin());
+  for (std::size_t i = begin; i < begin + rows;) {
+    std::size_t end = i;
+    while (end < begin + rows && near[end % rows] == near[i % rows]) ++end;
+    if (near[i % rows] != 0) {
+      MapResult part;
+      part.grid = rows_of(result.grid, i, end - i, rows);
+      part.stddev = rows_of(result.stddev, i, end - i, rows);
+      part.source = rows_of(result.source, i, end - i, rows);
+      blend_rows(rows_of(base, i, end - i, rows), whole && frame.closed(), width, widest, part);
+      put_rows(part.grid, i, rows, result.grid), put_rows(part.stddev, i, rows, result.stddev);
+      put_rows(part.source, i, rows, result.source);
+    }
+    i = end;
   }
 }
 
