@@ -36,6 +36,21 @@ NodeHeight around(const NodeSums& sums, std::size_t row, std::size_t column) {
   return between_neighbours(sums, row, column, flat_frame(), 1.0f, noise_of(sums), {});
 }
 
+// Points of a kerb's crest are a column wide: where some miss, a plane went down to its foot.
+TEST(NodeHeight, GapsInACrestLieOnItsLineAlongTheRoad) {
+  NodeSums sums = sloping(0.0, kColumns - 1);
+  for (std::size_t i = 0; i < kRows; ++i)
+    for (int k = 0; k < 4; ++k) sums.filled(i * kColumns + 2).height += 0.03f;
+  sums.filled(2 * kColumns + 2) = {};
+  const NodeHeight along = along_column(sums, 2, 2, flat_frame(), 1.0f, noise_of(sums), {});
+  EXPECT_NEAR(along.mean, 0.03, 0.001);
+  EXPECT_LT(std::sqrt(along.variance), 0.002);
+  EXPECT_EQ(better(around(sums, 2, 2), along).mean, along.mean);
+  sums.filled(3 * kColumns + 2) = sums.filled(4 * kColumns + 2) = {};
+  EXPECT_EQ(along_column(sums, 2, 2, flat_frame(), 1.0f, noise_of(sums), {}).source,
+            NodeSource::base);
+}
+
 // The mean of those on one side was half a column's slope off: ramps of 1 % beside gaps.
 TEST(NodeHeight, GapsLieOnThePlaneOfThoseAround) {
   NodeSums sums = sloping(0.002, 2);

@@ -284,8 +284,12 @@ void fuse(const RoadSums& road_sums, const RoadFrame& frame, const crg::Grid& ba
         if (sums[k].points >= least && wild[k] == 0) node = measured(sums[k], noise);
         const bool clear =
             node.source == NodeSource::lidar && sums[k].points >= kFew && grass_m2 == 0.0;
-        if (is_near && !clear)
-          node = together(node, between_neighbours(sums, i, j, frame, least, noise, wild));
+        if (is_near && !clear) {
+          NodeHeight around = between_neighbours(sums, i, j, frame, least, noise, wild);
+          if (node.source == NodeSource::base)
+            around = better(around, along_column(sums, i, j, frame, least, noise, wild));
+          node = together(node, around);
+        }
         if (node.source == NodeSource::base) {
           set(z, options.base_stddev_m, node.source);
           continue;

@@ -17,6 +17,7 @@ constexpr double kAsADefault_m = 0.005;      // a good sensor's range noise, whe
 constexpr std::size_t kEnough = 30;          // pairs of points of a class: 12 % either way
 constexpr double kSlopeHeld = 0.1;           // as few nodes, one step away, do that are level
 constexpr std::size_t kLeastAround = 4;      // nodes with points, of eight
+constexpr double kAlong_m = 1.0;             // to a node before, and to one behind
 constexpr std::size_t kMostNodes = 200'000;  // of all classes
 
 /// Deviation of one point by what nine of ten pairs in a node lie apart: 90 % intervals hold then,
@@ -202,6 +203,39 @@ NodeHeight between_neighbours(const NodeSums& sums, std::size_t row, std::size_t
                aside = (place.square() / place2.max(0.1)).sum(), sloped = fit.plane[0] - mean;
   return {NodeSource::interpolated, fit.plane[0],
           own / around * (1.0 + aside) + 0.5 * uneven + aside * off_plane + 0.25 * sloped * sloped};
+}
+
+NodeHeight along_column(const NodeSums& sums, std::size_t row, std::size_t column,
+                        const RoadFrame& frame, float least, const Noise& noise,
+                        const std::vector<std::uint8_t>& wild) {
+  const auto rows = static_cast<std::ptrdiff_t>(frame.rows() - (frame.closed() ? 1 : 0)),
+             reach = static_cast<std::ptrdiff_t>(kAlong_m / frame.u_step_m());
+  const auto nearest = [&](std::ptrdiff_t way, double& far) -> NodeHeight {
+    for (std::ptrdiff_t step = 1; step <= std::min(reach, rows - 1); ++step) {
+      std::ptrdiff_t i = static_cast<std::ptrdiff_t>(row) + way * step;
+      if (frame.closed()) i = (i + rows) % rows;
+      if (i < 0 || i >= rows) break;
+      const std::size_t k = static_cast<std::size_t>(i) * frame.columns() + column;
+      if (!(sums[k].points >= least) || (!wild.empty() && wild[k] != 0)) continue;
+      far = static_cast<double>(step);
+      return measured(sums[k], noise);
+    }
+    return {};
+  };
+  double back = 1.0, forth = 1.0;
+  const NodeHeight a = nearest(-1, back), b = nearest(1, forth);
+  if (a.source == NodeSource::base || b.source == NodeSource::base) return {};
+  const double share = back / (back + forth), apart = b.mean - a.mean;
+  // What they lie apart beyond their noise may come anywhere between them: evenly, over that width.
+  return {NodeSource::interpolated, a.mean + share * apart,
+          (1.0 - share) * (1.0 - share) * a.variance + share * share * b.variance +
+              std::max(0.0, apart * apart - a.variance - b.variance) / 12.0};
+}
+
+NodeHeight better(const NodeHeight& a, const NodeHeight& b) {
+  if (a.source == NodeSource::base || b.source == NodeSource::base)
+    return a.source == NodeSource::base ? b : a;
+  return b.variance < a.variance ? b : a;
 }
 
 NodeHeight together(const NodeHeight& node, const NodeHeight& around) {

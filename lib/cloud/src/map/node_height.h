@@ -85,6 +85,15 @@ NodeHeight between_neighbours(const NodeSums& sums, std::size_t row, std::size_t
                               const RoadFrame& frame, float least, const Noise& noise,
                               const std::vector<std::uint8_t>& wild);
 
+/// Of a node by the nearest such in its column before and behind it: kerbs and their edges go on
+/// along the road, where a plane goes over them. No height unless both are within 1 m.
+NodeHeight along_column(const NodeSums& sums, std::size_t row, std::size_t column,
+                        const RoadFrame& frame, float least, const Noise& noise,
+                        const std::vector<std::uint8_t>& wild);
+
+/// What is known with the smaller variance.
+NodeHeight better(const NodeHeight& a, const NodeHeight& b);
+
 /// By its own points and by those around it, as far as there are any.
 NodeHeight together(const NodeHeight& node, const NodeHeight& around);
 
