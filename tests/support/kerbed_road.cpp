@@ -248,7 +248,7 @@ double Tally::share() const { return nodes > 0.0 ? inside / nodes : 1.0; }
 
 void KerbedTallies::add(const KerbedTallies& other) {
   road.add(other.road), outer.add(other.outer), kerbs.add(other.kerbs);
-  unmeasured.add(other.unmeasured);
+  verge.add(other.verge), unmeasured.add(other.unmeasured);
 }
 
 cloud::Cloud placed(const KerbedScans& scans) {
@@ -292,6 +292,8 @@ KerbedError error_of(const KerbedRoad& road, const cloud::MapResult& result) {
       } else if (std::abs(v_m) < KerbedRoad::kKerbEnd_m - 0.1) {
         kerb_m.push_back(std::abs(e)), kerbs.add(e, stddev_m);
         if (measured) out.tallies.kerbs.add(e, stddev_m), measured_kerb_m.push_back(std::abs(e));
+      } else if (measured && std::abs(v_m) > KerbedRoad::kKerbEnd_m + 0.3) {
+        out.tallies.verge.add(e, stddev_m);
       }
     }
     out.banking_rad = std::max(out.banking_rad, std::abs(ve / vv));

@@ -62,9 +62,9 @@ struct Tally {
   double share() const;     ///< of these in their 90 % intervals
 };
 
-/// By what they are of; `kerbs`: those with points.
+/// By what they are of; `kerbs` and, beyond them, `verge`: those with points.
 struct KerbedTallies {
-  Tally road, outer, kerbs, unmeasured;
+  Tally road, outer, kerbs, verge, unmeasured;
 
   void add(const KerbedTallies& other);
 };

@@ -53,9 +53,13 @@ void grow(std::vector<VergeColumn>& columns, std::size_t along, std::size_t acro
       const bool forth = i + 1 < along ? grass(i + 1, j) : closed && grass(0, j);
       const bool beside = (j > 0 && grass(i, j - 1)) || (j + 1 < across && grass(i, j + 1));
       if (!back && !forth && !beside) continue;
-      column.grass = column.square_m2 > kTimesBeside * column.expected_m2 +
-                                            kFloorBeside_m * kFloorBeside_m * column.freedom &&
-                     column.scattering > kMostScattering * (column.freedom + column.overhung);
+      // Along the foot of a kerb, whose bend would explain the blades as well, it goes on.
+      const bool at_kerb = beside && (back || forth) && column.bent_m2 > 0.5 * column.expected_m2;
+      column.grass =
+          column.square_m2 >
+              kTimesBeside * (column.expected_m2 - (at_kerb ? column.bent_m2 : 0.0)) +
+                  kFloorBeside_m * kFloorBeside_m * column.freedom &&
+          (at_kerb || column.scattering > kMostScattering * (column.freedom + column.overhung));
     }
 }
 
@@ -280,14 +284,15 @@ void forget_doubtful(std::vector<VergeColumn>& columns) {
   for (VergeColumn& column : columns) {
     if (column.grass || column.doubtful_freedom == 0.0) continue;
     const double left = std::max(0.0, column.freedom - column.doubtful_freedom);
-    column.expected_m2 *= left / column.freedom;
+    column.expected_m2 *= left / column.freedom, column.bent_m2 *= left / column.freedom;
     column.square_m2 = std::max(0.0, column.square_m2 - column.doubtful_m2), column.freedom = left;
   }
 }
 
 /// How much more than expected calm columns scatter, m^2. In thin scans chance alone makes some of
 /// them do so.
-std::vector<float> excess_of(const std::vector<VergeColumn>& columns, bool thin) {
+std::vector<float> excess_of(const std::vector<VergeColumn>& columns, std::size_t across,
+                             bool thin) {
   std::vector<float> excess(columns.size(), 0.0f);
   for (std::size_t k = 0; k < columns.size(); ++k) {
     const VergeColumn& column = columns[k];
@@ -299,10 +304,15 @@ std::vector<float> excess_of(const std::vector<VergeColumn>& columns, bool thin)
         column.square_m2 > kTimes * column.expected_m2 + kFloor_m * kFloor_m * column.freedom;
     const double left = few ? std::max(0.0, column.freedom - column.scattering) : column.freedom;
     if (left < kEnoughFreedom) continue;
+    // Beside grass what is allowed for a bend of the base may be the blades' of its edge.
+    const auto is_grass = [&](std::size_t n) { return n < columns.size() && columns[n].grass; };
+    const bool beside =
+        (k % across > 0 && is_grass(k - 1)) || (k % across + 1 < across && is_grass(k + 1));
     const double square_m2 = column.square_m2 - (few ? column.scattering_m2 : 0.0),
+                 expected_m2 = column.expected_m2 - (beside ? column.bent_m2 : 0.0),
                  times = 1.2 + (thin ? 2.0 * std::sqrt(2.0 / left) : 0.0);
-    excess[k] = static_cast<float>(
-        std::max(0.0, square_m2 / left - times * column.expected_m2 / column.freedom));
+    excess[k] =
+        static_cast<float>(std::max(0.0, square_m2 / left - times * expected_m2 / column.freedom));
   }
   return excess;
 }
@@ -346,8 +356,10 @@ std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool dri
   else
     road.expect_by_calmest(frame);
   // A kerb that the base has wrong is no plane.
-  for (VergeColumn& column : road.all)
-    column.expected_m2 += column.freedom * std::pow(scatter_of_bend_m(column.relief_m), 2);
+  for (VergeColumn& column : road.all) {
+    column.bent_m2 = column.freedom * std::pow(scatter_of_bend_m(column.relief_m), 2);
+    column.expected_m2 += column.bent_m2;
+  }
   road.count_scattering(sections, where);
   judge(road.all, road.along, road.across, frame.closed(), drifting ? kDriftingFloor_m : kFloor_m);
   road.each_row(mark);
@@ -359,7 +371,7 @@ std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool dri
     look_for_low_grass(road.all, road.along, road.across, frame.closed());
   }
   road.each_row(follow_grass);
-  sections.excess_m2 = excess_of(road.all, thin);
+  sections.excess_m2 = excess_of(road.all, road.across, thin);
   sections.grass.clear();
   for (const VergeColumn& column : road.all) sections.grass.push_back(column.grass ? 1 : 0);
   return take_out(where, road.all, sections);

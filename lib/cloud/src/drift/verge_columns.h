@@ -12,6 +12,7 @@ constexpr double kRelief_m = 0.004;  // bend of the base over 0.25 m to both sid
 /// kVergeStretch_m along the road and kSectionCell_m across it.
 struct VergeColumn {
   double freedom = 0.0, square_m2 = 0.0, expected_m2 = 0.0, points = 0.0;
+  double bent_m2 = 0.0;        ///< of what is expected: where the base bends, it may bend elsewhere
   double lane = 0.0;           ///< points of the lane
   double scattering = 0.0;     ///< freedom of cells that scatter by themselves
   double scattering_m2 = 0.0;  ///< the square of these
