@@ -57,10 +57,12 @@ std::string reduction_said(const identify::Reduction& r, const identify::LapErro
   line(r.limit_single);
   line(r.limit_double);
   out += fmt::format(
-      "lap of {:.1f} s, {} rows ({} on kerbs, {} at speeds that the rig had not, {} with sliding "
+      "lap of {:.1f} s at {:.0f} % of the grip, {} rows ({} on kerbs, {} at speeds that the rig "
+      "had not, {} with sliding "
       "wheels left out), largest "
       "ay {:.1f} m/s2:\n",
-      lap.lap_s, lap.rows, lap.on_kerbs, lap.other_speeds, lap.sliding, lap.largest_ay_mps2);
+      lap.lap_s, 100.0 * lap.grip_usage, lap.rows, lap.on_kerbs, lap.other_speeds, lap.sliding,
+      lap.largest_ay_mps2);
   for (const auto& [name, m] : {std::pair{"single-track", lap.single}, {"double-track", lap.two}})
     out += fmt::format(
         "  {}: ay {:.2f} % rms, {:.2f} % at 95 % of the rows; yaw moment {:.0f} N m rms; loads "
@@ -115,6 +117,7 @@ int reduce(const ReduceCommand& command, Terminal& terminal) {
                       {"header", stem + ".h"},
                       {"runs", r.runs},
                       {"lap_s", lap.lap_s},
+                      {"grip_usage", lap.grip_usage},
                       {"largest_ay_mps2", lap.largest_ay_mps2},
                       {"single_track", model_json(lap.single, r.limit_single, single)},
                       {"double_track", model_json(lap.two, r.limit_double, both)},

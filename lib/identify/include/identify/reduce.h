@@ -72,6 +72,7 @@ Reduction reduce_car(const vehicle::Car<double>& car, const ReduceOptions& optio
 /// slips.
 struct LapError {
   double lap_s = 0.0, largest_ay_mps2 = 0.0;
+  double grip_usage = 0.0;  ///< of the driver: 0.75, or less where the car left its line
   std::size_t rows = 0, on_kerbs = 0, other_speeds = 0,
               sliding = 0;  ///< the last three are left out
   struct Model {

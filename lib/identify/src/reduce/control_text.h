@@ -1,4 +1,4 @@
-// The lines of control_car.h as text; CMake puts them into a source.
+// The lines of control_*.inc as text; CMake puts them into a source.
 #pragma once
 
 namespace identify {

@@ -33,7 +33,7 @@ double twist_of(const vehicle::Detail<double>& detail) {
 }
 
 std::vector<LapRow> drive_lap(const vehicle::Car<double>& car, const vehicle::Road& road,
-                              double fuel_kg, const base::Progress& progress, double& lap_s) {
+                              double fuel_kg, const base::Progress& progress, LapError& out_of) {
   vehicle::LapOptions options;
   options.fuel_kg = fuel_kg;
   options.record_every = 0;
@@ -67,7 +67,8 @@ std::vector<LapRow> drive_lap(const vehicle::Car<double>& car, const vehicle::Ro
   }
   if (!lap.complete)
     throw base::Error(fmt::format("the lap of the full car ended: {}", lap.problem));
-  lap_s = lap.lap_s.front();
+  out_of.lap_s = lap.lap_s.front();
+  out_of.grip_usage = options.speed.grip_usage;
   return out;
 }
 
@@ -115,7 +116,7 @@ struct Sums {
 LapError compare_on_lap(const vehicle::Car<double>& car, const Reduction& reduction,
                         const vehicle::Road& road, const base::Progress& progress) {
   LapError out;
-  const std::vector<LapRow> rows = drive_lap(car, road, reduction.car.fuel_kg, progress, out.lap_s);
+  const std::vector<LapRow> rows = drive_lap(car, road, reduction.car.fuel_kg, progress, out);
   for (const LapRow& row : rows)
     out.largest_ay_mps2 = std::max(out.largest_ay_mps2, std::abs(row.moment.ay_mps2));
   Sums single, two, no_bank, no_vertical;

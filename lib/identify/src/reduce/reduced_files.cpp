@@ -202,9 +202,11 @@ std::string control_yaml(const Reduction& r, const LapError& lap, const ReduceBo
       "all: {:.3g}\n  without_bank: {:.3g}\n  without_vertical_curvature: {:.3g}\n",
       lap.two.load_rms, lap.load_rms_without_bank, lap.load_rms_without_vertical);
   out += fmt::format(
-      "lap:\n  seconds: {:.3f}\n  largest_ay_mps2: {:.4g}\n  rows: {}\n  left_out: {{on_kerbs: {}, "
+      "lap:\n  seconds: {:.3f}\n  grip_usage: {:.3g}\n  largest_ay_mps2: {:.4g}\n  rows: {}\n  "
+      "left_out: {{on_kerbs: {}, "
       "other_speeds: {}, wheels_sliding: {}}}\n",
-      lap.lap_s, lap.largest_ay_mps2, lap.rows, lap.on_kerbs, lap.other_speeds, lap.sliding);
+      lap.lap_s, lap.grip_usage, lap.largest_ay_mps2, lap.rows, lap.on_kerbs, lap.other_speeds,
+      lap.sliding);
   out += "border:  # of the full car: vx, an, most_ay, ax0, most_ax driving, braking, n, n\n";
   for (const GripEllipse& e : r.ellipses)
     out += fmt::format("  - [{:.5g}, {:.5g}, {:.5g}, {:.5g}, {:.5g}, {:.5g}, {:.4g}, {:.4g}]\n",
