@@ -13,6 +13,7 @@
 #include "explain/judge.h"
 #include "good_log.h"
 #include "scales_of_car.h"
+#include "speed_of_path.h"
 #include "vehicle/vehicle_file.h"
 
 namespace explain {
@@ -292,6 +293,34 @@ TEST_F(BrokenColumns, WhatChangesItsScaleALittleOrItsClockAloneIsNamed) {
     column(t, name) = late(column(*log_, name), by_s);
     EXPECT_THAT(said(t), HasSubstr(words));
   }
+}
+
+// A car that waits in its box while places jitter, then drives circles of 8 m: nothing is wrong.
+TEST(SpeedOfPath, OfACarThatStandsOrTurnsTightlyIsNotRefused) {
+  Signals s;
+  s.n = 4000;
+  for (const Channel c : {kX, kY, kVx, kWheelFront})
+    s.present[c] = true, s.x[c].assign(s.n, 0.0), s.dx[c].assign(s.n, 0.0);
+  constexpr double kRadius_m = 8.0, kSpeed_mps = 10.5;
+  double way_m = 0.0;
+  for (std::size_t i = 0; i < s.n; ++i) {
+    const double v = std::clamp((static_cast<double>(i) - 1300.0) / 100.0, 0.0, 1.0) * kSpeed_mps;
+    const double jitter = 0.02 * (i % 2 == 0 ? 1.0 : -1.0), angle = way_m / kRadius_m;
+    s.x[kX][i] = kRadius_m * std::cos(angle), s.x[kY][i] = kRadius_m * std::sin(angle);
+    s.dx[kX][i] = -v * std::sin(angle) + jitter, s.dx[kY][i] = v * std::cos(angle) + jitter;
+    s.x[kVx][i] = v;
+    s.x[kWheelFront][i] = v / 0.3;
+    way_m += v * Signals::kStep_s;
+  }
+  EXPECT_NO_THROW(refuse_another_unit(s));
+  std::fill(s.x[kVx].begin(), s.x[kVx].begin() + 1300, 0.02);  // noise where it stands
+  leave_out_what_changes(s);
+  EXPECT_TRUE(s.remarks.empty());
+  for (std::size_t i = 0; i < s.n; ++i) {
+    s.x[kX][i] = Signals::kStep_s * kSpeed_mps * static_cast<double>(i), s.x[kY][i] = 0.0;
+    s.dx[kX][i] = kSpeed_mps, s.dx[kY][i] = 0.0, s.x[kVx][i] = 1.1 * kSpeed_mps;
+  }
+  EXPECT_THROW(refuse_another_unit(s), vehicle::Error);
 }
 
 TEST(Drifts, AreSeenBesideAWindowInWhichTheHeadingLeaps) {

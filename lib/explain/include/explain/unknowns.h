@@ -81,6 +81,7 @@ inline constexpr std::array<RoadKind, kRoadKinds> kRoad{{
 /// The mechanism of a column that shows too much or too little.
 inline constexpr const char* kSensorGain = "sensor.gain";
 inline constexpr const char* kSensorDelay = "sensor.delay";
+inline constexpr const char* kSensorLowPass = "sensor.low_pass";
 inline constexpr const char* kSensorBias = "sensor.bias";
 inline constexpr const char* kCoupledWheels = "vehicle.differential";
 

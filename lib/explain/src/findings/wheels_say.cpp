@@ -88,7 +88,8 @@ void take_speeds_of_wheels_as_usual(const Signals& log, Findings& findings) {
       if (f.kind != "sensor" || f.channel != log.column[kVx] || f.parameters.empty()) return false;
       const FoundParameter& p = f.parameters.front();
       const bool of_gain = is_about(f, kSensorGain);
-      if (std::abs(p.value) > (of_gain ? kMostGain : kMostLate_s) || is_about(f, kSensorBias))
+      const bool late = is_about(f, kSensorDelay) || is_about(f, kSensorLowPass);
+      if (!(of_gain || late) || std::abs(p.value) > (of_gain ? kMostGain : kMostLate_s))
         return false;
       said += fmt::format("{}{} {:.2g} {}", said.empty() ? "" : ", ", p.name, p.value, p.unit);
       return true;

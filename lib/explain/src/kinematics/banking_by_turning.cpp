@@ -101,18 +101,23 @@ std::vector<Index> leaning(const std::vector<BankingPlace>& places,
 /// An apron or a pit lane beside the line that is usually driven leans otherwise: there no place is
 /// known.
 std::vector<Turning> on_the_usual_line(std::vector<Turning> logs) {
-  constexpr double kPlace_m = 20.0, kBeside_m = 6.0;
-  const auto place = [](double u_m) { return static_cast<int>(std::floor(u_m / kPlace_m)); };
+  constexpr double kPlace_m = 20.0, kBeside_m = 6.0,
+                   kDriven_mps = 6.0;  // who stands drives no line
+  const auto place = [](double u_m) {
+    return std::isfinite(u_m) ? static_cast<int>(std::floor(u_m / kPlace_m)) : -1;
+  };
   std::map<int, std::vector<double>> beside;
   for (const Turning& log : logs)
     for (std::size_t i = 0; i < log.u_m.size(); ++i)
-      if (std::isfinite(log.u_m[i] + log.v_m[i])) beside[place(log.u_m[i])].push_back(log.v_m[i]);
+      if (std::isfinite(log.u_m[i] + log.v_m[i]) && log.speed_mps[i] > kDriven_mps)
+        beside[place(log.u_m[i])].push_back(log.v_m[i]);
   std::map<int, double> usual;
   for (auto& [at, v_m] : beside) usual[at] = base::median(std::move(v_m));
   for (Turning& log : logs)
     for (std::size_t i = 0; i < log.u_m.size(); ++i)
-      if (std::isfinite(log.u_m[i] + log.v_m[i]) &&
-          std::abs(log.v_m[i] - usual[place(log.u_m[i])]) > kBeside_m)
+      if (const auto at = usual.find(place(log.u_m[i]));
+          std::isfinite(log.u_m[i] + log.v_m[i]) && at != usual.end() &&
+          std::abs(log.v_m[i] - at->second) > kBeside_m)
         log.u_m[i] = std::numeric_limits<double>::quiet_NaN();
   return logs;
 }

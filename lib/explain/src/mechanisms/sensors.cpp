@@ -54,7 +54,7 @@ void timing(const Listing& l, Channel c, double least_s) {
   late(of_channel(l, c, kSensorDelay, {"delay", "s", 0.02, least_s, true},
                   "logged(t) = true(t - delay)",
                   [c](Setting& s, double v) { s.sensor[c].delay_s += v; }));
-  late(of_channel(l, c, "sensor.low_pass", {"time constant", "s", 0.05, least_s, true},
+  late(of_channel(l, c, kSensorLowPass, {"time constant", "s", 0.05, least_s, true},
                   "T d(logged)/dt = true - logged",
                   [c](Setting& s, double v) { s.sensor[c].low_pass_s += v; }));
 }
@@ -207,7 +207,7 @@ std::vector<Mechanism> mechanisms() {
   return {{.id = kSensorBias, .list = list, .write_mapping = write_bias},
           {.id = kSensorGain, .most = 0.5, .write_mapping = write_gain},
           {.id = kSensorDelay, .most = 1.0, .write_mapping = write_delay},
-          {.id = "sensor.low_pass", .most = 5.0, .write_mapping = write_low_pass},
+          {.id = kSensorLowPass, .most = 5.0, .write_mapping = write_low_pass},
           {.id = "sensor.misalignment", .most = 0.3, .write_mapping = write_misalignment},
           {.id = "sensor.lever_arm", .most = 4.0, .write_mapping = write_lever_arm},
           {.id = "sensor.derived", .most = 1.4}};

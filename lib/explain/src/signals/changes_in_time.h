@@ -9,6 +9,9 @@ namespace explain {
 /// No speed changes by more against another one of the same car: slip is less on average.
 inline constexpr double kSpeedChanges = 1.04;
 
+/// Below it a car may stand: speeds are not held against each other.
+inline constexpr double kMayStand_mps = 6.0;
+
 /// A value that is one before a time and another one after it.
 struct Change {
   double time_s = 0.0, before = 0.0, after = 0.0;

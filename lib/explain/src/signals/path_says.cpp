@@ -64,11 +64,14 @@ Match match(const std::vector<double>& x, const std::vector<double>& reference,
             double least_swing) {
   Match best;
   int at = 0;
+  double at_once = 0;
   for (int lag = -kMost; lag <= kMost; ++lag) {
     const Match here = at_shift(x, reference, least_swing, lag);
     if (here.known && (!best.known || worth(here.correlation, lag) > worth(best.correlation, at)))
       best = here, at = lag;
+    if (lag == 0) at_once = here.correlation;
   }
+  best.at_once = at_once;
   if (!best.known || std::abs(at) == kMost) return best;
   const double before = std::abs(at_shift(x, reference, least_swing, at - 1).correlation),
                after = std::abs(at_shift(x, reference, least_swing, at + 1).correlation),

@@ -12,6 +12,7 @@ struct Match {
   double correlation = 0.0, slope = 0.0;
   double lag_s = 0.0;  ///< positive: later than the reference; between steps by a parabola
   bool known = false;  ///< enough was going on to say
+  double at_once = 0;  ///< correlation without a shift
 };
 
 /// How `x` follows `reference` at the shift within 3 s at which it does so best; NaN is left out.

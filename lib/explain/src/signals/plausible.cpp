@@ -239,9 +239,10 @@ void check_controls(Channels& channels, const PathSays& path) {
         fmt::format("reaches {:.3g}: {} where a share from 0 to 1 is wanted",
                     largest(s.x[kThrottle]),
                     largest(s.x[kThrottle]) < 150 ? "per cent" : "another unit or channel"));
-  constexpr double kAfter_s = 0.35, kMoves = 0.7;
+  constexpr double kAfter_s = 0.35, kMoves = 0.7, kBetter = 0.15;
   if (const Match m = match(s.x[kThrottle], path.along_mps2, 0.3);
-      s.present[kThrottle] && m.known && m.correlation > kMoves && m.lag_s > kAfter_s)
+      s.present[kThrottle] && m.known && m.correlation > kMoves && m.lag_s > kAfter_s &&
+      m.correlation > m.at_once + kBetter)
     channels.leave_out(kThrottle,
                        fmt::format("is pressed {:.2f} s after the car speeds up: it runs "
                                    "on another clock",

@@ -27,7 +27,8 @@ std::vector<double> usual_for_motion(const Signals& s, const std::vector<double>
     return Terms(1.0, v, v * v, a, a * v);
   };
   const auto pressed = [&](std::size_t i) {
-    return s.x[kVx][i] > 6.0 && pedal[i] > rests && std::isfinite(s.dx[kVx][i]);
+    const double v = s.x[kVx][i], a = s.dx[kVx][i];  // a limiter holds the speed of a pit lane
+    return v > kMayStand_mps && pedal[i] > rests && (v > 25.0 || std::abs(a) > 0.3);
   };
   Eigen::Matrix<double, kTerms, kTerms> normal = decltype(normal)::Identity() * 1e-6;
   Terms right = Terms::Zero();
@@ -102,9 +103,12 @@ void leave_out_other_loads(Signals& s, const vehicle::Vehicle& car) {
 }
 
 void leave_out_what_changes(Signals& s) {
+  std::vector<double> rolling = s.x[kVx];
+  for (double& v : rolling)
+    if (!(v > kMayStand_mps)) v = kNaN;
   for (const Channel c : {kWheelFront, kWheelRear}) {
     if (!s.present[c]) continue;
-    const auto change = ratio_changes(s.x[c], s.x[kVx], kSpeedChanges);
+    const auto change = ratio_changes(s.x[c], rolling, kSpeedChanges);
     if (!change) continue;
     s.broken = true;
     s.remarks.push_back(

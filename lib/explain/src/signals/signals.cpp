@@ -269,6 +269,10 @@ bool brakes(const Signals& s) {
 }
 
 void leave_out_constant(Signals& s) {
+  const auto moves = [&](Channel of) {  // a car may brake by one axle
+    const auto differs = [&](double x) { return std::abs(x - s.x[of].front()) > 1e-9; };
+    return s.present[of] && std::any_of(s.x[of].begin(), s.x[of].end(), differs);
+  };
   for (std::size_t c = 0; c < kChannelCount; ++c) {
     if (!s.present[c]) {
       s.x[c].assign(s.n, kNaN);
@@ -282,7 +286,8 @@ void leave_out_constant(Signals& s) {
       // A dead sensor says of the car what is not so; pedals and gears may stay where they are.
       const bool dead = c == kYawRate || c == kAx || c == kAy || c == kSteer || c == kWheelFront ||
                         c == kWheelRear || (c == kThrottle && moves_against_throttle(s, 0, s.n)) ||
-                        ((c == kBrakeFront || c == kBrakeRear) && brakes(s));
+                        (c == kBrakeFront && !moves(kBrakeRear) && brakes(s)) ||
+                        (c == kBrakeRear && !moves(kBrakeFront) && brakes(s));
       s.remarks.push_back(fmt::format("{}: '{}' is constant: not used{}", s.name, s.column[c],
                                       dead ? "; take it out of the mapping" : ""));
       s.broken = s.broken || dead;

@@ -3,22 +3,26 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "changes_in_time.h"
+#include "not_known.h"
 #include "vehicle/error.h"
 
 namespace explain {
 
 void refuse_another_unit(const Signals& s) {
   double vv = 0, vp = 0;
-  std::vector<double> path(s.n);
+  std::vector<double> speed = s.x[kVx], rolling(s.n, kNaN);  // where the car stands, places jitter
   for (std::size_t i = 0; i < s.n; ++i) {
-    path[i] = std::hypot(s.dx[kX][i], s.dx[kY][i]);
-    if (std::isfinite(path[i]) && std::isfinite(s.x[kVx][i]))
-      vv += s.x[kVx][i] * s.x[kVx][i], vp += s.x[kVx][i] * path[i];
+    if (s.present[kVy] && std::isfinite(s.x[kVy][i])) speed[i] = std::hypot(speed[i], s.x[kVy][i]);
+    const double path = std::hypot(s.dx[kX][i], s.dx[kY][i]);
+    if (path > kMayStand_mps) rolling[i] = path;
+    if (std::isfinite(path + s.x[kVx][i]))
+      vv += s.x[kVx][i] * s.x[kVx][i], vp += s.x[kVx][i] * path;
   }
-  if (const auto change = ratio_changes(s.x[kVx], path, kSpeedChanges))
+  if (const auto change = ratio_changes(speed, rolling, kSpeedChanges))
     throw vehicle::Error(fmt::format(
         "{}: '{}' is {:.2f} times as fast as the path until about {:.0f} s, and {:.2f} times after "
         "it: one unit throughout is wanted; mend the column, or cut the log there",
@@ -31,12 +35,16 @@ void refuse_another_unit(const Signals& s) {
   // Over a second, in which jitter of places adds nothing.
   constexpr std::size_t kSecond = static_cast<std::size_t>(1.0 / Signals::kStep_s);
   constexpr double kWheels = 0.06;  // and what tachometers flatter by
+  constexpr double kStraight_rad = 0.3, kTurn_rad = 2 * std::numbers::pi;  // a chord is shorter
   double way_m = 0, chords_m = 0;
+  const auto course = [&](std::size_t i) { return std::atan2(s.dx[kY][i], s.dx[kX][i]); };
   for (std::size_t i = 0; i + kSecond < s.n; i += kSecond) {
     const double chord_m =
         std::hypot(s.x[kX][i + kSecond] - s.x[kX][i], s.x[kY][i + kSecond] - s.x[kY][i]);
-    const double mean_mps = 0.5 * (s.x[kVx][i] + s.x[kVx][i + kSecond]);
-    if (std::isfinite(chord_m + mean_mps) && mean_mps > 6.0) way_m += mean_mps, chords_m += chord_m;
+    const double mean_mps = 0.5 * (speed[i] + speed[i + kSecond]);
+    const double turned_rad = std::remainder(course(i + kSecond) - course(i), kTurn_rad);
+    if (std::isfinite(chord_m) && mean_mps > kMayStand_mps && std::abs(turned_rad) < kStraight_rad)
+      way_m += mean_mps, chords_m += chord_m;
   }
   if (way_m > 0 && std::abs(chords_m / way_m - 1) > kWheels)
     throw vehicle::Error(fmt::format(
