@@ -47,9 +47,9 @@ struct ReportRequest {
   std::optional<std::vector<Kerb>>
       kerbs;  ///< as found on the mesh; when empty they are found by the shape of the road
   std::optional<std::array<double, 3>>
-      road_width_m;     ///< between the borders of the road: least, median, largest
+      road_width_m;       ///< between the borders of the road: least, median, largest
   std::string mesh_unit;  ///< of `mesh`: "m"; with what it would be in feet where nobody stated it
-  std::string mesh_up;  ///< of `mesh`: "-z, from the faces of 14,210 triangles"; empty: not told
+  std::string mesh_up;    ///< of `mesh`: "-z, from the faces of 14,210 triangles"; empty: not told
   std::string against_path;  ///< another road file
   std::string
       cloud_path;  ///< measured points: names those in cloud_points_m; its files belong in sources
