@@ -371,7 +371,7 @@ class Called : public ::testing::Test {
           {"grid", f / "survey.csv", "--road", base, "--no-report", "-o", f / "grid"}}},
         {"kerbstone",
          {{"collect", f / "campaign"},
-          {"open", log, "-o", f / "log.html"},
+          {"open", log, "-o", f / "opened.csv"},
           {"view", f / "campaign", "--no-open", "--stop-s", "0.01"}}},
     };
   }

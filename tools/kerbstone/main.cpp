@@ -17,7 +17,7 @@ CLI::App* add_open(CLI::App& app, kerbstone::OpenCommand& opened) {
       ->required();
   command::add_output_file(*open_app, opened.out,
                            "Also writes it: .html draws curves, .mcap is for Foxglove and "
-                           "PlotJuggler, .csv for all others");
+                           "PlotJuggler, .csv (or -) for all others");
   open_app->add_option("--channel", opened.channels,
                        "A channel that the page draws; may be repeated [the first that live]");
   open_app->footer(

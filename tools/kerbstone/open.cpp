@@ -181,7 +181,7 @@ int open(const OpenCommand& command, command::Terminal& terminal) {
   const Log log = recording::read_log(command.log);
   const std::vector<ChannelLook> looks = recording::look_at_channels(log);
   if (!command.out.empty()) {
-    const std::string ending = base::ending_of(command.out);
+    const std::string ending = command.out == "-" ? ".csv" : base::ending_of(command.out);
     if (ending != ".html" && ending != ".mcap" && ending != ".csv")
       throw base::Error(
           fmt::format("{}: a name that ends in .html, .mcap or .csv is wanted", command.out));
