@@ -54,7 +54,7 @@ inline constexpr double kPlanted = 5.0;
 /// What noise does not show: errors of the model itself. Recordings of cars of another simulator
 /// with nothing missing, on which these numbers were looked at, and how many of them raised an
 /// alarm. The page prints it beside the share of the null replicates. Shown by: OtherSimulator.
-inline constexpr int kOtherCars = 10, kOtherCarsAlarmed = 2;
+inline constexpr int kOtherCars = 10, kOtherCarsAlarmed = 0;
 
 /// Standard deviations from which something that is not named is listed as seen. From: noise alone
 /// reaches it in one of a thousand.
