@@ -19,7 +19,7 @@ struct Row {
   int block = 0;  ///< 3 s of one recording
   double t_s = 0, u_m = 0;
   double speed = 0, ax = 0, ay = 0, throttle = 0, brake = 0;
-  double pressed_swing = 0;  ///< Signals'
+  double pressed_swing = 0;  ///< as in Signals
 };
 
 struct Rows {

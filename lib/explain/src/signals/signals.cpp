@@ -269,9 +269,11 @@ bool brakes(const Signals& s) {
 }
 
 void leave_out_constant(Signals& s) {
-  const auto moves = [&](Channel of) {  // a car may brake by one axle
-    const auto differs = [&](double x) { return std::abs(x - s.x[of].front()) > 1e-9; };
-    return s.present[of] && std::any_of(s.x[of].begin(), s.x[of].end(), differs);
+  const auto moves = [&](std::size_t c) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const double x : s.x[c])
+      if (std::isfinite(x)) low = std::min(low, x), high = std::max(high, x);
+    return s.present[c] && high - low > 1e-9;
   };
   for (std::size_t c = 0; c < kChannelCount; ++c) {
     if (!s.present[c]) {
@@ -279,11 +281,9 @@ void leave_out_constant(Signals& s) {
       s.dx[c].assign(s.n, kNaN);
       continue;
     }
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const double x : s.x[c])
-      if (std::isfinite(x)) low = std::min(low, x), high = std::max(high, x);
-    if (c != kGear && c != kFuel && !(high - low > 1e-9)) {
-      // A dead sensor says of the car what is not so; pedals and gears may stay where they are.
+    if (c != kGear && c != kFuel && !moves(c)) {
+      // A dead sensor says of the car what is not so; pedals and gears may stay where they are, and
+      // a car may brake by one axle.
       const bool dead = c == kYawRate || c == kAx || c == kAy || c == kSteer || c == kWheelFront ||
                         c == kWheelRear || (c == kThrottle && moves_against_throttle(s, 0, s.n)) ||
                         (c == kBrakeFront && !moves(kBrakeRear) && brakes(s)) ||
