@@ -102,7 +102,8 @@ Signals turning_log(double share) {
     log.present[c] = true, log.x[c].assign(log.n, 0.0);
   log.column[kSteer] = "delta", log.column[kVx] = "vx", log.column[kWheelRear] = "rear";
   for (std::size_t i = 0; i < log.n; ++i) {
-    const double rate = 0.2 * std::sin(0.01 * static_cast<double>(i)), speed = 20.0;
+    const double rate = 0.2 * std::sin(0.01 * static_cast<double>(i)),
+                 speed = 20.0 + 8.0 * std::sin(0.004 * static_cast<double>(i));
     log.x[kVx][i] = log.x[kWheelRear][i] = speed;
     log.x[kYawRate][i] = rate;
     log.x[kWheelRearDifference][i] =
@@ -139,6 +140,8 @@ TEST(WheelsSay, ASpeedThatIsTheWheelsHasTheirUsualErrors) {
   Signals log = turning_log(0.1);
   for (const auto& [id, amount, stays] : {std::tuple{"sensor.gain", 0.008, false},
                                           {"sensor.delay", 0.04, false},
+                                          {"sensor.low_pass", 0.04, false},
+                                          {"sensor.lever_arm", 0.04, true},
                                           {"sensor.gain", 0.06, true},
                                           {"sensor.delay", 0.4, true},
                                           {"sensor.bias", 0.3, true}}) {

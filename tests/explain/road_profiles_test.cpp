@@ -70,7 +70,7 @@ void filter(std::vector<double>& x, double time_s) {
 }
 
 /// Two laps of the simulated car as a logger of 50 Hz has them; four with KERBSTONE_HEAVY=1.
-recording::Table recorded(const Truth& truth, const Logger& logger) {
+recording::Table recorded(const Truth& truth, const Logger& logger, std::uint64_t draw = 1) {
   const vehicle::Vehicle v = explain_test::racer();
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
   const crg::Surface surface(oval(truth));
@@ -84,7 +84,7 @@ recording::Table recorded(const Truth& truth, const Logger& logger) {
       {"steer_rad", 5e-4}, {"throttle", 3e-3},   {"gear", 0.0},    {"yaw_rate_radps", 2e-3},
       {"fuel_kg", 0.0},    {"engine_radps", 0.5}};
   recording::Table out;
-  base::Random random(1);  // of nine draws one (7) names a gain of ay of 0.7 %
+  base::Random random(draw);
   for (const auto& [name, sd] : noise) {
     std::vector<double> x = *t.find(name);
     if (name == std::string("yaw_rate_radps") && logger.yaw_filter_s > 0)
@@ -147,6 +147,22 @@ TEST(RoadProfiles, ARoadThatIsStatedFlatIsFoundAlongTheWholeLap) {
   EXPECT_EQ(found(all, "sensor.gain"), nullptr);
   // The logger filters what it has sampled: half a sample that no lever arm is to explain.
   EXPECT_EQ(found(all, "sensor.lever_arm"), nullptr) << findings_json(all);
+}
+
+// Of two laps, by nine draws of the logger's noise.
+TEST(SlowRoadProfiles, ABankedRoadIsFoundWhateverTheNoise) {
+  const Truth truth{.bank = 0.2, .grade = 0.03};
+  int found_right = 0, gains = 0;
+  for (std::uint64_t draw = 1; draw <= 9; ++draw) {
+    const Findings all = explained(recorded(truth, {.yaw_filter_s = 0.3}, draw), {});
+    const Finding* bank = found(all, "road.banking");
+    ASSERT_NE(bank, nullptr) << draw;
+    found_right += right(*bank, [&](double share) { return bank_at(truth, share); }) > 0.8;
+    gains += found(all, "sensor.gain") != nullptr;
+  }
+  support::figure("right", found_right), support::figure("gains", gains);
+  EXPECT_GE(found_right, 8);
+  EXPECT_LE(gains, 1);
 }
 
 TEST(SlowRoadProfiles, ARoadIsFoundWhereALapIsHeldOut) {
