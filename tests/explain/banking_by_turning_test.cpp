@@ -54,6 +54,15 @@ TEST(BankingByTurning, FindsAnOvalThatLeans) {
   EXPECT_GT(both / either, 0.8);
 }
 
+TEST(BankingByTurning, ALineThatWasItselfDrivenDoesNotTellWhereOnTheRoad) {
+  TurningDrive d = oval();
+  d.wander_m = 1;
+  const BankingByTurning b = found(d);
+  ASSERT_TRUE(b.counts) << b.saved << " of " << b.threshold;
+  EXPECT_NEAR(degrees(b.lean), 20, 1);
+  EXPECT_NEAR(b.delay_s, 0.3, 0.05);
+}
+
 TEST(BankingByTurning, PositionsAreEnough) {
   TurningDrive d = oval();
   d.speed_mps = 45;

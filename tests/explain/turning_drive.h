@@ -27,6 +27,7 @@ struct TurningDrive {
   double half_width_m = 7.5;
   // The drive.
   double speed_mps = 45, beside_m = 3, laps = 3;
+  double wander_m = 0;           ///< of the drive, and of the stated line, which was made of one
   double slip_per_mps2 = -5e-4;  ///< angle of the body to its path per lateral acceleration
   // The logger.
   double yaw_filter_s = 0.2, yaw_delay_s = 0.1, ax_filter_s = 2.47;
@@ -93,20 +94,35 @@ class LeaningOval {
     return sum(on, 1,
                {-v * std::sin(all), v * std::cos(all), std::tan(lean_rad(s)) * (v - d_.pivot_m)});
   }
-  /// Stated flat, as edges without heights would make it.
+  double wander_m(double s) const { return d_.wander_m * std::sin(2 * kPi * 9 * s / length_m()); }
+  /// Stated flat, as edges without heights or a driven line would make it.
   crg::Crg flat_road() const {
+    // Equally far apart along the line that wanders.
+    const auto beside = [&](double s) { return at(s, wander_m(s)); };
+    std::vector<double> went_m{0.0};
+    for (std::size_t i = 1; i < place.size(); ++i) {
+      Vec step = sum(beside(at(i)), -1, beside(at(i - 1)));
+      step[2] = 0;
+      went_m.push_back(went_m.back() + std::sqrt(dot(step, step)));
+    }
     crg::ReferenceLine line;
-    line.u_step_m = step_m_;
+    const double u_step_m = went_m.back() / static_cast<double>(place.size() - 1);
+    line.u_step_m = u_step_m;
     line.closed = true;
+    std::size_t before = 0;
     for (std::size_t i = 0; i < place.size(); ++i) {
-      line.x_m.push_back(i + 1 < place.size() ? place[i][0] : place[0][0]);
-      line.y_m.push_back(i + 1 < place.size() ? place[i][1] : place[0][1]);
+      const double u_m = u_step_m * static_cast<double>(i);
+      while (before + 2 < went_m.size() && went_m[before + 1] < u_m) ++before;
+      const double part = (u_m - went_m[before]) / (went_m[before + 1] - went_m[before]);
+      const Vec on = beside(i + 1 < place.size() ? at(before) + part * step_m_ : 0.0);
+      line.x_m.push_back(on[0]);
+      line.y_m.push_back(on[1]);
       line.heading_rad.push_back(
           i == 0 ? 0.0 : std::atan2(line.y_m[i] - line.y_m[i - 1], line.x_m[i] - line.x_m[i - 1]));
     }
     line.heading_rad[0] = line.heading_rad[1];
     crg::Grid grid;
-    grid.u_step_m = step_m_;
+    grid.u_step_m = u_step_m;
     const int columns = static_cast<int>(d_.half_width_m / 0.5) + 2;
     for (int j = -columns; j <= columns; ++j) grid.v_m.push_back(0.5 * j);
     grid.z_m.assign(place.size() * grid.v_m.size(), 0.0f);
@@ -140,7 +156,8 @@ inline recording::Table logged(const TurningDrive& d) {
   constexpr std::size_t kEvery = 16;
   const double phase = random.uniform(0, 2 * kPi), wave = random.uniform(0.5, 1.5);
   const auto beside = [&](double s) {
-    return d.beside_m + wave * std::sin(2 * kPi * s / road.length_m() * 1.3 + phase);
+    return d.beside_m + road.wander_m(s) +
+           wave * std::sin(2 * kPi * s / road.length_m() * 1.3 + phase);
   };
   const auto on = [&](double s) { return road.at(s, beside(s)); };
   std::vector<double> s{0.0};

@@ -31,6 +31,10 @@ constexpr std::array<double, 2> kRamps_m{55.0, 120.0}, kInside_m{-6.0, 6.0};
 /// Sizes of waves of the lean, m/m, and lengths over which they stay alike.
 constexpr std::array<double, 4> kSizes{0.003, 0.006, 0.015, 0.03};
 constexpr std::array<double, 3> kLengths_m{80.0, 200.0, 500.0};
+/// How far cars drive beside where a reference line has them that was itself driven: one standard
+/// deviation; the length over which it stays alike, the shortest wave. Where it is let go to
+/// nothing, ramps of 230 m and pivots of 18 m took its place on a real oval.
+constexpr double kWander_m = 1.0, kWanderAlike_m = 200.0, kShortestWander_m = 150.0;
 /// One standard deviation of errors of a gyro as they are usual: gain, bias, delay, filter; side
 /// slip per lateral acceleration, where the path's course stands for the heading.
 constexpr std::array<double, kErrors> kUsual{selection::kUsualGyroGain, 0.0007, 0.5, 0.05, 1e-3};
@@ -45,15 +49,10 @@ constexpr double kFirst_rad = 0.002, kRough_rad = 0.003;
 /// The driven line is taken as smooth: the wiggles of a reference line are none of the car's.
 constexpr double kSmoothLine_m = 60.0;
 
-double step_up(double t) {
-  t = std::clamp(t, 0.0, 1.0);
-  return t * t * t * (10 - 15 * t + 6 * t * t);
-}
-
 /// Amounts in this order: lean between the turns; of all turns; how far their ramps lie outside, at
 /// begin and end; the logarithm of their length; of each turn, what it leans more and how much
 /// further out its ramps begin and end; waves; errors of the gyro; the pivot, of all turns alike
-/// and to the inside.
+/// and to the inside; where there are waves, those of how far beside the line was driven.
 enum : Index { kBetweenAt, kLeanAt, kBeginAt, kEndAt, kRampAt, kTurnsAt };
 struct Prior {
   VectorXd centre, precision;
@@ -78,6 +77,7 @@ class Fitting {
                                    kMostColumns, static_cast<std::size_t>(places_ - 1) | 1U});
     waves_ = waves(static_cast<std::size_t>(places_), columns, closed)
                  .rightCols(static_cast<Index>(columns) - 1);
+    wander_ = std::min(waves_.cols(), static_cast<Index>(2 * length_m / kShortestWander_m));
     usual_ = Eigen::Map<const VectorXd>(kUsual.data(), kErrors);
     for (const Turning& log : logs)
       if (log.by == TurningBy::kHeading || log.by == TurningBy::kCourseAndSlip)
@@ -103,6 +103,10 @@ class Fitting {
   Index waves_at() const { return kTurnsAt + 3 * count(); }
   Index error_at(Index waves) const { return waves_at() + waves; }
   Index pivot_at(Index waves) const { return error_at(waves) + kErrors; }
+  Index wander_at(Index waves) const { return pivot_at(waves) + 2; }
+  Index amounts(Index waves) const { return wander_at(waves) + (waves > 0 ? wander_ : 0); }
+  /// Of waves of this size that stay alike over this length.
+  VectorXd variances(Index waves, double size, double alike_m) const;
   void cut() {
     out.windows = turning_windows(logs_, length_m_, closed_, places_, out.delay_s, filter_s_);
     // The nose that pitches on the stated road.
@@ -117,7 +121,9 @@ class Fitting {
     return explain::derivative(x, out.place_m, closed_);
   }
   VectorXd second(const VectorXd& x) const { return second_derivative(x, out.place_m, closed_); }
-  MatrixXd ramps(double ramp_m, const VectorXd& begin_m, const VectorXd& end_m) const;
+  MatrixXd ramps(double ramp_m, const VectorXd& begin_m, const VectorXd& end_m) const {
+    return ramps_of(turns_, places_, out.place_m, closed_, {ramp_m, begin_m, end_m});
+  }
   State state(const VectorXd& amount, Index waves) const;
   Prior prior(Index waves, double size, double alike_m, double outside_m) const;
   double loss(const State& s, const Prior& p, const VectorXd& weight) const;
@@ -132,28 +138,12 @@ class Fitting {
   const std::vector<Turning>& logs_;
   double length_m_;
   bool closed_;
-  Index places_ = 0;
+  Index places_ = 0, wander_ = 0;
   double filter_s_ = 0.0;
   std::vector<Turn> turns_;
   VectorXd line_v_m_, usual_, y_;
   MatrixXd waves_;
 };
-
-/// Of each turn, the rise to the left where it leans by one.
-MatrixXd Fitting::ramps(double ramp_m, const VectorXd& begin_m, const VectorXd& end_m) const {
-  MatrixXd m = MatrixXd::Zero(places_, count());
-  for (Index t = 0; t < count(); ++t) {
-    const Turn& turn = turns_[static_cast<std::size_t>(t)];
-    for (Index k = 0; k < places_; ++k)
-      for (const double lap_m : {-length_m_, 0.0, length_m_}) {
-        if (!closed_ && lap_m != 0) continue;
-        const double at = static_cast<double>(k) * out.place_m + lap_m;
-        m(k, t) += turn.side * (step_up((at - turn.begin_m + begin_m[t]) / ramp_m + 0.5) -
-                                step_up((at - turn.end_m - end_m[t]) / ramp_m + 0.5));
-      }
-  }
-  return m;
-}
 
 Fitting::State Fitting::state(const VectorXd& amount, Index waves) const {
   const Index n = count();
@@ -183,8 +173,11 @@ Fitting::State Fitting::state(const VectorXd& amount, Index waves) const {
   // The car turned on the map by what the gyro felt, less the nose's pitching, over the cosine.
   const VectorXd cosine = cosine_of(s.bank), stated = cosine_of(out.turned.bank),
                  ratio = stated.cwiseQuotient(cosine), leaning = stated.cwiseProduct(s.bank);
+  const auto wander = waves_.leftCols(amount.size() - wander_at(waves));
   const VectorXd beside =
-      line_v_m_.array() - amount[pivot_at(waves)] + amount[pivot_at(waves) + 1] * out.side.array();
+      wander * amount.tail(wander.cols()) +
+      (line_v_m_.array() - amount[pivot_at(waves)] + amount[pivot_at(waves) + 1] * out.side.array())
+          .matrix();
   const VectorXd stated_pitch = derivative(out.turned.grade),
                  pitch = stated_pitch + second(added.cwiseProduct(beside));
   const MatrixXd &turned = out.windows.turned_rad, &went = out.windows.went_m;
@@ -199,26 +192,32 @@ Fitting::State Fitting::state(const VectorXd& amount, Index waves) const {
       went * pitch.cwiseProduct(stated).asDiagonal();
   s.jacobian.resize(y_.size(), amount.size());
   s.jacobian << by_bank * s.moves, out.windows.errors, felt * second(-added),
-      felt * second(added.cwiseProduct(out.side));
+      felt * second(added.cwiseProduct(out.side)),
+      times_second_derivative(felt, out.place_m, closed_) * added.asDiagonal() * wander;
   return s;
 }
 
+VectorXd Fitting::variances(Index waves, double size, double alike_m) const {
+  VectorXd out(waves);
+  for (Index k = 0; k < waves; ++k) {
+    const double ratio = wave_turns(static_cast<std::size_t>(k + 1), closed_) * alike_m / length_m_;
+    out[k] = 1 / (1 + ratio * ratio * ratio * ratio);
+  }
+  return waves > 0 ? VectorXd(out * (size * size / (0.5 * out.sum()))) : out;
+}
+
 Prior Fitting::prior(Index waves, double size, double alike_m, double outside_m) const {
-  Prior p{VectorXd::Zero(pivot_at(waves) + 2), VectorXd(pivot_at(waves) + 2)};
+  Prior p{VectorXd::Zero(amounts(waves)), VectorXd(amounts(waves))};
   const auto precision = [](double sd) { return 1 / (sd * sd); };
   p.centre.segment(kBeginAt, 2).setConstant(outside_m);
   p.centre[kRampAt] = std::log(kUsualRamp_m);
-  VectorXd variance(waves);
-  for (Index k = 0; k < waves; ++k) {
-    const double ratio = wave_turns(static_cast<std::size_t>(k + 1), closed_) * alike_m / length_m_;
-    variance[k] = 1 / (1 + ratio * ratio * ratio * ratio);
-  }
-  if (waves > 0) variance *= size * size / (0.5 * variance.sum());
   p.precision << precision(kBetween), precision(kLean),
       VectorXd::Constant(2, precision(waves > 0 ? kRamp_m : 0.2 * kRamp_m)), precision(kLongRamp),
       VectorXd::Constant(count(), precision(kOfTurn)),
-      VectorXd::Constant(2 * count(), precision(kRampOfTurn_m)), variance.cwiseInverse(),
-      usual_.cwiseAbs2().cwiseInverse(), precision(kPivot_m), precision(kInner_m);
+      VectorXd::Constant(2 * count(), precision(kRampOfTurn_m)),
+      variances(waves, size, alike_m).cwiseInverse(), usual_.cwiseAbs2().cwiseInverse(),
+      precision(kPivot_m), precision(kInner_m),
+      variances(amounts(waves) - wander_at(waves), kWander_m, kWanderAlike_m).cwiseInverse();
   return p;
 }
 
@@ -306,9 +305,9 @@ VectorXd Fitting::start(const VectorXd& leans, double ramp_m, double inside_m) c
     State s = improve(amount, 0, p, weight, 8);
     if (s.loss < best.loss) best = std::move(s);
   }
-  VectorXd amount = VectorXd::Zero(pivot_at(waves_.cols()) + 2);
+  VectorXd amount = VectorXd::Zero(amounts(waves_.cols()));
   amount.head(waves_at()) = best.amount.head(waves_at());
-  amount.tail(kErrors + 2) = best.amount.tail(kErrors + 2);
+  amount.segment(error_at(waves_.cols()), kErrors + 2) = best.amount.tail(kErrors + 2);
   return amount;
 }
 

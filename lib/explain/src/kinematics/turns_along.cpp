@@ -13,6 +13,11 @@ namespace {
 /// A road turns where it does so by more than this; a turn by more than half of the most nearby.
 constexpr double kTurns_1pm = 1.0 / 2500.0, kTurn_1pm = 1.0 / 1200.0, kNear_m = 200.0;
 
+double step_up(double t) {
+  t = std::clamp(t, 0.0, 1.0);
+  return t * t * t * (10 - 15 * t + 6 * t * t);
+}
+
 }  // namespace
 
 VectorXd side_of(const VectorXd& turned_rad, double place_m, bool closed,
@@ -98,6 +103,24 @@ std::vector<Turn> turns_of(const VectorXd& curvature_1pm, double place_m, bool c
   const double lap_m = static_cast<double>(n) * place_m;
   for (Turn& turn : out)
     if (closed && turn.begin_m >= lap_m) turn.begin_m -= lap_m, turn.end_m -= lap_m;
+  return out;
+}
+
+Eigen::MatrixXd ramps_of(const std::vector<Turn>& turns, Index places, double place_m, bool closed,
+                         const Ramps& ramps) {
+  const double lap_m = closed ? static_cast<double>(places) * place_m : 0.0;
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(places, static_cast<Index>(turns.size()));
+  for (Index t = 0; t < out.cols(); ++t) {
+    const Turn& turn = turns[static_cast<std::size_t>(t)];
+    for (Index k = 0; k < places; ++k)
+      for (const int lap : {-1, 0, 1}) {
+        if (!closed && lap != 0) continue;
+        const double at_m = static_cast<double>(k) * place_m + lap * lap_m;
+        out(k, t) +=
+            turn.side * (step_up((at_m - turn.begin_m + ramps.begin_m[t]) / ramps.length_m + 0.5) -
+                         step_up((at_m - turn.end_m - ramps.end_m[t]) / ramps.length_m + 0.5));
+      }
+  }
   return out;
 }
 

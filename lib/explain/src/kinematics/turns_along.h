@@ -23,4 +23,14 @@ struct Turn {
 /// apart are one. None of a circle.
 std::vector<Turn> turns_of(const Eigen::VectorXd& curvature_1pm, double place_m, bool closed);
 
+/// Where the lean of each turn begins and ends: how long its ramps are, and how far outside the
+/// turn their middles lie.
+struct Ramps {
+  double length_m = 0.0;
+  const Eigen::VectorXd &begin_m, &end_m;
+};
+/// Of each turn (columns), the rise to the left at each place where it leans by one.
+Eigen::MatrixXd ramps_of(const std::vector<Turn>& turns, Eigen::Index places, double place_m,
+                         bool closed, const Ramps& ramps);
+
 }  // namespace explain
