@@ -208,6 +208,20 @@ TEST_F(SlowBadInput, AnotherCar) {
               HasSubstr("is it the file of this car? Nothing about the car is named"));
 }
 
+TEST_F(SlowBadInput, WithoutForcesNoCarIsNeeded) {
+  const vehicle::Vehicle car =
+      vehicle::read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
+  ExplainOptions options;
+  options.nulls = 200;
+  options.forces = false;
+  const Findings found = explain_relations({signals(rows(0, 2650))}, car, options);
+  for (const Finding& f : found.findings)
+    EXPECT_THAT(f.kind, testing::AnyOf("sensor", "road")) << f.mechanism;
+  for (const explain::Unexplained& u : found.unexplained)
+    EXPECT_THAT(u.channel, testing::Not(HasSubstr("force"))) << u.channel;
+  EXPECT_FALSE(found.held_out.empty());
+}
+
 TEST(AnotherCarsFile, LeavesWhatNeedsNoForces) {
   Findings found;
   for (const char* kind : {"sensor", "parameter", "vehicle", "environment", "road"})

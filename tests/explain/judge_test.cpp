@@ -124,15 +124,25 @@ TEST(WheelsSay, AnOffsetOfTheSteeringMayBeCoupledWheelsOfDifferentRadius) {
   vehicle::Vehicle car;
   car.parameters[vehicle::Parameter::rear_track_m] = 1.6;
   Findings all = found_at("sensor.bias", "delta", -0.004);
-  tie_offset_of_steering_with_coupled_wheels(turning_log(0.96), car, all);
+  say_that_wheels_are_coupled(turning_log(0.96), car, all);
   EXPECT_EQ(all.findings[0].mechanism, "vehicle.differential");
   EXPECT_NEAR(all.findings[0].parameters[0].value, 0.96, 0.01);
   EXPECT_EQ(all.findings[0].rivals.at(0).channel, "delta");
   EXPECT_FALSE(all.findings[0].not_used.empty());
   EXPECT_EQ(judge(all), Verdict::kTie);
+  // Of another car than the file's, whose forces tell no offset.
+  Findings other;
+  other.doubtful_car = true;
+  say_that_wheels_are_coupled(turning_log(0.96), car, other);
+  ASSERT_EQ(other.findings.size(), 1U);
+  EXPECT_EQ(other.findings[0].mechanism, "vehicle.differential");
+  car.terms[vehicle::Term::locked_differential] = 1;
+  other.findings.clear();
+  say_that_wheels_are_coupled(turning_log(0.96), car, other);
+  EXPECT_TRUE(other.findings.empty()) << "its file says so";
   // Wheels that turn as the car does push it nowhere.
   all = found_at("sensor.bias", "delta", -0.004);
-  tie_offset_of_steering_with_coupled_wheels(turning_log(0.1), car, all);
+  say_that_wheels_are_coupled(turning_log(0.1), car, all);
   EXPECT_EQ(all.findings[0].mechanism, "sensor.bias");
 }
 

@@ -197,6 +197,27 @@ TEST(WriteCar, AMeasuredPositionBecomesTheCommandOfTheDelayBehindIt) {
   EXPECT_FALSE(explain::corrected_vehicle(kStated, car, all, {log}));
 }
 
+TEST(WriteCar, AnAccelerationThatIsTheDerivativeOfTheSpeedIsLeftOut) {
+  explain::Mapping mapping;
+  mapping.columns = {{"v", "vx_mps"}, {"ax", "ax_mps2"}};
+  explain::Findings all;
+  all.findings = {found("sensor.low_pass", "sensor", "time constant", 0.4),
+                  found("sensor.derived", "sensor", "share", 0.97)};
+  for (explain::Finding& f : all.findings) f.channel = "ax";
+  explain::FoundParameter& share = all.findings[1].parameters[0];
+  share.low = 0.2;
+  const vehicle::Vehicle car = vehicle::read_vehicle(kStated);
+  const auto unsure = explain::corrected_mapping(mapping, car, all, {some_log()});
+  ASSERT_TRUE(unsure);
+  EXPECT_EQ(unsure->columns.size(), 2U);
+  share.low = 0.75;
+  const auto out = explain::corrected_mapping(mapping, car, all, {some_log()});
+  ASSERT_TRUE(out);
+  ASSERT_EQ(out->columns.size(), 1U);
+  EXPECT_EQ(out->columns[0].column, "v");
+  EXPECT_THAT(out->notes.at(0), HasSubstr("derivative of the speed"));
+}
+
 TEST(WriteCar, AGainBehindAMeasuredThrottleIsTheEnginesTorqueAtPartThrottle) {
   const vehicle::Vehicle stated = vehicle::read_vehicle(kStated);
   const double gain = stated.parameters[P::throttle_gain];

@@ -26,6 +26,10 @@ Off off_by(const Findings& findings, double share) {
 
 }  // namespace
 
+bool is_of_the_car(const std::string& kind) {
+  return kind == "vehicle" || kind == "environment" || kind == "parameter";
+}
+
 void doubt_the_car(Findings& findings) {
   const Off far = off_by(findings, selection::kOtherCar),
             less = off_by(findings, selection::kOtherCarLess);
@@ -34,11 +38,10 @@ void doubt_the_car(Findings& findings) {
   // Forces are those of the file's car: what is missing of another one is not found with them. The
   // list of parameters has those that are off.
   std::string unnamed;
-  std::erase_if(findings.findings, [&](const Finding& f) {
-    const bool of_the_car = f.kind == "vehicle" || f.kind == "environment";
-    if (of_the_car) unnamed += (unnamed.empty() ? "; else it would name " : ", ") + f.mechanism;
-    return of_the_car || f.kind == "parameter";
-  });
+  for (const Finding& f : findings.findings)
+    if (is_of_the_car(f.kind) && f.kind != "parameter")
+      unnamed += (unnamed.empty() ? "; else it would name " : ", ") + f.mechanism;
+  std::erase_if(findings.findings, [](const Finding& f) { return is_of_the_car(f.kind); });
   findings.remarks.push_back(
       fmt::format("{} are each more than {:.0f} % off what the vehicle file states: is it the file "
                   "of this car? Nothing about the car is named or written back{}",

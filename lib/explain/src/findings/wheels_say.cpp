@@ -49,15 +49,26 @@ std::optional<FoundParameter> coupled_share(const Signals& log, double track_m) 
 
 }  // namespace
 
-void tie_offset_of_steering_with_coupled_wheels(const Signals& log, const vehicle::Vehicle& car,
-                                                Findings& findings) {
-  if (!log.present[kSteer] || log.commanded[kSteer]) return;
+void say_that_wheels_are_coupled(const Signals& log, const vehicle::Vehicle& car,
+                                 Findings& findings) {
+  using vehicle::Term;
   constexpr double kLocked = 0.8, kMost = 1.2;
+  const auto share = coupled_share(log, car.parameters[vehicle::Parameter::rear_track_m]);
+  if (!share || share->low < kLocked || share->high > kMost) return;
+  constexpr const char* kEquation = "omega_l - omega_r = -(1 - k) track r / R";
+  if (findings.doubtful_car && car.terms[Term::locked_differential] == 0) {
+    Finding& f = findings.findings.emplace_back();
+    f.mechanism = kCoupledWheels;
+    f.kind = "vehicle";
+    f.physics = "the driven wheels turn alike, by their speeds and the yaw rate alone";
+    f.equation = kEquation;
+    f.parameters = {*share};
+    return;
+  }
+  if (!log.present[kSteer] || log.commanded[kSteer]) return;
   for (Finding& f : findings.findings) {
     if (!is_about(f, kSensorBias) || f.channel != log.column[kSteer] || f.parameters.empty())
       continue;
-    const auto share = coupled_share(log, car.parameters[vehicle::Parameter::rear_track_m]);
-    if (!share || share->low < kLocked || share->high > kMost) return;
     const FoundParameter offset = f.parameters.front();
     f.rivals.insert(
         f.rivals.begin(),
@@ -73,7 +84,7 @@ void tie_offset_of_steering_with_coupled_wheels(const Signals& log, const vehicl
     f.physics =
         "the driven wheels turn alike; of different radius they turn the car all along, as an "
         "offset of its steering does";
-    f.equation = "omega_l - omega_r = -(1 - k) track r / R";
+    f.equation = kEquation;
     f.parameters = {*share};
   }
 }

@@ -189,6 +189,19 @@ void write_low_pass(MappingChanges& out, const Finding& f) {
   });
 }
 
+/// A column that is the derivative of the speed says nothing that the speed does not.
+void write_derived(MappingChanges& out, const Finding& f) {
+  constexpr double kMostOfIt = 0.5;
+  if (f.parameters[0].low < kMostOfIt) return;
+  const auto dropped = std::erase_if(out.mapping.columns, [&](const ColumnMapping& m) {
+    return names_column(f.channel, m.column);
+  });
+  if (dropped == 0) return;
+  out.mapping.notes.push_back("column '" + f.channel +
+                              "' is not used: it is the derivative of the speed");
+  out.changed = true;
+}
+
 void write_misalignment(MappingChanges& out, const Finding& f) {
   out.mapping.imu_yaw_rad += f.parameters[0].value;
   out.changed = true;
@@ -210,7 +223,7 @@ std::vector<Mechanism> mechanisms() {
           {.id = kSensorLowPass, .most = 5.0, .write_mapping = write_low_pass},
           {.id = "sensor.misalignment", .most = 0.3, .write_mapping = write_misalignment},
           {.id = "sensor.lever_arm", .most = 4.0, .write_mapping = write_lever_arm},
-          {.id = "sensor.derived", .most = 1.4}};
+          {.id = "sensor.derived", .most = 1.4, .write_mapping = write_derived}};
 }
 
 }  // namespace explain::sensors

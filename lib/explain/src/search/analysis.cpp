@@ -7,6 +7,8 @@
 #include <tuple>
 
 #include "base/parallel.h"
+#include "explain/plausible_car.h"
+#include "not_known.h"
 #include "road_profiles.h"
 #include "vehicle/error.h"
 
@@ -21,6 +23,12 @@ Analysis::Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car
     : logs_(logs), car_(car), options_(options) {
   if (logs.empty()) throw vehicle::Error("no recordings");
   inventory_ = inventory(logs, car);
+  const auto by_forces = [&](const Unknown& u) {
+    const auto& columns = logs.front().column;
+    return u.role == Role::kCandidate && (is_of_the_car(u.kind) || u.channel == columns[kSteer] ||
+                                          u.channel == columns[kBrakeFront]);
+  };
+  if (!options.forces) std::erase_if(inventory_.unknowns, by_forces);
   for (std::size_t k = 0; k < inventory_.unknowns.size(); ++k)
     (inventory_.unknowns[k].role == Role::kCandidate ? candidate_ : refit_).push_back(k);
   cells_ = static_cast<int>(logs.front().length_m / kCell_m) + 1;
@@ -29,6 +37,9 @@ Analysis::Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car
   std::vector<Residuals> base;
   for (std::size_t k = 0; k < logs.size(); ++k)
     base.push_back(residuals(logs[k], car, fine[k].setting, {.known = &fine[k]}));
+  for (Residuals& of_log : base)
+    for (std::size_t k = 0; k < kRelationCount && !options.forces; ++k)
+      if (!relations()[k].sensors_only) std::fill(of_log.r[k].begin(), of_log.r[k].end(), kNaN);
   rows_ = make_rows(logs, base);
   if (rows_.row.size() < selection::kLeastRows)
     throw vehicle::Error(
@@ -40,7 +51,7 @@ Analysis::Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car
       static_cast<std::ptrdiff_t>(selection::kLeastRows))
     throw vehicle::Error("the held-out laps leave less than 30 s for the analysis");
   amounts_ = VectorXd::Zero(static_cast<Index>(refit_.size()));
-  stated_rows_ = gather(rows_, base);
+  r_ = stated_rows_ = gather(rows_, base);
   find_what_fine_steps_add();
 }
 

@@ -69,8 +69,8 @@ void Analysis::find_banking_by_turning(Findings& out) {
   if (b.places.empty()) return;
   if (!b.counts) {
     out.remarks.push_back(fmt::format(
-        "by {} the road leans by at most {:.0f} degrees where it turns, if the gain of the yaw "
-        "rate is right",
+        "by {} the road leans by at most {:.0f} degrees more than the file where it turns, if the "
+        "gain of the yaw rate is right",
         name_of(b.by), std::ceil(degrees_of(b.limit))));
     return;
   }

@@ -11,6 +11,23 @@
 #include "mechanism.h"
 
 namespace explain {
+namespace {
+
+/// Another car's file has other forces: what is named is what motion and sensors say without them.
+void leave_out_forces(Findings& out, const Comparison& c, ExplainOptions options) {
+  if (!out.doubtful_car) return;
+  options.forces = false;
+  Findings motion = explain_relations(c.logs, c.car, options);
+  out.findings = std::move(motion.findings);
+  out.unexplained = std::move(motion.unexplained);
+  out.evidence = std::move(motion.evidence);
+  out.traces = std::move(motion.traces);
+  out.held_out = std::move(motion.held_out);
+  out.threshold = motion.threshold;
+  out.null_false_alarm = motion.null_false_alarm;
+}
+
+}  // namespace
 
 Findings explain(const Comparison& c, const ExplainOptions& options) {
   const auto stage = [&](const char* name) {
@@ -22,8 +39,9 @@ Findings explain(const Comparison& c, const ExplainOptions& options) {
   stage("brake discs");
   add_discs(out, c.recordings, c.mapping, c.car);
   doubt_the_car(out);
+  leave_out_forces(out, c, options);
   tie_gain_with_banking(c.logs.front(), out);
-  tie_offset_of_steering_with_coupled_wheels(c.logs.front(), c.car, out);
+  say_that_wheels_are_coupled(c.logs.front(), c.car, out);
   take_speeds_of_wheels_as_usual(c.logs.front(), out);
   name_late_columns(c.logs.front(), out);
   hold_back_beside_broken_columns(out);

@@ -97,7 +97,7 @@ std::vector<KnownDrive> Analysis::choose_substeps() {
 
 void Analysis::find_what_fine_steps_add() {
   Setting setting = setting_with(amounts_);
-  if (setting.substeps == fine_substeps_) return;
+  if (!options_.forces || setting.substeps == fine_substeps_) return;
   const auto driven = [&] {
     return std::move(
         explain::rows_at(logs_, car_, {setting}, drives_, rows_, options_.threads).front());
@@ -114,6 +114,13 @@ VectorXd Analysis::rows_at(const Setting& setting) const {
 
 std::vector<VectorXd> Analysis::rows_at(const std::vector<Setting>& settings,
                                         const std::function<void(double)>& progress) const {
+  if (!options_.forces) {
+    std::vector<VectorXd> out(settings.size());
+    base::parallel_for(settings.size(), 1, options_.threads, [&](std::size_t k, std::size_t) {
+      out[k] = rows_without_drive(settings[k]);
+    });
+    return out;
+  }
   const MatrixXd driven = kept([&] {
     const std::vector<VectorXd> rows =
         explain::rows_at(logs_, car_, settings, drives_, rows_, options_.threads, progress);
@@ -153,6 +160,15 @@ MatrixXd Analysis::kept(const std::function<MatrixXd()>& make) const {
 
 MatrixXd Analysis::columns_of(const std::vector<const Unknown*>& unknowns,
                               const char* stage) const {
+  if (!options_.forces) {
+    std::vector<Setting> moved(unknowns.size() + 1, setting_with(amounts_));
+    for (std::size_t k = 0; k < unknowns.size(); ++k) unknowns[k]->set(moved[k], unknowns[k]->step);
+    const std::vector<VectorXd> there = rows_at(moved);
+    MatrixXd out(there.back().size(), static_cast<Index>(unknowns.size()));
+    for (std::size_t k = 0; k < unknowns.size(); ++k)
+      out.col(static_cast<Index>(k)) = (there.back() - there[k]) / unknowns[k]->step;
+    return out;
+  }
   return kept([&] {
     return derivatives(logs_, car_, setting_with(amounts_), unknowns, drives_, rows_,
                        options_.threads, [&](double share) { progress(stage, share); });
@@ -170,6 +186,10 @@ VectorXd Analysis::rows_without_drive(const Setting& setting) const {
 
 void Analysis::look() {
   const Setting setting = setting_with(amounts_);
+  if (!options_.forces) {
+    r_ = rows_without_drive(setting);
+    return;
+  }
   base::parallel_for(logs_.size(), 1, options_.threads, [&](std::size_t k, std::size_t) {
     residuals(logs_[k], car_, setting, {.known = &drives_[k], .keep = &drives_[k], .tick = [&] {
                                           progress("refit of the parameters", 0.0);
