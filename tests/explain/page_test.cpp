@@ -30,6 +30,21 @@ TEST(FindingsPage, TakesTextOfLogsForText) {
   EXPECT_THAT(page, HasSubstr("&lt;script&gt;alert(1)"));
 }
 
+TEST(FindingsPage, SaysWhatToDoNextUnderTheVerdict) {
+  Findings f;
+  Finding& x = f.findings.emplace_back();
+  x.mechanism = "sensor.gain", x.channel = "ay";
+  x.rivals = {{"road.banking", "", "survey the cross slope", 1.0, false},
+              {"vehicle.mass", "", "weigh it", 1.0, true}};
+  const std::string page =
+      findings_page(f, {}, "t", {{"look again", "crgexplain run --log '<a>'"}});
+  EXPECT_THAT(page, HasSubstr("look again: <code>crgexplain run --log &#39;&lt;a&gt;&#39;</code>"));
+  EXPECT_THAT(page, HasSubstr("tell sensor.gain in ay from road.banking: survey the cross slope"));
+  EXPECT_THAT(page.substr(0, page.find("What is")), Not(HasSubstr("weigh it")));
+  EXPECT_LT(page.find("What to do next"), page.find("sensor.gain in ay</h2>"));
+  EXPECT_THAT(findings_page({}, {}, "t"), Not(HasSubstr("What to do next")));
+}
+
 // The page goes by what a remark is about, not by its wording.
 TEST(FindingsPage, PutsWhatTheCarWasRefittedToBesideItsErrors) {
   Findings f;

@@ -60,28 +60,6 @@ void print_whole_car(const std::vector<explain::HeldOut>& held_out, Terminal& te
   }
 }
 
-/// How the corrected inputs are simulated with, and looked at again.
-void print_commands(const RunCommand& command, const explain::ExplainedFiles& result,
-                    Terminal& terminal) {
-  const explain::CorrectedFiles& now = result.corrected;
-  const auto option = [](const char* name, const std::string& path) {
-    return path.empty() ? "" : fmt::format(" {} {}", name, shell_word(path));
-  };
-  const std::string track = option("--road", now.track_path),
-                    vehicle = option("--car", now.vehicle_path),
-                    friction = option("--grip", now.friction_path);
-  const std::string fuel = fmt::format(" --fuel-kg {:.6g}", now.fuel_kg);
-  terminal.print(fmt::format("simulate with the corrections: crgdrive lap{}{}{}{}{}\n", track,
-                             vehicle, result.fuel_logged ? "" : fuel, friction,
-                             option("-o", command.out_path + "/lap.csv")));
-  std::string logs;
-  for (const std::string& path : command.recording_paths) logs += " " + shell_word(path);
-  terminal.print(fmt::format("look again: crgexplain run{}{}{}{} --log{}{}{}\n", track, friction,
-                             vehicle, now.fuel_kg > 0 ? fuel : "", logs,
-                             option("--mapping", now.mapping_path),
-                             option("-o", command.out_path + "/again")));
-}
-
 }  // namespace
 
 void print_result(const RunCommand& command, const explain::ExplainedFiles& result,
@@ -112,18 +90,8 @@ void print_result(const RunCommand& command, const explain::ExplainedFiles& resu
     terminal.print(fmt::format("lap of the built-in driver: {:.2f} s before, {:.2f} s after\n",
                                findings.simulated_lap_before_s, findings.simulated_lap_after_s));
   terminal.print(fmt::format("{0}/report.html, {0}/findings.json\n", command.out_path));
-  const bool corrected = now.track_path != command.track_path ||
-                         now.friction_path != command.friction_path ||
-                         now.vehicle_path != command.vehicle_path || now.mapping;
-  if (corrected)
-    print_commands(command, result, terminal);
-  else if (!findings.findings.empty())
-    terminal.print(fmt::format("no inputs are written: {}\n",
-                               std::any_of(findings.findings.begin(), findings.findings.end(),
-                                           [](const auto& f) { return !f.not_used.empty(); })
-                                   ? "the whole car is not better with them; --skip-simulation "
-                                     "writes them untried"
-                                   : "no road, car or mapping holds what was found"));
+  for (const explain::NextStep& step : result.next)
+    terminal.print(fmt::format("{}: {}\n", step.what, step.how));
 }
 
 }  // namespace crgexplain

@@ -9,6 +9,7 @@
 #include "base/progress.h"
 #include "explain/findings.h"
 #include "explain/mapping.h"
+#include "explain/page.h"
 
 namespace explain {
 
@@ -39,7 +40,8 @@ struct ExplainedFiles {
   std::string findings_json;  ///< the text of OUT/findings.json
   std::string json_path, page_path;
   CorrectedFiles corrected;
-  bool fuel_logged = false;  ///< in the recordings themselves
+  bool fuel_logged = false;    ///< in the recordings themselves
+  std::vector<NextStep> next;  ///< as on the page
 };
 
 /// Reads, explains, drives the whole simulated car with what was found, and writes findings.json,

@@ -348,11 +348,25 @@ std::string along_the_road(const Findings& f, double length_m) {
   return out;
 }
 
+/// Commands, and the experiments that tell apart what these recordings cannot.
+std::string what_next(const Findings& f, const std::vector<NextStep>& next) {
+  std::string rows;
+  for (const NextStep& step : next)
+    rows += "<p>" + html_text(step.what) + ": <code>" + html_text(step.how) + "</code></p>";
+  for (const Finding& x : f.findings)
+    for (const Rival& r : x.rivals)
+      if (!r.separable)
+        rows += "<p>tell " + html_text(named(x.mechanism, x.channel)) + " from " +
+                html_text(named(r.mechanism, r.channel)) + ": " +
+                html_text(r.separating_experiment) + "</p>";
+  return rows.empty() ? "" : "<section><h2>What to do next</h2>" + rows + "</section>\n";
+}
+
 }  // namespace
 
 std::string findings_page(const Findings& f, const std::vector<Signals>& logs,
-                          const std::string& title) {
-  std::string out = report::page_head(title) + verdict_box(f);
+                          const std::string& title, const std::vector<NextStep>& next) {
+  std::string out = report::page_head(title) + verdict_box(f) + what_next(f, next);
   if (!logs.empty())
     if (const Map map(logs.front()); !map.empty()) out += map.draw(f);
   for (const Finding& x : f.findings) out += found(x);

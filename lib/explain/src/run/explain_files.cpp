@@ -115,14 +115,16 @@ ExplainedFiles explain_files(const ExplainRequest& request, const base::Progress
                                         std::filesystem::path(request.track_path).stem().string());
   out.findings_json = findings_json(findings);
   base::write_file(outputs.staged("findings.json"), out.findings_json);
-  base::write_file(outputs.staged("report.html"), findings_page(findings, recordings.logs, title));
-  outputs.commit("explain");
-  remove_corrected_of_others(request.out_path);
-  out.json_path = outputs.path("findings.json"), out.page_path = outputs.path("report.html");
   for (std::string* path : {&out.corrected.track_path, &out.corrected.friction_path,
                             &out.corrected.vehicle_path, &out.corrected.mapping_path})
     if (path->starts_with(staged.out_path))
       *path = outputs.path(std::filesystem::path(*path).filename());
+  out.next = next_steps(request, out);
+  base::write_file(outputs.staged("report.html"),
+                   findings_page(findings, recordings.logs, title, out.next));
+  outputs.commit("explain");
+  remove_corrected_of_others(request.out_path);
+  out.json_path = outputs.path("findings.json"), out.page_path = outputs.path("report.html");
   stages.done();
   return out;
 }

@@ -36,4 +36,7 @@ CorrectedFiles use_what_helps(const ExplainRequest& request, const StatedRoad& r
                               const Stages& stages, const base::Progress& progress,
                               Findings& findings);
 
+/// How the corrected inputs are simulated with, and looked at again; where none are written, why.
+std::vector<NextStep> next_steps(const ExplainRequest& request, const ExplainedFiles& result);
+
 }  // namespace explain
