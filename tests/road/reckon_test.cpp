@@ -49,6 +49,23 @@ TEST(Reckon, ClosesLapsThatABiasLeavesOpen) {
   EXPECT_LT(farthest_m(places, drive), 2.0);
 }
 
+TEST(Reckon, ACarThatSlipsGoesBesideItsNose) {
+  DrivenLap drive = drive_round(2.4);
+  // The nose points up to 5 degrees off the way that the car goes.
+  std::vector<double> vy_mps;
+  for (std::size_t i = 0; i < drive.time_s.size(); ++i) {
+    const double slow = 0.7, t = drive.time_s[i], slip = 0.09 * std::sin(slow * t);
+    vy_mps.push_back(drive.vx_mps[i] * std::sin(slip));
+    drive.vx_mps[i] *= std::cos(slip);
+    drive.yaw_rate_radps[i] -= 0.09 * slow * std::cos(slow * t);
+  }
+  const auto places = [&](const std::vector<double>& left) {
+    return reckon_places("log", drive.time_s, drive.vx_mps, drive.yaw_rate_radps, left);
+  };
+  EXPECT_LT(farthest_m(places(vy_mps), drive), 1.0);
+  EXPECT_GT(farthest_m(places({}), drive), 2.0);
+}
+
 TEST(Reckon, LeavesAWayOpenThatIsDrivenOnce) {
   const DrivenLap drive = drive_round(0.6);
   const ReckonedPlaces places =

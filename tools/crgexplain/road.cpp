@@ -51,9 +51,10 @@ const std::vector<double>& wanted(const recording::Recording& drive, const RoadC
 std::optional<road::ReckonedPlaces> add_places(const RoadCommand& command,
                                                recording::Recording& drive) {
   if (drive.table.find("x_m") != nullptr && drive.table.find("y_m") != nullptr) return std::nullopt;
+  const std::vector<double>* const left = drive.table.find("vy_mps");
   road::ReckonedPlaces places = road::reckon_places(
       command.log_path, wanted(drive, command, "time_s"), wanted(drive, command, "vx_mps"),
-      wanted(drive, command, "yaw_rate_radps"));
+      wanted(drive, command, "yaw_rate_radps"), left != nullptr ? *left : std::vector<double>{});
   drive.table.add("x_m", places.x_m);
   drive.table.add("y_m", places.y_m);
   return places;

@@ -21,10 +21,12 @@ struct ReckonedPlaces {
 /// Integrates the motion in a plane. A lap is the shortest way after which the same bends come in
 /// the same order and the car has turned whole turns, or none in all. Every lap begins and ends at
 /// one place. `time_s` ascends; NaN of the others is bridged by straight lines; `yaw_rate_radps` is
-/// counter-clockwise. Throws Error naming `name`: less than 50 rows or a car that hardly moves;
-/// laps that miss their start by more than a quarter of their length.
+/// counter-clockwise; `vy_mps`, to the left, may be empty: the car goes where its nose points.
+/// Throws Error naming `name`: less than 50 rows or a car that hardly moves; laps that miss their
+/// start by more than a quarter of their length.
 ReckonedPlaces reckon_places(const std::string& name, const std::vector<double>& time_s,
                              const std::vector<double>& vx_mps,
-                             const std::vector<double>& yaw_rate_radps);
+                             const std::vector<double>& yaw_rate_radps,
+                             const std::vector<double>& vy_mps = {});
 
 }  // namespace road

@@ -22,20 +22,31 @@ constexpr double kOtherBends = 0.5;       // share of the best: a way within one
 constexpr double kWholeTurns = 0.15;      // turns off a whole number, which a gyro's bias makes
 constexpr double kMostGap = 0.25;         // of a lap
 
-/// The drive over the way driven.
+/// The drive over the way driven: how far the path has turned.
 struct Motion {
   std::vector<double> time_s, s_m, turned_rad;  // of each row, from 0
 };
 
 Motion integrate(const std::vector<double>& time_s, const std::vector<double>& vx_mps,
-                 const std::vector<double>& yaw_rate_radps) {
+                 const std::vector<double>& yaw_rate_radps, const std::vector<double>& vy_mps) {
   const std::vector<double> v = recording::fill_gaps(time_s, vx_mps),
-                            r = recording::fill_gaps(time_s, yaw_rate_radps);
+                            r = recording::fill_gaps(time_s, yaw_rate_radps),
+                            left = recording::fill_gaps(time_s, vy_mps);
+  constexpr double kSlow_mps = 3.0;  // a side slip says nothing below
+  const auto slip_rad = [&](std::size_t i) {
+    return left.empty() || !(v[i] > kSlow_mps) || !std::isfinite(left[i])
+               ? 0.0
+               : std::atan2(left[i], v[i]);
+  };
   Motion m{time_s, {0.0}, {0.0}};
+  double turned_rad = 0.0;  // of the nose
   for (std::size_t i = 1; i < time_s.size(); ++i) {
-    const double dt = time_s[i] - time_s[i - 1];
-    m.s_m.push_back(m.s_m.back() + dt * std::max(0.0, 0.5 * (v[i] + v[i - 1])));
-    m.turned_rad.push_back(m.turned_rad.back() + dt * 0.5 * (r[i] + r[i - 1]));
+    const double dt = time_s[i] - time_s[i - 1],
+                 way_mps =
+                     0.5 * (v[i] / std::cos(slip_rad(i)) + v[i - 1] / std::cos(slip_rad(i - 1)));
+    turned_rad += dt * 0.5 * (r[i] + r[i - 1]);
+    m.s_m.push_back(m.s_m.back() + dt * std::max(0.0, way_mps));
+    m.turned_rad.push_back(turned_rad + slip_rad(i) - slip_rad(0));
   }
   return m;
 }
@@ -233,12 +244,13 @@ void close_laps(const Motion& m, const std::vector<double>& lines, double turns,
 
 ReckonedPlaces reckon_places(const std::string& name, const std::vector<double>& time_s,
                              const std::vector<double>& vx_mps,
-                             const std::vector<double>& yaw_rate_radps) {
+                             const std::vector<double>& yaw_rate_radps,
+                             const std::vector<double>& vy_mps) {
   constexpr std::size_t kLeastRows = 50;
   if (time_s.size() < kLeastRows)
     throw Error(fmt::format("{}: {} rows; wanted {} with a speed and a yaw rate", name,
                             time_s.size(), kLeastRows));
-  const Motion motion = integrate(time_s, vx_mps, yaw_rate_radps);
+  const Motion motion = integrate(time_s, vx_mps, yaw_rate_radps, vy_mps);
   if (!(motion.s_m.back() > 10.0) || !std::isfinite(motion.turned_rad.back()))
     throw Error(fmt::format("{}: a way of {:.1f} m by its speed and yaw rate; wanted a drive", name,
                             motion.s_m.back()));
