@@ -2,6 +2,7 @@
 // refused, what modifiers and options do on roads whose heights are known by hand.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <climits>
 #include <cmath>
 #include <string>
@@ -23,7 +24,8 @@ class Manage : public testing::Test {
 
   // z = 1 + 0.5 u + 0.25 v on u in [5, 15], v in [-2, 2], heading 0, options and modifiers given.
   int load(const std::vector<crg::HeaderEntry>& options = {},
-           const std::vector<crg::HeaderEntry>& modifiers = {}) {
+           const std::vector<crg::HeaderEntry>& modifiers = {},
+           const std::vector<std::pair<const char*, double>>& road_keys = {}) {
     crg::ReferenceLine line = crg::test::line_along(11, 1.0, [](double) { return 0.0; });
     line.u_begin_m = 5.0;
     crg::Crg road = crg::make_crg(
@@ -31,6 +33,7 @@ class Manage : public testing::Test {
                                  [](double u, double v) { return 1.0 + 0.5 * u + 0.25 * v; }));
     road.options = options;
     road.modifiers = modifiers;
+    for (const auto& [key, value] : road_keys) crg::set_value(road.road, key, value);
     crg::write(road, folder_.file("road.crg"), crg::Format::KRBI);
     return crgLoaderReadFile(folder_.file("road.crg").c_str());
   }
@@ -193,6 +196,51 @@ TEST_F(Manage, ReleaseEndsTheContactPointsToo) {
   EXPECT_GE(crgContactPointCreate(second), 0);
   crgMemRelease();
   EXPECT_EQ(crgContactPointCreate(second), -1);
+}
+
+// By hand: a straight road from (0, 0) along x; its axes turned by 90 degrees and moved.
+TEST_F(Manage, AnOriginPutsTheRoadIntoTheWorldAndModifiersLeaveItThere) {
+  const int set = load({}, {},
+                       {{"REFERENCE_LINE_OFFSET_X", 100.0},
+                        {"REFERENCE_LINE_OFFSET_Y", 200.0},
+                        {"REFERENCE_LINE_OFFSET_Z", 30.0},
+                        {"REFERENCE_LINE_OFFSET_PHI", 0.5 * M_PI}});
+  const int cp = crgContactPointCreate(set);
+  const auto world = [&](double u, double v) {
+    double x = 0, y = 0, height = 0, e = 0, n = 0, h = 0, back_x = 0, back_y = 0, back_z = 0;
+    EXPECT_EQ(crgEvaluv2xy(cp, u, v, &x, &y) + crgEvaluv2z(cp, u, v, &height), 2);
+    EXPECT_EQ(crgEvalxyz2enh(cp, x, y, height, &e, &n, &h), 1);
+    EXPECT_EQ(crgEvalenh2xyz(cp, e, n, h, &back_x, &back_y, &back_z), 1);
+    EXPECT_NEAR(std::hypot(back_x - x, back_y - y, back_z - height), 0.0, 1e-9);
+    return std::array{e, n, h};
+  };
+  const auto before = world(9.0, 1.0);
+  EXPECT_NEAR(before[0], 100.0 - 1.0, 1e-9);
+  EXPECT_NEAR(before[1], 200.0 + 4.0, 1e-9);
+  EXPECT_NEAR(before[2], 30.0 + 1.0 + 4.5 + 0.25, 1e-6);
+  const auto stays = [&] {
+    const auto now = world(9.0, 1.0);
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(now[k], before[k], 1e-6);
+  };
+  crgDataSetModifierRemoveAll(set);
+  for (const auto& [id, value] :
+       {std::pair{dCrgModRefPointUFrac, 0.5}, std::pair{dCrgModRefPointV, 0.4},
+        std::pair{dCrgModRefPointX, 100.2}, std::pair{dCrgModRefPointY, 30.5},
+        std::pair{dCrgModRefPointZ, 12.9}, std::pair{dCrgModRefPointPhi, 3.0}})
+    EXPECT_EQ(crgDataSetModifierSetDouble(set, static_cast<unsigned>(id), value), 1);
+  crgDataSetModifiersApply(set);
+  stays();
+  EXPECT_EQ(crgDataSetSetGlobalOrigin(set, 7.0, -8.0, 0.0, 0.3), 1);
+  double x = 0, y = 0, height = 0, phi = 0;
+  EXPECT_EQ(crgDataSetGetGlobalOrigin(set, &x, &y, &height, &phi), 1);
+  EXPECT_EQ((std::array{x, y, height, phi}), (std::array{7.0, -8.0, 0.0, 0.3}));
+  stays();
+  EXPECT_EQ(crgDataSetSetGlobalOrigin(set, 0.0, 0.0, 0.0, 0.0), 1);
+  stays();
+  EXPECT_EQ(crgEvaluv2xy(cp, 9.0, 1.0, &x, &y), 1);
+  EXPECT_NEAR(std::hypot(x - before[0], y - before[1]), 0.0, 1e-9);
+  EXPECT_EQ(crgDataSetSetGlobalOrigin(set, NAN, 0.0, 0.0, 0.0), 0);
+  stays();
 }
 
 }  // namespace manage_test

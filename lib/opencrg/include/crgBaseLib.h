@@ -129,6 +129,13 @@ void crgDataSetModifiersApply(int dataSetId);
 void crgDataSetModifierSetDefault(int dataSetId);
 void crgDataSetOptionSetDefault(int dataSetId);
 
+/* Where the road's axes lie in the world, m and rad: they turn by poff about the begin of the line,
+ * then move. Begins with the file's REFERENCE_LINE_OFFSET_*, and follows modifiers that move the
+ * road, so that its place in the world stays; setting it moves the road likewise. */
+int crgDataSetGetGlobalOrigin(int dataSetId, double* xoff, double* yoff, double* zoff,
+                              double* poff);
+int crgDataSetSetGlobalOrigin(int dataSetId, double xoff, double yoff, double zoff, double poff);
+
 /* Contact points. crgContactPointCreate() gives an id, or -1; the point begins with the options of
  * its data set. A dataSetId of -1 deletes all points of all data sets. */
 int crgContactPointCreate(int dataSetId);
@@ -154,6 +161,9 @@ int crgEvaluv2z(int cpId, double u, double v, double* z);
 int crgEvalxy2z(int cpId, double x, double y, double* z);
 int crgEvaluv2pk(int cpId, double u, double v, double* phi, double* curv);
 int crgEvalxy2pk(int cpId, double x, double y, double* phi, double* curv);
+/* From the road's axes to the world (east, north, height) and back. */
+int crgEvalxyz2enh(int cpId, double x, double y, double z, double* e, double* n, double* h);
+int crgEvalenh2xyz(int cpId, double e, double n, double h, double* x, double* y, double* z);
 
 /* Messages up to the level (first: notice) go to stderr, or to the callback. The numbers of
  * warnings and of messages below them that go to stderr can be limited; -1: no limit. */

@@ -78,6 +78,28 @@ void keep_begin(crg::Crg& crg, double begin_m) {
   }
 }
 
+/// Where a road's line begins, and the height that is added to it.
+Origin begin_of(const crg::Crg& crg) {
+  const crg::ReferenceLine line = crg::integrate_reference_line(crg);
+  return {line.x_m.front(), line.y_m.front(),
+          crg::find_value(crg.road, "REFERENCE_LINE_START_Z").value_or(0.0),
+          line.heading_rad.front()};
+}
+
+/// Makes the road the set's, where the modifiers `moving` put it.
+void take_moved(DataSet& set, crg::Crg crg, std::vector<crg::HeaderEntry> moving) {
+  const Origin from = begin_of(crg);
+  crg.modifiers = std::move(moving);
+  crg = crg::apply_modifiers(std::move(crg));
+  crg.modifiers.clear();
+  const Origin to = begin_of(crg);
+  const bool close = wants_closed(set);
+  take_surface(set, make_surface(std::move(crg), close), close);
+  set.origin = {set.origin.x_m + from.x_m - to.x_m, set.origin.y_m + from.y_m - to.y_m,
+                set.origin.z_m + from.z_m - to.z_m, set.origin.phi_rad + from.phi_rad - to.phi_rad};
+  if (set.channels) set.channels->take(set.any());
+}
+
 }  // namespace
 
 std::mutex& registry_lock() {
@@ -97,6 +119,9 @@ DataSet& load(const char* path) {
   }
   crg.modifiers.clear();
   crg.has_modifier_section = true;
+  const auto offset = [&](const char* key) { return crg::find_value(crg.road, key).value_or(0.0); };
+  set->origin = {offset("REFERENCE_LINE_OFFSET_X"), offset("REFERENCE_LINE_OFFSET_Y"),
+                 offset("REFERENCE_LINE_OFFSET_Z"), offset("REFERENCE_LINE_OFFSET_PHI")};
   const bool close = wants_closed(*set);
   take_surface(*set, make_surface(std::move(crg), close), close);
   set->id = all().empty() ? 1 : all().rbegin()->first + 1;
@@ -152,12 +177,29 @@ void apply_modifiers(DataSet& set) {
       !crg::find_value(crg.road, "LONG_SECTION_V_RIGHT")) {
     crg.modifiers.push_back({.key = "REFPOINT_V"});
   }
-  crg = crg::apply_modifiers(std::move(crg));
-  crg.modifiers.clear();
-  const bool close = wants_closed(set);
-  take_surface(set, make_surface(std::move(crg), close), close);
+  const auto moves = std::stable_partition(
+      crg.modifiers.begin(), crg.modifiers.end(), [](const crg::HeaderEntry& entry) {
+        return !entry.key.starts_with("REFPOINT_") && !entry.key.starts_with("REFLINE_");
+      });
+  std::vector<crg::HeaderEntry> moving(moves, crg.modifiers.end());
+  crg.modifiers.erase(moves, crg.modifiers.end());
+  take_moved(set, crg::apply_modifiers(std::move(crg)), std::move(moving));
   set.modifiers.clear();
-  if (set.channels) set.channels->take(set.any());
+}
+
+void set_origin(DataSet& set, const Origin& origin) {
+  crg::Crg crg = set.any().file();
+  const Origin begin = begin_of(crg);
+  std::vector<crg::HeaderEntry> moving;
+  for (const auto& [key, value] :
+       {std::pair{"REFLINE_ROTCENTER_X", begin.x_m}, std::pair{"REFLINE_ROTCENTER_Y", begin.y_m},
+        std::pair{"REFLINE_OFFSET_PHI", set.origin.phi_rad - origin.phi_rad},
+        std::pair{"REFLINE_OFFSET_X", set.origin.x_m - origin.x_m},
+        std::pair{"REFLINE_OFFSET_Y", set.origin.y_m - origin.y_m},
+        std::pair{"REFLINE_OFFSET_Z", set.origin.z_m - origin.z_m}})
+    crg::set_value(moving, key, value);
+  take_moved(set, std::move(crg), std::move(moving));
+  set.origin = origin;
 }
 
 crg::Crg as_file(const DataSet& set) {

@@ -1,4 +1,5 @@
 // The calls of the C API that a simulator makes in every step.
+#include <array>
 #include <cmath>
 
 #include "contact_point.h"
@@ -26,6 +27,22 @@ int heading(const ContactPoint& point, double u, double v, double* phi, double* 
   const crg::Heading sample = point.surface->heading_at_uv(u, point.line_curvature ? 0.0 : v);
   *phi = sample.heading_rad;
   *curv = sample.curvature_1pm;
+  return 1;
+}
+
+/// To the world where `way` is 1, from it where it is -1.
+int placed(const ContactPoint* point, double way, std::array<double, 3> from, double* x, double* y,
+           double* z) noexcept {
+  if (point == nullptr || z == nullptr || !finite(from[0], from[1])) return 0;
+  const opencrg::Origin& o = point->set->origin;
+  const crg::ReferenceLine& line = point->surface->reference_line();
+  const double begin_x = line.x_m.front() + (way < 0.0 ? o.x_m : 0.0),
+               begin_y = line.y_m.front() + (way < 0.0 ? o.y_m : 0.0);
+  const double dx = from[0] - begin_x, dy = from[1] - begin_y;
+  const double cos = std::cos(o.phi_rad), sin = way * std::sin(o.phi_rad);
+  *x = begin_x + way * o.x_m + cos * dx - sin * dy;
+  *y = begin_y + way * o.y_m + sin * dx + cos * dy;
+  *z = from[2] + way * o.z_m;
   return 1;
 }
 
@@ -90,4 +107,12 @@ int crgEvalxy2pk(int cpId, double x, double y, double* phi, double* curv) {
   *phi = sample.heading_rad;
   *curv = sample.curvature_1pm;
   return 1;
+}
+
+int crgEvalxyz2enh(int cpId, double x, double y, double z, double* e, double* n, double* h) {
+  return placed(asked(cpId, e, n), 1.0, {x, y, z}, e, n, h);
+}
+
+int crgEvalenh2xyz(int cpId, double e, double n, double h, double* x, double* y, double* z) {
+  return placed(asked(cpId, x, y), -1.0, {e, n, h}, x, y, z);
 }

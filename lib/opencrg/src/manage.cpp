@@ -189,6 +189,24 @@ void crgDataSetModifiersApply(int dataSetId) {
   });
 }
 
+int crgDataSetGetGlobalOrigin(int dataSetId, double* xoff, double* yoff, double* zoff,
+                              double* poff) {
+  if (xoff == nullptr || yoff == nullptr || zoff == nullptr || poff == nullptr) return 0;
+  return with_set(__func__, dataSetId, 0, [&](const DataSet& set) {
+    *xoff = set.origin.x_m, *yoff = set.origin.y_m;
+    *zoff = set.origin.z_m, *poff = set.origin.phi_rad;
+    return 1;
+  });
+}
+
+int crgDataSetSetGlobalOrigin(int dataSetId, double xoff, double yoff, double zoff, double poff) {
+  return with_set(__func__, dataSetId, 0, [&](DataSet& set) {
+    opencrg::set_origin(set, {xoff, yoff, zoff, poff});
+    opencrg::refresh_points_of(set);
+    return 1;
+  });
+}
+
 CrgDataStruct* crgDataSetAccess(int dataSetId) {
   return with_set(__func__, dataSetId, static_cast<CrgDataStruct*>(nullptr), [](DataSet& set) {
     if (!set.channels) {
