@@ -80,6 +80,26 @@ std::map<std::string, double> truth_of(const Driven& d, double fuel_kg) {
       {"rear_lift_area_m2", p[P::rear_lift_area_m2]}};
 }
 
+/// The same drive as others would have it: a wheelbase off by its prior, and loads that lack, or
+/// have too much of, the wheels' moments.
+Driven by_others(Driven d, std::uint64_t seed) {
+  base::Random dice = base::random_of(seed, "others");
+  constexpr P kLength = P::chassis_wheelbase_m;
+  d.stated.parameters[kLength] *=
+      1.0 + 0.5 * d.stated.prior[static_cast<std::size_t>(kLength)] * dice.normal();
+  double wheels_kg_m = 0.0;
+  for (std::size_t a = 0; a < 2; ++a)
+    wheels_kg_m += 2.0 * d.truth.axle(a, P::front_wheel_inertia_kgm2) / d.car.static_radius_m[a];
+  const double lacks = 0.8 * dice.normal() * wheels_kg_m / d.truth[kLength];
+  recording::Table& table = d.recording.table;
+  const std::vector<double> along = *table.find("ax_mps2");
+  for (std::size_t c = 0; c < table.names.size(); ++c)
+    if (table.names[c].starts_with("fz_"))
+      for (std::size_t k = 0; k < along.size(); ++k)
+        table.columns[c][k] += (table.names[c][3] == 'f' ? 0.5 : -0.5) * lacks * along[k];
+  return d;
+}
+
 struct Score {
   int inside = 0, all = 0;
   double square = 0.0, largest = 0.0;  ///< of the error as a share of the truth
@@ -112,9 +132,9 @@ TEST(MassFit, AWrongWheelbaseIsSaidAndWidensWhatGoesWithIt) {
   EXPECT_LT(std::abs(fit.at("cog_height_m").value - height_m), fit.at("cog_height_m").within);
 }
 
-// 40 drives of 45 s (KERBSTONE_HEAVY), measured: 93 % of all 400 numbers inside, each number 88 to
-// 100 %; root mean square errors 0.14 % of the mass, 1.8 mm of the place, 1.7 mm of the height,
-// 0.015 m2 of each lift area.
+// 40 drives of 45 s (KERBSTONE_HEAVY), measured: 375 of 400 numbers inside; with the stated
+// wheelbase and whole loads root mean square errors of 0.14 % of the mass, 1.8 mm of the place, 1.7
+// mm of the height, 0.015 m2 of each lift area.
 TEST(MassFit, TheTruthLiesInItsIntervals) {
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
   const crg::Surface surface{identify::proving_road()};
@@ -125,14 +145,20 @@ TEST(MassFit, TheTruthLiesInItsIntervals) {
     const auto stated = stated_car(d.stated);
     identify::WeighedOptions options;
     options.fuel_kg = base::median(*d.recording.table.find("fuel_kg"));
+    const Driven others = by_others(d, seed);
+    const auto other_car = stated_car(others.stated);
     for (const bool with_road : {true, false}) {
-      const DriveWindows w =
-          identify::drive_windows(stated, with_road ? &surface : nullptr, d.recording);
-      const DriveFit fit = identify::fit_mass(stated, d.stated.prior, w, options).or_throw();
+      const auto fitted = [&](const vehicle::Car<double>& car, const Recording& recording) {
+        const DriveWindows w =
+            identify::drive_windows(car, with_road ? &surface : nullptr, recording);
+        return identify::fit_mass(car, d.stated.prior, w, options).or_throw();
+      };
+      const DriveFit fit = fitted(stated, d.recording), other = fitted(other_car, others.recording);
       EXPECT_TRUE(fit.doubts.empty());
       for (const auto& [name, is] : truth_of(d, options.fuel_kg)) {
-        EXPECT_EQ(fit.at(name).unseen, "") << name;
+        EXPECT_EQ(fit.at(name).unseen + other.at(name).unseen, "") << name;
         scores[name].add(fit.at(name), is);
+        inside += std::abs(other.at(name).value - is) < other.at(name).within ? 1 : 0, ++all;
       }
     }
   }
@@ -146,9 +172,9 @@ TEST(MassFit, TheTruthLiesInItsIntervals) {
     support::figure(name + "_inside", s.inside);
     support::figure(name + "_of", s.all);
     EXPECT_LT(s.largest, most.at(name)) << name;
-    inside += s.inside;
-    all += s.all;
+    EXPECT_GE(s.inside, 0.8 * s.all) << name;
   }
+  support::figure("inside", inside), support::figure("of", all);
   EXPECT_GE(inside, 0.8 * all);
   if (heavy) {
     EXPECT_LE(inside, 0.97 * all);

@@ -1,6 +1,7 @@
 // Linear least squares whose errors come in blocks, with standard deviations that stay right.
 #pragma once
 
+#include <Eigen/Dense>
 #include <cstddef>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct ClusteredFit {
   std::size_t blocks = 0;
 
   double sd(std::size_t k) const;
+  Eigen::VectorXd values() const {
+    return Eigen::Map<const Eigen::VectorXd>(value.data(), static_cast<Eigen::Index>(value.size()));
+  }
   /// Standard deviation of the sum of slope[k] * value[k].
   double sd_of(const std::vector<double>& slope) const;
 };

@@ -30,6 +30,7 @@ struct DriveWindow {
   std::array<double, vehicle::kWheels> load_n{kNaN, kNaN, kNaN, kNaN};
   std::array<double, vehicle::kWheels> travel_m{kNaN, kNaN, kNaN, kNaN};
   std::array<double, vehicle::kWheels> wheel_radps{kNaN, kNaN, kNaN, kNaN};
+  std::array<double, vehicle::kWheels> spin_up_radps2{kNaN, kNaN, kNaN, kNaN};  ///< end over begin
   std::array<double, vehicle::kWheels> brake_pa{kNaN, kNaN, kNaN, kNaN};
   std::array<double, vehicle::kWheels> disc_k{kNaN, kNaN, kNaN, kNaN};
   std::array<double, vehicle::kWheels> sink_m{};  ///< wheel's place on the body, down from standing

@@ -91,26 +91,6 @@ std::string too_little(const Windows& windows) {
   return {};
 }
 
-/// Variances of the solution that the vehicle file, the mass, rolling resistance and the
-/// accelerometer bring in.
-std::array<double, 2> file_variance(const Along& a, const Windows& windows, bool coasts,
-                                    const ClusteredFit& is) {
-  std::array<double, 2> out{};
-  const auto add = [&](const vehicle::Car<double>& car, const Granted& granted) {
-    const ClusteredFit moved = solve_drag(a, car, windows, coasts, granted);
-    for (std::size_t k = 0; k < 2; ++k) out[k] += std::pow(moved.value[k] - is.value[k], 2.0);
-  };
-  a.each_other_car({P::front_wheel_inertia_kgm2, P::rear_wheel_inertia_kgm2, P::front_ride_height_m,
-                    P::rear_ride_height_m, P::engine_inertia_kgm2},
-                   [&](const vehicle::Car<double>& other) { add(other, a.is); });
-  const double offset = coasts ? 0.0 : a.by_speed ? kGrade * 9.8 : kOffset_mps2;
-  for (const Granted& g : a.moved({{&Granted::mass_kg, a.mass_sd_kg},
-                                   {&Granted::rolling, kRollingShare},
-                                   {&Granted::offset_mps2, offset}}))
-    add(a.car, g);
-  return out;
-}
-
 std::string how_said(bool coasts, std::size_t windows) {
   return coasts ? fmt::format(
                       "by {} windows in which nothing drives the wheels (gear 0, or as "
@@ -172,11 +152,22 @@ DriveFit fit_aero(const vehicle::Car<double>& car, const Prior& prior, const Dri
   }
   const Windows& windows = coasts ? free : pulled;
   const ClusteredFit fit = solve_drag(along, car, windows, coasts, along.is);
-  const auto more = file_variance(along, windows, coasts, fit);
+  const double offset = coasts ? 0.0 : along.by_speed ? kGrade * 9.8 : kOffset_mps2;
+  const auto granted = along.granted_covariance(
+      {P::front_wheel_inertia_kgm2, P::rear_wheel_inertia_kgm2, P::front_ride_height_m,
+       P::rear_ride_height_m, P::engine_inertia_kgm2},
+      along.moved({{&Granted::mass_kg, along.mass_sd_kg},
+                   {&Granted::rolling, kRollingShare},
+                   {&Granted::offset_mps2, offset}}),
+      [&](const vehicle::Car<double>& other, const Granted& g) {
+        return solve_drag(along, other, windows, coasts, g).values();
+      });
   out.windows = windows.size();
   out.blocks = fit.blocks;
   const auto set = [&](Found& f, std::size_t k) {
-    set_found(f, fit.value[k], static_cast<double>(fit.blocks - 2), fit.sd(k), std::sqrt(more[k]));
+    const auto at = static_cast<Eigen::Index>(k);
+    set_found(f, fit.value[k], static_cast<double>(fit.blocks - 2), fit.sd(k),
+              std::sqrt(granted(at, at)));
   };
   set(drag, coasts ? 0 : 1);
   if (coasts) set(rest, 1);

@@ -37,18 +37,18 @@ base::Answer<ClusteredFit> solve_brakes(const Along& a, const vehicle::Car<doubl
 
 /// The drag found beside one factor of the brakes, over the vehicle file's: pressures and speeds
 /// tell them apart where they vary.
-base::Answer<ClusteredFit> solve_drag_too(const Along& a, const Windows& windows,
-                                          const Granted& granted) {
+base::Answer<ClusteredFit> solve_drag_too(const Along& a, const vehicle::Car<double>& car,
+                                          const Windows& windows, const Granted& granted) {
   Equation e;
   e.columns.resize(2);
   std::vector<std::size_t> block;
   Granted airless = granted;
   airless.drag = 0.0;
   for (const DriveWindow* w : windows) {
-    const double left = braking_force(a.car, *w, a.by_speed, airless);
-    e.columns[0].push_back(stated_force(a.car, *w, 0, granted.mass_kg) +
-                           stated_force(a.car, *w, 1, granted.mass_kg));
-    e.columns[1].push_back(left - braking_force(a.car, *w, a.by_speed, granted));
+    const double left = braking_force(car, *w, a.by_speed, airless);
+    e.columns[0].push_back(stated_force(car, *w, 0, granted.mass_kg) +
+                           stated_force(car, *w, 1, granted.mass_kg));
+    e.columns[1].push_back(left - braking_force(car, *w, a.by_speed, granted));
     e.wanted.push_back(left);
     block.push_back(w->block);
   }
@@ -58,16 +58,16 @@ base::Answer<ClusteredFit> solve_drag_too(const Along& a, const Windows& windows
 void doubt_drag(const Along& a, const Windows& windows, DriveFit& out) {
   constexpr double kTold = 0.1;
   const double prior = a.prior[static_cast<std::size_t>(P::aero_drag_area_m2)];
-  const auto fit = solve_drag_too(a, windows, a.is);
+  const auto fit = solve_drag_too(a, a.car, windows, a.is);
   if (!fit) return;
-  double square = std::pow(fit->sd(1), 2.0);
-  for (const Granted& g : brakes_moved(a)) {
-    if (g.drag != a.is.drag) continue;
-    const auto moved = solve_drag_too(a, windows, g);
-    if (!moved) return;
-    square += std::pow(moved->value[1] - fit->value[1], 2.0);
-  }
-  const double found = fit->value[1], sd = std::sqrt(square);
+  std::vector<Granted> beside = brakes_moved(a);
+  std::erase_if(beside, [&](const Granted& g) { return g.drag != a.is.drag; });
+  const auto granted =
+      a.granted_covariance({}, beside, [&](const vehicle::Car<double>& car, const Granted& g) {
+        const auto moved = solve_drag_too(a, car, windows, g);
+        return moved ? moved->values() : Eigen::VectorXd::Constant(2, NAN);
+      });
+  const double found = fit->value[1], sd = std::hypot(fit->sd(1), std::sqrt(granted(1, 1)));
   if (found > 3.0 * sd && std::abs(found - 1.0) > std::max(kTold, prior) + 3.0 * sd)
     out.doubts.push_back(
         fmt::format("braking says {:.2f} times (standard deviation {:.2g}) the vehicle file's drag "
@@ -85,20 +85,16 @@ Found factor(const Along& a, const std::string& name, const Windows& windows, bo
   Found f = found_of(name, "1", 1.0, "front and rear pressures go together: only both are seen");
   const auto fit = solve_brakes(a, a.car, windows, apart, a.is);
   if (!fit) return f;
-  double square = 0.0;
-  bool told = true;
-  const auto add = [&](const vehicle::Car<double>& car, const Granted& granted) {
-    const auto moved = solve_brakes(a, car, windows, apart, granted);
-    told = told && moved;
-    if (moved) square += std::pow(moved->value[k] - fit->value[k], 2.0);
-  };
-  for (const Granted& g : brakes_moved(a)) add(a.car, g);
-  a.each_other_car(
+  const Eigen::MatrixXd granted = a.granted_covariance(
       {P::engine_inertia_kgm2, P::front_wheel_inertia_kgm2, P::rear_wheel_inertia_kgm2},
-      [&](const vehicle::Car<double>& other) { add(other, a.is); });
-  if (!told) return f;
+      brakes_moved(a), [&](const vehicle::Car<double>& car, const Granted& g) {
+        const auto moved = solve_brakes(a, car, windows, apart, g);
+        return moved ? moved->values() : Eigen::VectorXd::Constant(fit->values().size(), NAN);
+      });
+  const auto at = static_cast<Eigen::Index>(k);
+  if (!std::isfinite(granted(at, at))) return f;
   set_found(f, fit->value[k], static_cast<double>(fit->blocks - fit->value.size()), fit->sd(k),
-            std::sqrt(square));
+            std::sqrt(granted(at, at)));
   f.unseen.clear();
   hide_wide(f, apart ? ": front and rear pressures go together" : "");
   return f;

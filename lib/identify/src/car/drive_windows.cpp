@@ -278,6 +278,9 @@ class Cutter {
       return;
     }
     for (const Mean& mean : means) mean.put();
+    for (std::size_t i = 0; i < kWheels; ++i)
+      w.spin_up_radps2[i] = (at(c_.wheel[i], end - 1) - at(c_.wheel[i], begin)) /
+                            (at(c_.time, end - 1) - at(c_.time, begin));
     w.begin_row = begin;
     w.end_row = end;
     w.time_s = 0.5 * (at(c_.time, begin) + at(c_.time, end - 1));

@@ -73,10 +73,11 @@ MatrixXd granted_of(const Asked& a, const EngineSolved& s, const MatrixXd& held)
   std::vector<P> leaned{P::aero_drag_area_m2, P::engine_inertia_kgm2, P::rear_wheel_inertia_kgm2,
                         P::front_wheel_inertia_kgm2, P::gearbox_efficiency};
   if (a.car.terms[Term::turbo_lag] > 0.0) leaned.push_back(P::turbo_share);
-  return granted_covariance(
-      a, leaned, a.moved({{&Granted::mass_kg, a.mass_sd_kg}, kRolling, kOffset, kSide}), held,
-      s.fit, [&](const vehicle::Car<double>& car, const Granted& granted) -> MapEquations {
-        return a.equations(s.torque_nm, car, granted);
+  return a.granted_covariance(
+      leaned, a.moved({{&Granted::mass_kg, a.mass_sd_kg}, kRolling, kOffset, kSide}),
+      [&](const vehicle::Car<double>& car, const Granted& granted) {
+        const MapEquations e = a.equations(s.torque_nm, car, granted);
+        return map_fit_again(e.rows, e.wanted, held, s.fit);
       });
 }
 

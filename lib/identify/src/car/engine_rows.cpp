@@ -21,14 +21,6 @@ constexpr double kInStepBlind = 0.1;  ///< engine and car, where no wheel's spee
 constexpr double kMostLeft_mps2 = 8.0, kMostLeftBlind_mps2 = 2.0;
 constexpr double kBlindThrottle = 0.1;  ///< less may be braking, where no pressure was recorded
 
-/// Slope of the straight line through rows [begin, end) of a channel.
-double slope_of(const std::vector<double>& time_s, const std::vector<double>& value,
-                std::size_t begin, std::size_t end) {
-  Pairs pairs;
-  for (std::size_t k = begin; k < end; ++k) pairs.add(time_s[k] - time_s[begin], value[k]);
-  return pairs.slope();
-}
-
 class EngineCollector {
  public:
   EngineCollector(const vehicle::Car<double>& car, const recording::Recording& recording)
@@ -113,7 +105,7 @@ class EngineCollector {
     if (turns(w)) return void(++out_.turning);
     if (gear < 1 || !(overall_ratio(car_.parameters, gear) > 0.0) || !in_gear(w, gear))
       return void(++out_.gear_unknown);
-    EngineWindow out{&w, gear, 0.0, 0.0, 0.0, {}};
+    EngineWindow out{&w, gear, 0.0, {}};
     const auto& p = car_.parameters;
     const double ratio = overall_ratio(p, gear);
     double steer = 0.0, apart = 0.0;
@@ -140,19 +132,7 @@ class EngineCollector {
       return void(++out_.limited);
     if (std::abs(apart) / rows > (left_ == nullptr ? kInStepBlind : kInStep) * fastest)
       return void(++out_.out_of_step);
-    accelerate(w, ratio, out);
     out_.windows.push_back(std::move(out));
-  }
-
-  void accelerate(const DriveWindow& w, double ratio, EngineWindow& out) const {
-    const double slows = slope_of(*time_, *vx_, w.begin_row, w.end_row) / car_.static_radius_m[1];
-    out.rear_radps2 = slows;
-    if (left_ != nullptr) {
-      const double a = slope_of(*time_, *left_, w.begin_row, w.end_row),
-                   b = slope_of(*time_, *right_, w.begin_row, w.end_row);
-      if (std::isfinite(a + b)) out.rear_radps2 = 0.5 * (a + b);
-    }
-    out.engine_radps2 = ratio * out.rear_radps2;
   }
 
   const vehicle::Car<double>& car_;
@@ -192,11 +172,9 @@ EngineEquations engine_equations(const vehicle::Car<double>& car, const EngineWi
     const EngineWindow& e = windows.windows[static_cast<std::size_t>(r)];
     const DriveWindow& w = *e.window;
     const AlongForces f = along_forces(car, w, granted.mass_kg, 0, by_speed);
-    const double radius = force_arm(car, w, 1, granted.mass_kg);
-    const double slows = slowing_mps2(car, w);
-    const double wheels_n =
-        2.0 * p.axle(1, P::front_wheel_inertia_kgm2) / radius * (e.rear_radps2 - slows / radius);
-    const double turned_nm = p[P::engine_inertia_kgm2] * e.engine_radps2;
+    const double rear_radps2 = 0.5 * (spin_up_radps2(car, w, 2, granted.mass_kg) +
+                                      spin_up_radps2(car, w, 3, granted.mass_kg));
+    const double turned_nm = p[P::engine_inertia_kgm2] * overall_ratio(p, e.gear) * rear_radps2;
     double given = 0.0;
     for (const EngineRow& row : e.rows) {
       const double stated = vehicle::evaluate(torque_nm, row.engine_radps, row.throttle);
@@ -212,7 +190,7 @@ EngineEquations engine_equations(const vehicle::Car<double>& car, const EngineWi
       out.inertia_n(r) += part * g.per_torque_1pm * turned_nm;
     }
     out.drag_n(r) = p[P::aero_drag_area_m2] * f.drag_m2_n;
-    out.wanted(r) = f.inertia_n + wheels_n + granted.mass_kg * granted.offset_mps2 +
+    out.wanted(r) = f.inertia_n + granted.mass_kg * granted.offset_mps2 +
                     granted.rolling * f.rolling_n + out.drag_n(r) +
                     granted.side * side_n(car, e, granted.mass_kg) - given;
   }

@@ -18,8 +18,6 @@ struct EngineRow {
 struct EngineWindow {
   const DriveWindow* window = nullptr;
   int gear = 0;
-  double engine_radps2 = 0.0;   ///< acceleration of the crankshaft
-  double rear_radps2 = 0.0;     ///< and of the driven wheels
   double steer_rad = 0.0;       ///< mean angle of the road wheels
   std::vector<EngineRow> rows;  ///< by the boost that the vehicle file's law gives
 };

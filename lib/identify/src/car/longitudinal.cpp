@@ -94,26 +94,27 @@ std::optional<int> gear_of(const vehicle::Car<double>& car, const DriveWindow& w
   return only;
 }
 
-double slowing_mps2(const vehicle::Car<double>& car, const DriveWindow& w) {
-  return w.speeding_mps2 -
-         car.parameters[P::environment_gravity_mps2] * w.slope / std::sqrt(1.0 + w.slope * w.slope);
+double spin_up_radps2(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t wheel,
+                      double mass_kg) {
+  // Slip builds up while brakes do: wheels slow more than the car then.
+  if (std::isfinite(w.spin_up_radps2[wheel])) return w.spin_up_radps2[wheel];
+  const double along_mps2 = w.speeding_mps2 - car.parameters[P::environment_gravity_mps2] *
+                                                  w.slope / std::sqrt(1.0 + w.slope * w.slope);
+  return along_mps2 / force_arm(car, w, vehicle::axle_of(wheel), mass_kg);
 }
 
 AlongForces along_forces(const vehicle::Car<double>& car, const DriveWindow& w, double mass_kg,
                          int gear, bool by_speed) {
   const auto& p = car.parameters;
-  const double slows = slowing_mps2(car, w);
   AlongForces out;
-  double turning_kg = 0.0;
-  for (std::size_t a = 0; a < 2; ++a) {
-    const double r = force_arm(car, w, a, mass_kg);
-    turning_kg += 2.0 * p.axle(a, P::front_wheel_inertia_kgm2) / (r * r);
-    if (a == 1 && gear > 0) {
-      const double ratio = overall_ratio(p, gear);
-      turning_kg += p[P::engine_inertia_kgm2] * ratio * ratio / (r * r);
-    }
+  out.inertia_n = mass_kg * (by_speed ? w.speeding_mps2 : w.along_mps2);
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const std::size_t a = vehicle::axle_of(i);
+    const double ratio = a == 1 && gear > 0 ? overall_ratio(p, gear) : 0.0;
+    out.inertia_n +=
+        (p.axle(a, P::front_wheel_inertia_kgm2) + 0.5 * p[P::engine_inertia_kgm2] * ratio * ratio) *
+        spin_up_radps2(car, w, i, mass_kg) / force_arm(car, w, a, mass_kg);
   }
-  out.inertia_n = mass_kg * (by_speed ? w.speeding_mps2 : w.along_mps2) + turning_kg * slows;
   out.rolling_n = rolling_torque(car, w, mass_kg) /
                   (0.5 * (force_arm(car, w, 0, mass_kg) + force_arm(car, w, 1, mass_kg)));
   out.drag_m2_n = car.terms[Term::aero_drag] * 0.5 * p[P::aero_density_kgpm3] * w.air_mps2 *
@@ -150,19 +151,32 @@ std::vector<Granted> Along::moved(
   return out;
 }
 
-void Along::each_other_car(const std::vector<P>& numbers,
-                           const std::function<void(const vehicle::Car<double>&)>& with) const {
-  for (const P number : numbers) {
-    vehicle::Car<double> other = car;
-    other.parameters[number] *= 1.0 + share_sd(prior, number);
-    with(other);
-  }
+void Along::with_loaded_arm(const std::function<void(const vehicle::Car<double>&)>& with) const {
   if (car.files->fx_arm != vehicle::FxArm::kUnstated) return;
   vehicle::CarFiles files = *car.files;
   files.fx_arm = vehicle::FxArm::kLoadedRadius;
   vehicle::Car<double> other = car;
   other.files = &files;
   with(other);
+}
+
+Eigen::MatrixXd Along::granted_covariance(
+    const std::vector<P>& numbers, const std::vector<Granted>& moved,
+    const std::function<Eigen::VectorXd(const vehicle::Car<double>&, const Granted&)>& solve)
+    const {
+  const Eigen::VectorXd value = solve(car, is);
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(value.size(), value.size());
+  const auto add = [&](const Eigen::VectorXd& other, double share) {
+    out += share * share * (other - value) * (other - value).transpose();
+  };
+  for (const P number : numbers) {
+    vehicle::Car<double> other = car;
+    other.parameters[number] *= 1.0 + share_sd(prior, number);
+    add(solve(other, is), 1.0);
+  }
+  with_loaded_arm([&](const vehicle::Car<double>& other) { add(solve(other, is), kBetween); });
+  for (const Granted& granted : moved) add(solve(car, granted), 1.0);
+  return out;
 }
 
 std::string Along::mass_words(const char* what) const {
@@ -185,10 +199,10 @@ std::string Along::arm_words(const Windows& windows) const {
     return out +
            fmt::format("the {} radius, as the vehicle file states",
                        car.files->fx_arm == vehicle::FxArm::kRollingRadius ? "rolling" : "loaded");
-  each_other_car({}, [&](const vehicle::Car<double>& other) {
+  with_loaded_arm([&](const vehicle::Car<double>& other) {
     out += fmt::format(
         "halfway between loaded and rolling radius, as the vehicle file does not state fx_arm; "
-        "torques rise with it, and a standard deviation of {:.1f} % is in the intervals",
+        "torques rise with it, and the intervals reach from one to the other, {:.1f} % to a side",
         50.0 * (std::abs(mean(other, 0) / front - 1.0) + std::abs(mean(other, 1) / rear - 1.0)));
   });
   return out;

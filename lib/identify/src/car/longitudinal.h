@@ -1,6 +1,7 @@
 // What moves a car along its road, window by window, from laws of lib/vehicle.
 #pragma once
 
+#include <Eigen/Dense>
 #include <array>
 #include <functional>
 #include <initializer_list>
@@ -41,8 +42,9 @@ double force_arm(const vehicle::Car<double>& car, const DriveWindow& w, std::siz
 /// The gear of a window: recorded; the only one that the car has; none where it is not known.
 std::optional<int> gear_of(const vehicle::Car<double>& car, const DriveWindow& w);
 
-/// Change of a window's speed along the road, gravity's part left out.
-double slowing_mps2(const vehicle::Car<double>& car, const DriveWindow& w);
+/// How fast a wheel's speed changes, rad/s2: recorded, else by the car's.
+double spin_up_radps2(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t wheel,
+                      double mass_kg);
 
 /// Forces on the road, N, of one window.
 struct AlongForces {
@@ -86,10 +88,16 @@ struct Along {
   std::vector<Granted> moved(
       std::initializer_list<std::pair<double Granted::*, double>> deviations) const;
 
-  /// Cars that are one standard deviation away from `car`: each of these numbers, and the arm of
-  /// longitudinal forces where the vehicle file does not state it.
-  void each_other_car(const std::vector<vehicle::Parameter>& numbers,
-                      const std::function<void(const vehicle::Car<double>&)>& with) const;
+  /// The car with the loaded radius as arm of longitudinal forces; calls nothing where the vehicle
+  /// file states the arm.
+  void with_loaded_arm(const std::function<void(const vehicle::Car<double>&)>& with) const;
+
+  /// Covariance that what `solve` finds has by what is taken for granted: these numbers of the car,
+  /// its arm of longitudinal forces, and each of `moved`, a standard deviation of it.
+  Eigen::MatrixXd granted_covariance(
+      const std::vector<vehicle::Parameter>& numbers, const std::vector<Granted>& moved,
+      const std::function<Eigen::VectorXd(const vehicle::Car<double>&, const Granted&)>& solve)
+      const;
 
   /// Whose mass it is, and what is as wrong as it.
   std::string mass_words(const char* what) const;

@@ -9,25 +9,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-MatrixXd granted_covariance(
-    const Along& along, const std::vector<vehicle::Parameter>& numbers,
-    const std::vector<Granted>& moved, const MatrixXd& held, const MapFit& fit,
-    const std::function<MapEquations(const vehicle::Car<double>&, const Granted&)>& equations) {
-  const auto solve = [&](const vehicle::Car<double>& car, const Granted& granted) {
-    const MapEquations e = equations(car, granted);
-    return map_fit_again(e.rows, e.wanted, held, fit);
-  };
-  const VectorXd value = solve(along.car, along.is);
-  MatrixXd out = MatrixXd::Zero(value.size(), value.size());
-  const auto add = [&](const VectorXd& other) {
-    out += (other - value) * (other - value).transpose();
-  };
-  along.each_other_car(numbers,
-                       [&](const vehicle::Car<double>& car) { add(solve(car, along.is)); });
-  for (const Granted& granted : moved) add(solve(along.car, granted));
-  return out;
-}
-
 Found map_factor(std::string name, const VectorXd& weights, const MapSolved& solved) {
   Found f = found_of(std::move(name), "1", 1.0);
   set_found(f, 1.0 + weights.dot(solved.fit.value), static_cast<double>(solved.fit.blocks) - 2.0,

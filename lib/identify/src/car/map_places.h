@@ -24,13 +24,6 @@ struct MapSolved {
   Eigen::MatrixXd granted;  ///< covariance by what was taken for granted
 };
 
-/// What each thing that was taken for granted would have changed, a standard deviation of it:
-/// numbers of the car, and `moved`.
-Eigen::MatrixXd granted_covariance(
-    const Along& along, const std::vector<vehicle::Parameter>& numbers,
-    const std::vector<Granted>& moved, const Eigen::MatrixXd& held, const MapFit& fit,
-    const std::function<MapEquations(const vehicle::Car<double>&, const Granted&)>& equations);
-
 /// 1 and the weighted sum of the unknowns.
 Found map_factor(std::string name, const Eigen::VectorXd& weights, const MapSolved& solved);
 

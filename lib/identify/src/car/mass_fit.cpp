@@ -120,12 +120,9 @@ double off_by(const vehicle::Car<double>& car, P parameter, const Prior& prior) 
   return share_sd(prior, parameter) * (value == 0.0 ? 1.0 : std::abs(value));
 }
 
-/// Loads of strain gauges in struts, or of a simpler simulator, hold neither the wheels' moments
-/// nor the sinking of the body: each is taken off by this share, so that none of it lies within 90
-/// %.
-constexpr double kLoadsLack = 0.8;
-
 /// Cars and windows, each with one thing that was taken for granted moved by a standard deviation.
+/// Loads of strain gauges in struts, or of a simpler simulator, hold neither the wheels' moments
+/// nor the sinking of the body.
 std::vector<std::pair<vehicle::Car<double>, DriveWindows>> loads_granted(
     const vehicle::Car<double>& car, const Prior& prior, const DriveWindows& drive) {
   std::vector<std::pair<vehicle::Car<double>, DriveWindows>> out;
@@ -135,10 +132,10 @@ std::vector<std::pair<vehicle::Car<double>, DriveWindows>> loads_granted(
   }
   out.emplace_back(car, drive);
   for (const Term moment : {Term::wheel_reaction, Term::rolling_resistance})
-    out.back().first.terms[moment] *= 1.0 - kLoadsLack;
+    out.back().first.terms[moment] *= 1.0 - kBetween;
   out.emplace_back(car, drive);
   for (DriveWindow& w : out.back().second.windows)
-    for (double& sink : w.sink_m) sink *= 1.0 - kLoadsLack;
+    for (double& sink : w.sink_m) sink *= 1.0 - kBetween;
   return out;
 }
 

@@ -137,8 +137,11 @@ PadMapFit fit_pad_map(const vehicle::Car<double>& car, const Prior& prior,
   };
   const MapEquations e = equations_of(car, along.is);
   MapSolved solved{map_fit(e.rows, e.wanted, block, held), {}};
-  solved.granted =
-      granted_covariance(along, {}, brakes_moved(along), held, solved.fit, equations_of);
+  solved.granted = along.granted_covariance(
+      {}, brakes_moved(along), [&](const vehicle::Car<double>& other, const Granted& granted) {
+        const MapEquations of = equations_of(other, granted);
+        return map_fit_again(of.rows, of.wanted, held, solved.fit);
+      });
   find(windows, stated, solved, 0.5, out);
   out.fit.remarks.emplace_back(
       "areas and radii of the brakes are the vehicle file's: the map has what is wrong of them");

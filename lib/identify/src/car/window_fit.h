@@ -48,6 +48,10 @@ inline double share_sd(const Prior& prior, vehicle::Parameter parameter) {
 // offset (5 thousandths of gravity).
 inline constexpr double kRollingShare = 0.15, kOffset_mps2 = 0.05;
 
+/// Standard deviation of what is one of two things, or between, over half their distance: both lie
+/// within the 90 % interval.
+inline constexpr double kBetween = 0.8;
+
 /// Sums of pairs, for what one is over the other. A pair with a NaN does not count.
 struct Pairs {
   double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
