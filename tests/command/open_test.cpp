@@ -42,6 +42,19 @@ TEST(Open, ListsWhatIsThere) {
   EXPECT_EQ(channels[3]["samples"], 0);
 }
 
+TEST(Open, UnitsInNamesAndClocksThatGoBackAreSaid) {
+  const Folder folder;
+  cli::write(folder / "log.csv",
+             "Time,RPM [rpm],CLT (°C),Dwell (coil)\n0.0,900,80,1\n0.1,910,80,1\n0.05,920,81,1\n");
+  const ToolRun ran = run_tool(places::kerbstone(), {"open", folder / "log.csv", "--json"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto json = base::parse_json<nlohmann::json>(ran.out);
+  EXPECT_EQ(json["channels"][1]["unit"], "rpm");
+  EXPECT_EQ(json["channels"][2]["unit"], "°C");
+  EXPECT_EQ(json["channels"][3]["unit"], "");
+  EXPECT_EQ(json["notes"].back(), "rows that are earlier than the row before: 1");
+}
+
 TEST(Open, WritesAPageMcapAndCsv) {
   const Folder folder;
   cli::write(folder / "log.csv", log_text());

@@ -40,6 +40,17 @@ std::string state_of(const ChannelLook& look) {
   return out;
 }
 
+/// What the file's reader said, and how often its clock goes back.
+std::vector<std::string> notes_of(const Log& log) {
+  std::vector<std::string> out = log.notes;
+  if (!log.in_rows || log.channels.empty()) return out;
+  const std::vector<double> moments = recording::moments_of(log, log.channels.front());
+  std::size_t back = 0;
+  for (std::size_t k = 1; k < moments.size(); ++k) back += moments[k] < moments[k - 1] ? 1 : 0;
+  if (back > 0) out.push_back(fmt::format("rows that are earlier than the row before: {}", back));
+  return out;
+}
+
 std::string text_of(const Log& log, const std::vector<ChannelLook>& looks) {
   std::string out = fmt::format("{}, {} channels\n{:<32} {:<10} {:>9} {:>9} {:>12} {:>12}  {}\n",
                                 log.format, looks.size(), "channel", "unit", "rate, Hz", "samples",
@@ -49,7 +60,7 @@ std::string text_of(const Log& log, const std::vector<ChannelLook>& looks) {
                        command::one_line(look.name), command::one_line(look.unit),
                        look.rate_hz > 0 ? fmt::format("{:.4g}", look.rate_hz) : "?", look.samples,
                        look.least, look.greatest, state_of(look));
-  for (const std::string& note : log.notes) out += "  " + command::one_line(note) + "\n";
+  for (const std::string& note : notes_of(log)) out += "  " + command::one_line(note) + "\n";
   return out;
 }
 
@@ -66,7 +77,7 @@ nlohmann::ordered_json json_of(const Log& log, const std::vector<ChannelLook>& l
                         {"held", look.held},
                         {"dead", look.dead},
                         {"longest_gap_s", look.longest_gap_s}});
-  return {{"format", log.format}, {"channels", std::move(channels)}, {"notes", log.notes}};
+  return {{"format", log.format}, {"channels", std::move(channels)}, {"notes", notes_of(log)}};
 }
 
 std::string with_unit(const recording::Channel& channel) {

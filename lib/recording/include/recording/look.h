@@ -12,10 +12,10 @@ namespace recording {
 
 /// One channel, as logged.
 struct ChannelLook {
-  std::string name, unit;              ///< as the file has them; the unit may be empty
-  double rate_hz = 0.0;                ///< 0: the file has no clock
-  std::size_t samples = 0;             ///< that are numbers
-  std::size_t words = 0;               ///< cells that were none
+  std::string name, unit;   ///< as the file has them, "RPM [rpm]" says one, too; may be empty
+  double rate_hz = 0.0;     ///< 0: the file has no clock
+  std::size_t samples = 0;  ///< that are numbers
+  std::size_t words = 0;    ///< cells that were none
   double least = 0.0, greatest = 0.0;  ///< 0 where there are no samples
   double held = 0.0;                   ///< share_held() of its values
   bool dead = false;                   ///< is_dead() of its values

@@ -52,6 +52,14 @@ double longest_gap_s(const std::vector<double>& values, const std::vector<double
   return longest;
 }
 
+/// "CLT (°C)": °C; nothing where what stands in brackets is no unit.
+std::string unit_in_name(const std::string& name) {
+  const std::size_t open = name.find_last_of("[(");
+  if (open == std::string::npos || name.find_first_of("])", open) + 1 != name.size()) return {};
+  const std::string unit = name.substr(open + 1, name.size() - open - 2);
+  return is_unit(unit) ? unit : std::string();
+}
+
 }  // namespace
 
 const Channel* clock_of(const Log& log) {
@@ -212,7 +220,7 @@ std::vector<ChannelLook> look_at_channels(const Log& log) {
     const Channel& channel = log.channels[c];
     ChannelLook& look = out[c];
     look = {.name = channel.name,
-            .unit = channel.unit,
+            .unit = channel.unit.empty() ? unit_in_name(channel.name) : channel.unit,
             .rate_hz = channel.rate_hz,
             .words = channel.words,
             .held = share_held(channel.values),
