@@ -286,6 +286,7 @@ def test_any_log_opens_as_its_channels(tmp_path, monkeypatch):
     assert [channel.name for channel in log.channels] == list(log)
     monkeypatch.setitem(sys.modules, "pandas", types.SimpleNamespace(DataFrame=lambda columns: ("frame", columns)))
     assert log.to_dataframe()[1]["Speed"][3] == 23
+    assert "<td>Speed<td>km/h<td>" in log._repr_html_() and "<td>dead" in log._repr_html_()
     with pytest.raises(KeyError):
         log["speed"]
     measured = tmp_path / "log.mf4"

@@ -56,6 +56,21 @@ std::vector<std::string> names_of(const OpenedLog& opened) {
   return out;
 }
 
+/// A notebook's table of the channels.
+std::string html_of(const OpenedLog& opened) {
+  const auto escape = py::module_::import("html").attr("escape");
+  const auto text = [&](const std::string& of) { return py::cast<std::string>(escape(of)); };
+  std::string out = fmt::format(
+      "<p>{}, {} channels</p><table><tr><th>channel<th>unit<th>rate, "
+      "Hz<th>samples<th>least<th>greatest<th>remark",
+      text(opened.log.format), opened.looks.size());
+  for (const ChannelLook& look : opened.looks)
+    out += fmt::format("<tr><td>{}<td>{}<td>{:.4g}<td>{}<td>{:.6g}<td>{:.6g}<td>{}",
+                       text(look.name), text(look.unit), look.rate_hz, look.samples, look.least,
+                       look.greatest, look.dead ? "dead" : "");
+  return out + "</table>";
+}
+
 OpenedChannel channel_of(const std::shared_ptr<OpenedLog>& opened, const std::string& name) {
   for (std::size_t k = 0; k < opened->looks.size(); ++k)
     if (opened->looks[k].name == name) return {opened, k};
@@ -131,9 +146,11 @@ void add_log(py::module_& m) {
       .def("to_dataframe", &dataframe_of,
            "The channels as columns of a pandas.DataFrame, one row for each moment of the fastest; "
            "wants pandas.")
-      .def("__repr__", [](const OpenedLog& opened) {
-        return fmt::format("Log({}, {} channels)", opened.log.format, opened.looks.size());
-      });
+      .def("__repr__",
+           [](const OpenedLog& opened) {
+             return fmt::format("Log({}, {} channels)", opened.log.format, opened.looks.size());
+           })
+      .def("_repr_html_", &html_of);
   m.def("open", &open_log,
         "Opens a log of any kind as a table of channels, before anything is known of what they "
         "mean, as `kerbstone open` does.\nRaises Error with the format's name where it cannot be "
