@@ -87,6 +87,8 @@ try {
   await picture('track');
   await accessible('track');
   await page.click('[data-tool="start"]');
+  const groups = await page.$$eval('[aria-label="What a click sets"] [role="group"]', (all) => all.map((each) => [each.getAttribute('aria-label'), each.querySelectorAll('button').length]));
+  check(groups.length === 4 && groups.every(([name, buttons]) => name && buttons <= 8), `tools stand in named groups: ${JSON.stringify(groups)}`);
   const box = await (await page.$('.stage canvas')).boundingBox();
   await page.mouse.click(box.x + 0.5 * box.width, box.y + 0.5 * box.height);
   await said('Saved.');

@@ -283,11 +283,13 @@ export function makeTrack({ openRoad, changed, entriesOf, keep }) {
     }
   } }, 'Make a recipe');
 
+  const grouped = (name, ...buttons) => el('span', { class: 'group', role: 'group', 'aria-label': name }, el('small', {}, name), buttons);
   const root = el('div', { class: 'split', 'data-part': 'track' },
     el('div', {},
-      el('div', { class: 'tools', role: 'toolbar', 'aria-label': 'What a click sets' }, toolButtons, useButton, reverse, planButton,
-        el('button', { type: 'button', onclick: () => stage.fit() }, 'All'), el('button', { type: 'button', 'data-role': 'undo', onclick: undo }, 'Undo'),
-        pictureButton('track', () => ({ canvas: stage.picture(), title: id ? id.replace(/^\d+\//, '') : '' }))),
+      el('div', { class: 'tools', role: 'toolbar', 'aria-label': 'What a click sets' }, grouped('Road', ...toolButtons.slice(0, 7), reverse),
+        grouped('Surface', ...toolButtons.slice(7, 11)), grouped('Measure', ...toolButtons.slice(11)), useButton, el('button', { type: 'button', 'data-role': 'undo', onclick: undo }, 'Undo'),
+        grouped('View', planButton, el('button', { type: 'button', onclick: () => stage.fit() }, 'All'),
+          pictureButton('track', () => ({ canvas: stage.picture(), title: id ? id.replace(/^\d+\//, '') : '' })))),
       stage.box,
       el('form', { class: 'tools', style: 'margin-top:6px' }, el('label', {}, 'x / m', typedX), el('label', {}, 'y / m', typedY), el('button', { type: 'submit', 'data-role': 'set' }, 'Set'), hint)),
     el('div', { class: 'side' },
