@@ -62,7 +62,7 @@ TEST(PadMapFit, TheTruthLiesInItsIntervals) {
     double square = 0.0, before = 0.0, largest = 0.0;
   };
   std::map<std::string, Score> scores;
-  for (std::uint64_t seed = 1; seed <= (heavy ? 20u : 3u); ++seed) {
+  for (std::uint64_t seed = 1; seed <= (heavy ? 20u : 6u); ++seed) {
     const Driven d = driven(seed);
     WeighedOptions weighed;
     weighed.mass_kg = d.truth[P::chassis_mass_kg] + 30.0;

@@ -2,17 +2,33 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cstddef>
+#include <initializer_list>
 #include <vector>
 
 #include "base/answer.h"
 
 namespace identify {
 
+/// How many rows count as one where errors follow each other, by the sums of the products of
+/// neighbours and of squares.
+inline double rows_as_one(double product, double square) {
+  const double r = square > 0.0 ? std::clamp(product / square, 0.0, 0.98) : 0.0;
+  return (1.0 + r) / (1.0 - r);
+}
+
 /// One equation: columns[k][row] times its weight, summed over k, is wanted[row].
 struct Equation {
   std::vector<std::vector<double>> columns;
   std::vector<double> wanted;
+
+  /// All rows are as long as the first.
+  void add(std::initializer_list<double> row, double is) {
+    columns.resize(row.size());
+    for (std::size_t k = 0; const double value : row) columns[k++].push_back(value);
+    wanted.push_back(is);
+  }
 };
 
 /// Weights of all equations one behind the other.

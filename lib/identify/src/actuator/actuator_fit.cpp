@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/interval90.h"
 #include "base/parallel.h"
+#include "identify/clustered_fit.h"
 
 namespace identify {
 namespace {
@@ -113,8 +114,7 @@ bool write_values(const Record& record, const Fitted& fitted, ActuatorFit& fit) 
     near2 += left(i) * left(i);
     if (i > 0) product += left(i) * left(i - 1);
   }
-  const double r = near2 > 0.0 ? std::clamp(product / near2, 0.0, 0.98) : 0.0;
-  fit.repeats = (1.0 + r) / (1.0 - r);
+  fit.repeats = rows_as_one(product, near2);
   fit.rms = std::sqrt(near2 / n);
   const double variance = fit.repeats * near2 / std::max(1.0, n - static_cast<double>(count) - 2.0);
   Eigen::MatrixXd normal = slopes.transpose() * slopes;

@@ -53,23 +53,20 @@ ClusteredFit solve_drag(const Along& a, const vehicle::Car<double>& car, const W
                         bool coasts, const Granted& granted) {
   Equation e;
   std::vector<std::size_t> block;
-  e.columns.resize(2);
   for (const DriveWindow* w : windows) {
     const int gear = coasts ? 0 : gear_of(car, *w).value_or(0);
     const AlongForces f = along_forces(car, *w, granted.mass_kg, gear, a.by_speed);
+    const double is =
+        f.inertia_n + granted.mass_kg * granted.offset_mps2 + granted.rolling * f.rolling_n;
     if (coasts) {
-      e.columns[0].push_back(-f.drag_m2_n);
-      e.columns[1].push_back(-1.0);
+      e.add({-f.drag_m2_n, -1.0}, is);
     } else {
       const Gearing g = gearing(car, *w, gear, granted.mass_kg, true);
       const double torque =
           vehicle::laws::map_torque(car.parameters[P::engine_torque], car.files->engine_torque_nm,
                                     g.engine_radps, std::clamp(w->throttle, 0.0, 1.0));
-      e.columns[0].push_back(g.per_torque_1pm * torque);
-      e.columns[1].push_back(-f.drag_m2_n);
+      e.add({g.per_torque_1pm * torque, -f.drag_m2_n}, is);
     }
-    e.wanted.push_back(f.inertia_n + granted.mass_kg * granted.offset_mps2 +
-                       granted.rolling * f.rolling_n);
     block.push_back(w->block);
   }
   return clustered_fit({e}, block).or_throw();

@@ -22,14 +22,12 @@ base::Answer<ClusteredFit> solve_brakes(const Along& a, const vehicle::Car<doubl
                                         const Windows& windows, bool apart,
                                         const Granted& granted) {
   Equation e;
-  e.columns.resize(apart ? 2 : 1);
   std::vector<std::size_t> block;
   for (const DriveWindow* w : windows) {
     const double front = stated_force(car, *w, 0, granted.mass_kg),
                  rear = stated_force(car, *w, 1, granted.mass_kg);
-    e.columns[0].push_back(apart ? front : front + rear);
-    if (apart) e.columns[1].push_back(rear);
-    e.wanted.push_back(braking_force(car, *w, a.by_speed, granted));
+    const double is = braking_force(car, *w, a.by_speed, granted);
+    apart ? e.add({front, rear}, is) : e.add({front + rear}, is);
     block.push_back(w->block);
   }
   return clustered_fit({e}, block);
@@ -40,16 +38,14 @@ base::Answer<ClusteredFit> solve_brakes(const Along& a, const vehicle::Car<doubl
 base::Answer<ClusteredFit> solve_drag_too(const Along& a, const vehicle::Car<double>& car,
                                           const Windows& windows, const Granted& granted) {
   Equation e;
-  e.columns.resize(2);
   std::vector<std::size_t> block;
   Granted airless = granted;
   airless.drag = 0.0;
   for (const DriveWindow* w : windows) {
     const double left = braking_force(car, *w, a.by_speed, airless);
-    e.columns[0].push_back(stated_force(car, *w, 0, granted.mass_kg) +
-                           stated_force(car, *w, 1, granted.mass_kg));
-    e.columns[1].push_back(left - braking_force(car, *w, a.by_speed, granted));
-    e.wanted.push_back(left);
+    e.add({stated_force(car, *w, 0, granted.mass_kg) + stated_force(car, *w, 1, granted.mass_kg),
+           left - braking_force(car, *w, a.by_speed, granted)},
+          left);
     block.push_back(w->block);
   }
   return clustered_fit({e}, block);

@@ -9,6 +9,7 @@
 
 #include "base/statistics.h"
 #include "drive_columns.h"
+#include "identify/least_squares.h"
 #include "recording/channels.h"
 #include "vehicle/laws/suspension.h"
 #include "window_fit.h"
@@ -43,28 +44,20 @@ struct Piece {
 
 Piece piece_of(const std::vector<double>& time_s, const std::vector<double>& value,
                std::size_t begin, std::size_t end) {
-  const auto n = static_cast<double>(end - begin);
-  double t = 0.0, v = 0.0, tt = 0.0, tv = 0.0;
+  const double middle_s = 0.5 * (time_s[begin] + time_s[end - 1]),
+               n = static_cast<double>(end - begin);
+  std::vector<std::vector<double>> columns(3);
+  std::vector<double> wanted;
   for (std::size_t k = begin; k < end; ++k) {
-    const double at_s = time_s[k] - time_s[begin];
-    t += at_s / n;
-    v += value[k] / n;
-    tt += at_s * at_s;
-    tv += at_s * value[k];
+    const double t = time_s[k] - middle_s;
+    for (std::size_t c = 0; const double term : {1.0, t, 0.5 * t * t}) columns[c++].push_back(term);
+    wanted.push_back(value[k]);
   }
-  Piece out{v, (tv - n * t * v) / (tt - n * t * t), 0.0, 0.0};
-  const double middle = (tt - n * t * t) / n;  // of the squared times about their mean
-  double up = 0.0, down = 0.0;
-  for (std::size_t k = begin; k < end; ++k) {
-    const double at_s = time_s[k] - time_s[begin] - t, square = at_s * at_s - middle;
-    up += square * value[k];
-    down += square * square;
-  }
-  out.curve = down > 0.0 ? 2.0 * up / down : 0.0;
-  for (std::size_t k = begin; k < end; ++k) {
-    const double at_s = time_s[k] - time_s[begin] - t;
-    out.off +=
-        std::pow(value[k] - v - out.slope * at_s - 0.5 * out.curve * (at_s * at_s - middle), 2.0);
+  const std::vector<double> f = linear_fit(columns, wanted);
+  Piece out{0.0, f[1], f[2], 0.0};
+  for (std::size_t r = 0; r < wanted.size(); ++r) {
+    out.mean += wanted[r] / n;
+    out.off += std::pow(wanted[r] - f[0] - f[1] * columns[1][r] - f[2] * columns[2][r], 2.0);
   }
   out.off = std::sqrt(out.off / std::max(1.0, n - 3.0));
   return out;
@@ -89,7 +82,6 @@ class DamperCollector {
   DamperCollector(const vehicle::Car<double>& car, const recording::Recording& recording,
                   const DriveColumns& c)
       : car_(car), recording_(recording), c_(c) {
-    for (Collected& axle : out_) axle.equation.columns.resize(kColumns);
     for (std::size_t i = 0; i < kWheels; ++i) noise_m_[i] = noise_of(*c.travel[i]);
   }
 
@@ -136,20 +128,12 @@ class DamperCollector {
       const double side = i % 2 == 0 ? 1.0 : -1.0, rate = travel[i].slope;
       if (travel[i].off > kStraight * noise_m_[i]) continue;  // no one rate: a kerb
       Collected& out = out_[a];
-      const std::array<double, kColumns> row{
-          travel[i].mean,
-          travel[other].mean,
-          i % 2 == 0 ? 1.0 : 0.0,
-          i % 2 == 0 ? 0.0 : 1.0,
-          side * ay,
-          side * ay * load[i].mean / (load[i].mean + load[other].mean),
-          std::max(0.0, ax),
-          std::min(0.0, ax),
-          std::isfinite(up) && c_.az != nullptr ? up : 1e-3 * vx * vx,
-          rate > 0.0 ? stated_n(car_, a, rate) : 0.0,
-          rate > 0.0 ? 0.0 : stated_n(car_, a, rate)};
-      for (std::size_t k = 0; k < kColumns; ++k) out.equation.columns[k].push_back(row[k]);
-      out.equation.wanted.push_back(
+      out.equation.add(
+          {travel[i].mean, travel[other].mean, i % 2 == 0 ? 1.0 : 0.0, i % 2 == 0 ? 0.0 : 1.0,
+           side * ay, side * ay * load[i].mean / (load[i].mean + load[other].mean),
+           std::max(0.0, ax), std::min(0.0, ax),
+           std::isfinite(up) && c_.az != nullptr ? up : 1e-3 * vx * vx,
+           rate > 0.0 ? stated_n(car_, a, rate) : 0.0, rate > 0.0 ? 0.0 : stated_n(car_, a, rate)},
           load[i].mean - car_.parameters.axle(a, P::front_unsprung_mass_kg) * travel[i].curve);
       out.block.push_back(block);
       out.rate_mps.push_back(rate);

@@ -87,17 +87,14 @@ DriveWindows with_wheelbase(DriveWindows drive, const recording::Recording& reco
   const std::vector<double>* const steer = recording.table.find("steer_rad");
   if (steer == nullptr) return drive;
   Equation e;
-  e.columns.resize(3);
   std::vector<std::size_t> block;
   for (const DriveWindow& w : drive.windows) {
     const double left = w.yaw_rate_radps * w.vx_mps;
     double sum = 0.0;
     for (std::size_t k = w.begin_row; k < w.end_row; ++k) sum += (*steer)[k];
     if (!std::isfinite(sum) || !(std::abs(left) < kMostLeft_mps2)) continue;
-    e.columns[0].push_back(w.yaw_rate_radps / w.vx_mps);
-    e.columns[1].push_back(left);
-    e.columns[2].push_back(1.0);
-    e.wanted.push_back(sum / static_cast<double>(w.end_row - w.begin_row));
+    e.add({w.yaw_rate_radps / w.vx_mps, left, 1.0},
+          sum / static_cast<double>(w.end_row - w.begin_row));
     block.push_back(w.block);
   }
   if (static_cast<double>(block.size()) < kLeastWindows) return drive;

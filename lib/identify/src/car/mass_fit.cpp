@@ -52,7 +52,6 @@ base::Answer<Loads> solve_loads(const vehicle::Car<double>& car, const DriveWind
   out.cog_m = p[P::chassis_cog_behind_front_m];
   for (int round = 0; round < 4; ++round) {  // the mass and its place are in the sinking alone
     std::vector<Equation> both(2);
-    for (std::size_t a = 0; a < 2; ++a) both[a].columns.resize(out.columns);
     for (const DriveWindow& w : drive.windows) {
       const AirFactors air = air_factors(car, w);
       const double q = half * w.air_mps2, to_rear = out.cog_m / length;
@@ -63,11 +62,12 @@ base::Answer<Loads> solve_loads(const vehicle::Car<double>& car, const DriveWind
           (drag_nm + rolling_torque(car, w, out.mass_kg) - out.mass_kg * sunk * w.along_mps2) /
           length;
       for (std::size_t a = 0; a < 2; ++a) {
-        both[a].columns[0].push_back(w.normal_mps2);
-        both[a].columns[1].push_back(q * air.lift[a]);
-        both[a].columns[2].push_back(w.along_mps2);
-        if (with_rate) both[a].columns[3].push_back(w.normal_mps2 * (w.time_s - middle_s));
-        both[a].wanted.push_back(w.load_n[2 * a] + w.load_n[2 * a + 1] + (a == 0 ? known : -known));
+        const double is = w.load_n[2 * a] + w.load_n[2 * a + 1] + (a == 0 ? known : -known),
+                     lift = q * air.lift[a];
+        with_rate
+            ? both[a].add(
+                  {w.normal_mps2, lift, w.along_mps2, w.normal_mps2 * (w.time_s - middle_s)}, is)
+            : both[a].add({w.normal_mps2, lift, w.along_mps2}, is);
       }
     }
     auto fit = clustered_fit(both, block);

@@ -74,28 +74,20 @@ ClusteredFit solve_springs(const vehicle::Car<double>& car, const Windows& windo
   for (std::size_t a = 0; a < 2; ++a) {
     const auto& p = car.parameters;
     Equation heave, roll;
-    heave.columns.resize(kHeave);
-    roll.columns.resize(kRoll);
     const double slope = outward_slope(car, a) + car.terms[Term::suspension_kinematics] * 2.0 *
                                                      granted.roll_centre_m /
                                                      p.axle(a, P::front_track_m);
     for (const DriveWindow* w : windows) {
       const std::size_t l = 2 * a, r = l + 1;
-      heave.columns[0].push_back(0.5 * (w->travel_m[l] + w->travel_m[r]));
-      heave.columns[1].push_back(1.0);
-      const double push = on_road_n(car, *w, granted.mass_kg);
-      heave.columns[2].push_back(std::max(0.0, push));
-      heave.columns[3].push_back(std::min(0.0, push));
+      const double push = on_road_n(car, *w, granted.mass_kg), both_n = w->load_n[l] + w->load_n[r],
+                   apart_n = w->load_n[l] - w->load_n[r];
       // The wheel that carries more has more of the side force, which the links turn upwards.
-      heave.columns[4].push_back(w->left_mps2 * (w->load_n[l] - w->load_n[r]) /
-                                 std::max(1.0, w->load_n[l] + w->load_n[r]));
-      heave.wanted.push_back(0.5 * (w->load_n[l] + w->load_n[r]) -
-                             p.axle(a, P::front_unsprung_mass_kg) * w->normal_mps2);
-      roll.columns[0].push_back(0.5 * (w->travel_m[l] - w->travel_m[r]));
-      roll.columns[1].push_back(1.0);
-      roll.wanted.push_back(0.5 * (w->load_n[l] - w->load_n[r]) +
-                            0.5 * granted.links * slope * side_kg(car, a, granted.mass_kg) *
-                                w->left_mps2);
+      heave.add({0.5 * (w->travel_m[l] + w->travel_m[r]), 1.0, std::max(0.0, push),
+                 std::min(0.0, push), w->left_mps2 * apart_n / std::max(1.0, both_n)},
+                0.5 * both_n - p.axle(a, P::front_unsprung_mass_kg) * w->normal_mps2);
+      roll.add({0.5 * (w->travel_m[l] - w->travel_m[r]), 1.0},
+               0.5 * apart_n +
+                   0.5 * granted.links * slope * side_kg(car, a, granted.mass_kg) * w->left_mps2);
     }
     all.push_back(std::move(heave));
     all.push_back(std::move(roll));

@@ -7,6 +7,7 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "base/statistics.h"
+#include "identify/clustered_fit.h"
 
 namespace identify {
 
@@ -103,8 +104,7 @@ TyreResiduals residuals_of(const std::vector<double>& measured, const std::vecto
     product += left[i] * left[i - 1];
   }
   out.far = far / count;
-  const double r = near2 > 0.0 ? std::clamp(product / near2, 0.0, 0.98) : 0.0;
-  out.repeats = (1.0 + r) / (1.0 - r);
+  out.repeats = rows_as_one(product, near2);
   return out;
 }
 
