@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/statistics.h"
 #include "drive_columns.h"
 #include "drive_doubts.h"
 #include "longitudinal.h"
@@ -278,9 +279,18 @@ class Cutter {
       return;
     }
     for (const Mean& mean : means) mean.put();
+    // Medians of a few rows at each end: wheel speeds have spikes.
+    const std::size_t few = std::max<std::size_t>(1, (end - begin) / 8);
+    const auto middle_of = [&](Column column, std::size_t from) {
+      std::vector<double> values;
+      for (std::size_t k = from; k < from + few; ++k)
+        if (std::isfinite(at(column, k))) values.push_back(at(column, k));
+      return base::median_or(kNaN, values);
+    };
+    const double span_s = middle_of(c_.time, end - few) - middle_of(c_.time, begin);
     for (std::size_t i = 0; i < kWheels; ++i)
-      w.spin_up_radps2[i] = (at(c_.wheel[i], end - 1) - at(c_.wheel[i], begin)) /
-                            (at(c_.time, end - 1) - at(c_.time, begin));
+      w.spin_up_radps2[i] =
+          (middle_of(c_.wheel[i], end - few) - middle_of(c_.wheel[i], begin)) / span_s;
     w.begin_row = begin;
     w.end_row = end;
     w.time_s = 0.5 * (at(c_.time, begin) + at(c_.time, end - 1));
