@@ -10,6 +10,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <tuple>
 
 #include "base/json_text.h"
 #include "crg/error.h"
@@ -70,13 +71,26 @@ TEST_F(WriteReport, CleanRoadIsUsableAndItsNumbersAreThere) {
   EXPECT_EQ(report["inputs"][0]["sha256"].get<std::string>().size(), 64u);
   const std::size_t rows = clean_oval().grid.rows();
   for (const char* key :
-       {"elevation_m", "slope", "banking", "curvature_1pm", "width_m", "v_left_m", "v_right_m"}) {
+       {"elevation_m", "slope", "vertical_curvature_1pm", "banking", "heading_rad", "curvature_1pm",
+        "curvature_rate_1pm2", "width_m", "v_left_m", "v_right_m"}) {
     ASSERT_EQ(report["along_u"][key].size(), rows) << key;
   }
   // Middle of the first straight and of the first bend, where the oval's own numbers are plain.
   EXPECT_NEAR(report["along_u"]["width_m"][1500], 18.0, 1e-5);
   EXPECT_NEAR(report["along_u"]["curvature_1pm"][1500], 0.0, 1e-5);
   EXPECT_NEAR(report["along_u"]["curvature_1pm"][4000], 1.0 / 60.0, 1e-4);
+  // Two half circles are a turn, and the changes of slope and curvature are what they go on by.
+  const json& heading = report["along_u"]["heading_rad"];
+  EXPECT_NEAR(heading.back().get<double>() - heading.front().get<double>(), 2.0 * M_PI, 1e-3);
+  for (const auto& [of, rate, rough] : {std::tuple{"slope", "vertical_curvature_1pm", 2e-5},
+                                        {"curvature_1pm", "curvature_rate_1pm2", 2e-6}})
+    for (const std::size_t i : {500u, 3020u, 4000u, 8000u}) {
+      const auto at = [&](const char* key, std::size_t row) {
+        return report["along_u"][key][row].get<double>();
+      };
+      const double change = (at(of, i + 25) - at(of, i - 25)) / (50.0 * clean_oval().line.u_step_m);
+      EXPECT_NEAR(at(rate, i), change, rough) << rate << " at row " << i;
+    }
   // Curve values are written to 1e-6; roughness of class B tilts a lateral cut by a few 1e-3.
   EXPECT_NEAR(report["along_u"]["banking"][4000], -0.04, 0.005);
   ASSERT_EQ(report["roughness"].size(), 2u);
@@ -111,6 +125,27 @@ TEST_F(WriteReport, EveryRuleHasItsLimitAndTheLargestThatWasSeen) {
     return std::hypot(u - 700.0, v - 1.0) < 1.0 ? std::nan("") : 0.0;
   });
   EXPECT_GT(rule(open, "hole in the road, longer side")["value"].get<double>(), 0.5);
+}
+
+using SlowWriteReport = WriteReport;
+
+TEST_F(SlowWriteReport, ThePageOfARoughRoadOf5KilometresIsUnder3Megabytes) {
+  if (!report::page_available()) GTEST_SKIP() << "this build has no page";
+  test_support::OvalOptions options;
+  options.straight_m = 2300.0;
+  options.half_width_m = 18.75;
+  const Oval rough = test_support::oval_road(options);
+  Oval other = rough;
+  test_support::plant(other, [](double u, double v) {
+    return 0.003 * std::sin(1234.5 * std::sin(17.0 * u + 91.0 * v));
+  });
+  const crg::Crg before = crg::make_crg(other.line, other.grid);
+  road::ReportRequest request;
+  request.crg_path = write(rough, "rough.crg");
+  request.against_path = write(other, "other.crg");
+  request.before = &before;
+  report_of(request);
+  EXPECT_LT(fs::file_size(dir_ / "out" / "report.html"), 3'000'000u);
 }
 
 TEST_F(WriteReport, FacetsAreNoRoughness) {

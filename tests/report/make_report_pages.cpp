@@ -21,8 +21,8 @@ const char* const kMarkup =
 
 /// A figure eight by hand: u = 0 to 600 m in rows 1 m apart, t = u / 600 m * 2 pi - pi / 2 along
 /// (100 sin t, 50 sin 2t). The first pass over the middle, at u = 150 m, is a bridge 8 m above the
-/// second, at u = 450 m. Between columns of the plan, at v = 2.5 m, it has a ridge of 30 mm. Errors
-/// are 10 um, but 20 mm from u = 300 to 305 m.
+/// second, at u = 450 m. The plan's outermost columns have no heights. Between columns of the plan,
+/// at v = 2.5 m, it has a ridge of 30 mm. Errors are 10 um, but 20 mm from u = 300 to 305 m.
 report::TrackReport crossing() {
   report::TrackReport page;
   page.title = "Crossing";
@@ -44,7 +44,8 @@ report::TrackReport crossing() {
     page.sheet.normal_x.push_back(-dy / ds);
     page.sheet.normal_y.push_back(dx / ds);
     const auto z = static_cast<float>(z_at(i));
-    for (std::size_t j = 0; j < page.sheet.v_m.size(); ++j) page.sheet.z_m.push_back(z);
+    for (const double v : page.sheet.v_m)
+      page.sheet.z_m.push_back(std::abs(v) < 4.5 ? z : std::numeric_limits<float>::quiet_NaN());
     for (const double v : page.detail.v_m) page.detail.z_m.push_back(z + (v == 2.5 ? 0.03f : 0.0f));
     elevation.values.push_back(z);
     tiny.values.push_back(static_cast<float>(1e-14 * std::sin(t)));

@@ -96,7 +96,7 @@ Json packed_rows(const std::vector<float>& values, std::size_t columns, bool row
     if (row_offsets) begin[i] = 0.5f * (low + high);
     reach = std::max({reach, std::abs(low - begin[i]), std::abs(high - begin[i])});
   }
-  const float step = std::max(finest, reach / 32766.0f);
+  const float step = std::max({finest, reach / 32766.0f, 1e-30f});
   std::vector<std::int16_t> integers(values.size(), kMissing);
   for (std::size_t k = 0; k < values.size(); ++k) {
     if (std::isfinite(values[k]))
@@ -109,6 +109,17 @@ Json packed_rows(const std::vector<float>& values, std::size_t columns, bool row
   return json;
 }
 
+/// A curve in blocks that begin anew: fine steps where it runs far. The last block is padded.
+Json packed_curve(std::vector<float> values) {
+  constexpr std::size_t kBlock = 64;
+  const std::size_t count = values.size();
+  values.resize((count + kBlock - 1) / kBlock * kBlock, std::numeric_limits<float>::quiet_NaN());
+  Json json = packed_rows(values, kBlock, true, 0.0f);
+  json["columns"] = kBlock;
+  json["count"] = count;
+  return json;
+}
+
 std::vector<float> floats(const std::vector<double>& values, double base = 0.0) {
   std::vector<float> result;
   result.reserve(values.size());
@@ -116,16 +127,30 @@ std::vector<float> floats(const std::vector<double>& values, double base = 0.0) 
   return result;
 }
 
-Json sheet_json(const Sheet& sheet, double x_base_m, double y_base_m) {
+/// A thirtieth of what is usual: colours show no more.
+float shown_step(std::vector<float> errors) {
+  std::erase_if(errors, [](float error) { return !std::isfinite(error); });
+  for (float& error : errors) error = std::abs(error);
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  if (middle == errors.end()) return 1e-7f;
+  std::nth_element(errors.begin(), middle, errors.end());
+  return std::max(1e-7f, *middle / 20.0f);
+}
+
+/// Heights of a sheet: no finer than its picture shows.
+Json sheet_json(const Sheet& sheet, double x_base_m, double y_base_m, float finest_m) {
   Json fields = Json::array();
   for (const SheetField& field : sheet.fields) {
-    fields.push_back({{"key", field.key},
-                      {"name", field.name},
-                      {"unit", field.unit},
-                      {"show_factor", field.show_factor},
-                      {"signed_scale", field.signed_scale},
-                      {"categories", field.categories},
-                      {"values", packed_rows(field.values, sheet.v_m.size(), false)}});
+    fields.push_back(
+        {{"key", field.key},
+         {"name", field.name},
+         {"unit", field.unit},
+         {"show_factor", field.show_factor},
+         {"signed_scale", field.signed_scale},
+         {"categories", field.categories},
+         {"values",
+          packed_rows(field.values, sheet.v_m.size(), false,
+                      field.key.starts_with("error_") ? shown_step(field.values) : 1e-5f)}});
   }
   return {{"title", sheet.title},
           {"u_begin_m", sheet.u_begin_m},
@@ -137,7 +162,7 @@ Json sheet_json(const Sheet& sheet, double x_base_m, double y_base_m) {
           {"normal_y", packed(floats(sheet.normal_y))},
           {"v_m", numbers(sheet.v_m)},
           {"z_base_m", sheet.z_base_m},
-          {"z", packed_rows(sheet.z_m, sheet.v_m.size(), true)},
+          {"z", packed_rows(sheet.z_m, sheet.v_m.size(), true, finest_m)},
           {"fields", std::move(fields)}};
 }
 
@@ -185,7 +210,7 @@ std::string report_page(const TrackReport& report) {
   const double y_base_m = report.sheet.y_m.empty() ? 0.0 : std::round(report.sheet.y_m.front());
   json["x_base_m"] = x_base_m;
   json["y_base_m"] = y_base_m;
-  json["sheet"] = sheet_json(report.sheet, x_base_m, y_base_m);
+  json["sheet"] = sheet_json(report.sheet, x_base_m, y_base_m, 1e-4f);
   const Sheet& detail = report.detail;
   json["detail"] = detail.z_m.empty()
                        ? Json(nullptr)
@@ -196,14 +221,17 @@ std::string report_page(const TrackReport& report) {
                               {"z", packed_rows(detail.z_m, detail.v_m.size(), true)}};
   json["windows"] = Json::array();
   for (const Sheet& window : report.windows)
-    json["windows"].push_back(sheet_json(window, x_base_m, y_base_m));
+    json["windows"].push_back(sheet_json(window, x_base_m, y_base_m, 2e-5f));
+  for (std::size_t k = 0; k < report.roughness.size(); ++k)
+    json["roughness"][k]["psd"] = {{"n_cpm", packed(floats(report.roughness[k].n_cpm))},
+                                   {"psd_m3", packed(floats(report.roughness[k].psd_m3))}};
   json["curves"] = Json::array();
   for (const Curve& curve : report.curves) {
     json["curves"].push_back({{"key", curve.key},
                               {"name", curve.name},
                               {"unit", curve.unit},
                               {"show_factor", curve.show_factor},
-                              {"values", packed(curve.values)}});
+                              {"values", packed_curve(curve.values)}});
   }
   for (std::size_t k = 0; k < report.comparisons.size(); ++k) {
     const ComparisonView& c = report.comparisons[k];
@@ -212,7 +240,7 @@ std::string report_page(const TrackReport& report) {
         {"u_cell_m", c.u_cell_m},
         {"rows", c.rows},
         {"v_m", numbers(c.v_m)},
-        {"error", packed_rows(c.error_m, c.v_m.size(), false, 1e-7f,
+        {"error", packed_rows(c.error_m, c.v_m.size(), false, shown_step(c.error_m),
                               c.without_reference.size() == c.error_m.size() ? &c.without_reference
                                                                              : nullptr)}};
   }

@@ -4,6 +4,7 @@ import { build } from 'esbuild';
 import { readFile, rename, writeFile } from 'node:fs/promises';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { deflateSync } from 'node:zlib';
 
 const output = process.argv[2];
 if (!output) {
@@ -38,6 +39,7 @@ const page = await readFile(join(sources, 'page.html'), 'utf8');
 const script = result.outputFiles[0].text.replaceAll('</script', '<\\/script').replaceAll('<!--', '<\\!--');
 const html = page
   .replace('@STYLE@', () => style.outputFiles[0].text)
-  .replace('@SCRIPT@', () => script);
+  .replace('@SCRIPT@', () => script)
+  .replace('@PACKED_SCRIPT@', () => deflateSync(result.outputFiles[0].contents, { level: 9 }).toString('base64'));
 await writeFile(output + '.new', html);
 await rename(output + '.new', output);

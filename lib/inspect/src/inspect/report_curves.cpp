@@ -35,16 +35,30 @@ std::vector<float> curvature_of(const HeightMap& map) {
   return curvature;
 }
 
-/// Rise per metre of the height over 2 m.
-std::vector<float> slope_of(const std::vector<double>& z_m, double u_step_m) {
-  std::vector<float> slope(z_m.size(), kNanF);
-  const auto reach = std::max<std::size_t>(1, static_cast<std::size_t>(1.0 / u_step_m + 0.5));
-  for (std::size_t i = 0; i < z_m.size(); ++i) {
-    const std::size_t low = i >= reach ? i - reach : 0, high = std::min(z_m.size() - 1, i + reach);
-    slope[i] =
-        static_cast<float>((z_m[high] - z_m[low]) / (static_cast<double>(high - low) * u_step_m));
+/// Change per metre over `over_m`.
+template <typename Value>
+std::vector<float> rate_of(const std::vector<Value>& values, double u_step_m, double over_m) {
+  std::vector<float> rate(values.size(), kNanF);
+  const auto reach =
+      std::max<std::size_t>(1, static_cast<std::size_t>(0.5 * over_m / u_step_m + 0.5));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::size_t low = i >= reach ? i - reach : 0,
+                      high = std::min(values.size() - 1, i + reach);
+    rate[i] = static_cast<float>((values[high] - values[low]) /
+                                 (static_cast<double>(high - low) * u_step_m));
   }
-  return slope;
+  return rate;
+}
+
+/// Along the line, not wrapped.
+std::vector<float> headings_of(const crg::ReferenceLine& line) {
+  std::vector<float> heading_rad;
+  double now_rad = line.heading_rad.front();
+  for (const double next_rad : line.heading_rad) {
+    now_rad += heading_change(now_rad, next_rad);
+    heading_rad.push_back(static_cast<float>(now_rad));
+  }
+  return heading_rad;
 }
 
 /// Least-squares slope across, over what has a height within 3 m of the reference line (or of the
@@ -87,8 +101,13 @@ AlongU along_u(const HeightMap& map, const std::vector<RowExtent>& extents) {
     if (std::isnan(z_m[i]) && !extents[i].empty())
       z_m[i] = map.at(i, (extents[i].first + extents[i].last) / 2);
   }
-  curves.slope = slope_of(z_m, map.line.u_step_m);
+  constexpr double kRateOver_m = 5.0;
+  const double step_m = map.line.u_step_m;
+  curves.slope = rate_of(z_m, step_m, 2.0);
+  curves.vertical_curvature_1pm = rate_of(curves.slope, step_m, kRateOver_m);
+  curves.heading_rad = headings_of(map.line);
   curves.curvature_1pm = curvature_of(map);
+  curves.curvature_rate_1pm2 = rate_of(curves.curvature_1pm, step_m, kRateOver_m);
   curves.banking = banking_of(map, extents);
   for (std::size_t i = 0; i < map.rows(); ++i) {
     curves.elevation_m.push_back(static_cast<float>(z_m[i] + map.z_base_m));
@@ -112,8 +131,11 @@ void add_curves(const HeightMap& map, const AlongU& along, const Comparisons& co
   };
   add("elevation_m", "Elevation", "m", along.elevation_m);
   add("slope", "Slope", "%", along.slope, 100.0);
+  add("vertical_curvature_1pm", "Vertical curvature", "1/m", along.vertical_curvature_1pm);
   add("banking", "Banking", "%", along.banking, 100.0);
+  add("heading_rad", "Heading", "°", along.heading_rad, 180.0 / std::numbers::pi);
   add("curvature_1pm", "Curvature", "1/m", along.curvature_1pm);
+  add("curvature_rate_1pm2", "Curvature rate", "1/m²", along.curvature_rate_1pm2);
   add("width_m", "Width", "m", along.width_m);
   add("v_left_m", "Left limit v", "m", along.v_left_m);
   add("v_right_m", "Right limit v", "m", along.v_right_m);

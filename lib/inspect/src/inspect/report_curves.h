@@ -14,9 +14,10 @@ namespace road {
 /// What the road was compared with, under the report's keys: mesh, against, cloud, before.
 using Comparisons = std::vector<std::pair<std::string, Comparison>>;
 
-/// One value per row of the map; NaN where the row has no heights.
+/// One value per row of the map; NaN where the row has no heights. Headings go on beyond a turn.
 struct AlongU {
-  std::vector<float> elevation_m, slope, banking, curvature_1pm, width_m, v_left_m, v_right_m;
+  std::vector<float> elevation_m, slope, vertical_curvature_1pm, banking, heading_rad,
+      curvature_1pm, curvature_rate_1pm2, width_m, v_left_m, v_right_m;
 };
 
 AlongU along_u(const HeightMap& map, const std::vector<RowExtent>& extents);

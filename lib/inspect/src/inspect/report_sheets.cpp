@@ -114,6 +114,7 @@ void add_provenance_field(report::Sheet& sheet, const HeightMap& map,
 }
 
 constexpr std::size_t kMostWindows = 24;
+constexpr std::size_t kMostWindowNodes = 400'000;  // of all windows
 
 constexpr double kWindow_m = 16.0;
 
@@ -123,9 +124,9 @@ report::Sheet whole_road(const HeightMap& map, const AlongU& along, const Compar
                          const crg::Surface* grip, const std::vector<Provenance>* provenance) {
   const double length_m = map.u_end_m() - map.line.u_begin_m;
   const auto stride = std::max<std::size_t>(
-      1, static_cast<std::size_t>(std::max(0.5, length_m / 5000.0) / map.line.u_step_m + 0.5));
+      1, static_cast<std::size_t>(std::max(0.5, length_m / 4000.0) / map.line.u_step_m + 0.5));
   report::Sheet sheet = sheet_of(map, 0, map.rows(), stride,
-                                 std::max(0.3, (map.v_m.back() - map.v_m.front()) / 40.0));
+                                 std::max(0.3, (map.v_m.back() - map.v_m.front()) / 32.0));
   sheet.title = "whole road";
   add_row_fields(sheet, map, along);
   for (const auto& [key, comparison] : comparisons) add_error_field(sheet, key, comparison);
@@ -162,6 +163,7 @@ void add_windows(const HeightMap& map, const std::vector<Finding>& findings,
   for (const KerbStrip& kerb : by_height)
     add(kerb.u_of_profile_m,
         fmt::format("{} kerb at u = {:.1f} m", kerb.left ? "left" : "right", kerb.u_of_profile_m));
+  std::size_t nodes = 0;
   for (const auto& [u_m, title] : places) {
     const double first = (u_m - 0.5 * kWindow_m - map.line.u_begin_m) / map.line.u_step_m;
     const auto begin =
@@ -171,14 +173,15 @@ void add_windows(const HeightMap& map, const std::vector<Finding>& findings,
     const std::size_t end = std::min(map.rows(), begin + count);
     if (end - begin < 2) continue;
     report::Sheet window = sheet_of(map, begin, end, std::max<std::size_t>(1, count / 400), 0.0);
-    if (window.z_m.size() > 120'000) continue;
+    if (window.z_m.size() > std::min<std::size_t>(120'000, kMostWindowNodes - nodes)) continue;
+    nodes += window.z_m.size();
     window.title = title;
     report.windows.push_back(std::move(window));
   }
 }
 
 void add_detail(const HeightMap& map, report::TrackReport& report) {
-  constexpr std::size_t kMostNodes = 1'000'000;
+  constexpr std::size_t kMostNodes = 500'000;
   const std::size_t stride =
       std::max({std::size_t{1}, (map.rows() * map.columns() + kMostNodes - 1) / kMostNodes,
                 static_cast<std::size_t>(0.25 / map.line.u_step_m + 1e-9)});

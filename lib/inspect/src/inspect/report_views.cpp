@@ -46,12 +46,24 @@ bool rides_the_same(const report::RoughnessTrack& a, const report::RoughnessTrac
 
 report::ComparisonView view_of(const Comparison& c, std::string key, std::string reference) {
   report::ComparisonView view;
+  // The largest error of some rows in place of each: what a picture shows of them.
+  constexpr std::size_t kMostCells = 150'000;
+  const std::size_t columns = c.v_m.size(),
+                    some =
+                        std::max<std::size_t>(1, (c.error_m.size() + kMostCells - 1) / kMostCells);
   view.u_begin_m = c.u_begin_m;
-  view.u_cell_m = c.u_cell_m;
+  view.u_cell_m = c.u_cell_m * static_cast<double>(some);
   view.v_m = c.v_m;
-  view.rows = c.rows;
-  view.error_m = c.error_m;
-  view.without_reference = c.without_reference;
+  view.rows = (c.rows + some - 1) / some;
+  view.error_m.assign(view.rows * columns, kNanF);
+  view.without_reference.assign(view.error_m.size(), 0);
+  for (std::size_t k = 0; k < c.error_m.size(); ++k) {
+    const std::size_t at = k / columns / some * columns + k % columns;
+    if (float& worst = view.error_m[at];
+        std::isnan(worst) || std::abs(c.error_m[k]) > std::abs(worst))
+      worst = c.error_m[k];
+    if (!c.without_reference.empty()) view.without_reference[at] |= c.without_reference[k];
+  }
   view.points = c.points;
   view.share_without_reference = c.share_without_reference;
   view.mean_m = c.mean_error_m;

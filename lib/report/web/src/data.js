@@ -40,6 +40,11 @@ export function unpackRows(packed, columns) {
   return values;
 }
 
+/// A curve: the same in blocks of `columns`, the last of which is padded.
+export function unpackCurve(packed) {
+  return unpackRows(packed, packed.columns).subarray(0, packed.count);
+}
+
 /// Where an error map says that there is a road but nothing to compare it with.
 export function unpackWithout(packed) {
   return unpack(packed.values).map((integer) => (integer === -32767 ? 1 : 0));
@@ -92,5 +97,6 @@ export function withGaps(values, factor = 1) {
 export async function readData() {
   const data = JSON.parse(document.getElementById('report-data').textContent);
   await unpackAll(data);
+  for (const { psd } of data.roughness) for (const key of Object.keys(psd)) psd[key] = unpack(psd[key]);
   return data;
 }

@@ -125,10 +125,6 @@ function keyHelp() {
 }
 
 async function main() {
-  if (typeof DecompressionStream === 'undefined') {
-    document.getElementById('report').textContent = 'This page needs a browser of 2023 or later. Every number is in report.json.';
-    return;
-  }
   const data = await readData();
   document.title = `${data.title} – road report`;
   const sheet = unpackSheet(data.sheet);

@@ -56,8 +56,11 @@ export function makePlan(sheet, windows, surface, data, state) {
       const [cx, cy] = toScreen(grid.x[i], grid.y[i]);
       const reach = 40 * view.scale + 20;
       if (cx < -reach || cx > width + reach || cy < -reach || cy > height + reach) continue;
-      for (let j = 0; j + 1 < grid.columns; j += columnStride) {
-        const right = Math.min(grid.columns - 1, j + columnStride);
+      // From edge to edge of what both rows have: a road of a pixel or two lies between columns that a stride takes.
+      const has = (j) => !Number.isNaN(grid.z[i * grid.columns + j] + grid.z[next * grid.columns + j]);
+      for (let j = 0, right; j + 1 < grid.columns; j = right) {
+        right = j + 1;
+        while (right < Math.min(grid.columns - 1, j + columnStride) && has(j) && has(right) && has(right + 1)) ++right;
         const a = i * grid.columns + j, b = i * grid.columns + right, c = next * grid.columns + right, d = next * grid.columns + j;
         const sum = grid.z[a] + grid.z[b] + grid.z[c] + grid.z[d];
         if (Number.isNaN(sum)) continue;

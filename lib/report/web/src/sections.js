@@ -1,15 +1,19 @@
 // The sections of the report below the track itself.
 import { css, el, placeButton, table } from './dom.js';
-import { unpack, unpackRows, unpackWithout, withGaps } from './data.js';
+import { unpackCurve, unpackRows, unpackWithout, withGaps } from './data.js';
 import { line, makeChart, makeCrossPlot, makeLinkedChart, plainAxes, uPlot } from './charts.js';
 import { count, fixed, metres, mm, show } from './format.js';
 
 const widened = (low, high, least) => (high - low >= least ? [low, high] : [0.5 * (low + high - least), 0.5 * (low + high + least)]);
 
 export function alongU(data, state) {
-  const root = el('div', { class: 'panel' });
+  const root = el('div', { class: 'panel curves' });
   const byKey = Object.fromEntries(data.curves.map((curve) => [curve.key, curve]));
-  const values = Object.fromEntries(data.curves.map((curve) => [curve.key, withGaps(unpack(curve.values), curve.show_factor)]));
+  const values = Object.fromEntries(data.curves.map((curve) => [curve.key, withGaps(unpackCurve(curve.values), curve.show_factor)]));
+  if (values.banking) {
+    byKey.banking_deg = { name: 'Banking' };
+    values.banking_deg = values.banking.map((value) => (value === null ? null : Math.atan(value / 100) * 180 / Math.PI));
+  }
   const count = data.curves.length > 0 ? values[data.curves[0].key].length : 0;
   const u = Array.from({ length: count }, (_, k) => data.u_begin_m + k * data.u_step_m);
   const colours = ['--s1', '--s2', '--s3', '--s4'];
@@ -17,20 +21,24 @@ export function alongU(data, state) {
     const known = keys.filter((key) => byKey[key]);
     if (known.length === 0) return;
     const title = `${known.length === 1 ? byKey[known[0]].name : name} / ${unit}`;
-    root.append(el('h3', {}, title),
+    root.append(el('div', {}, el('h3', {}, title),
       makeLinkedChart(state, {
         axes: plainAxes('', ''),
         // Never so near that a scale shows the noise of computing: a micrometre, or what is as little.
-        scales: { y: { range: (plot, low, high) => (low === null ? [0, 1] : uPlot.rangeNum(...widened(low, high, unit === '1/m' ? 1e-5 : 1e-3), 0.1, true)) } },
+        scales: { y: { range: (plot, low, high) => (low === null ? [0, 1] : uPlot.rangeNum(...widened(low, high, unit.startsWith('1/m') ? 1e-5 : 1e-3), 0.1, true)) } },
         series: [line('u / m', '--muted'), ...known.map((key, k) => line(byKey[key].name, colours[k % colours.length]))],
       }, [u, ...known.map((key) => values[key])], height, {
         view: `curve-${known[0]}`, title, heads: ['u / m', ...known.map((key) => `${byKey[key].name} / ${unit}`)],
-      }));
+      })));
   };
   add('Elevation', ['elevation_m'], 'm', 170);
   add('Slope', ['slope'], '%');
+  add('Vertical curvature', ['vertical_curvature_1pm'], '1/m');
   add('Banking', ['banking'], '%');
+  add('Banking', ['banking_deg'], '°');
+  add('Heading', ['heading_rad'], '°');
   add('Curvature', ['curvature_1pm'], '1/m');
+  add('Curvature rate', ['curvature_rate_1pm2'], '1/m²');
   add('Width and limits', ['width_m', 'v_left_m', 'v_right_m'], 'm', 170);
   add('Largest error in each row', data.curves.map((curve) => curve.key).filter((key) => key.startsWith('largest_error')), 'mm');
   // What a trajectory's drift was, lap by lap (lidar2mesh).
