@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "crg/check.h"
 #include "crg/error.h"
@@ -125,6 +126,47 @@ TEST(Edit, AppendJoinsWhatCropTookApart) {
   EXPECT_EQ(moved.grid.rows(), road.grid.rows());
   EXPECT_LT(worst_height_difference(road, moved, 0.3), 1e-5);
   EXPECT_THROW(append(first, hilly(50, 0.25)), Error);
+}
+
+// Built roads end 1 mm before their start.
+TEST(Edit, AppendClosesARingAgainWhereverItWasCut) {
+  const ReferenceLine line = test::circuit(2001, 100.0, 0.1, 3);
+  const double around_m = line.u_step_m * 2000.0;
+  const Crg ring =
+      make_crg(line, test::grid_of(line, -3.0, 3.0, 13, [&](double u, double v) {
+                 return std::sin(u * 2.0 * std::numbers::pi / around_m) * (1.0 + 0.1 * v);
+               }));
+  const Crg a = crop(ring, {.u_end_m = 200.0}), b = crop(ring, {.u_begin_m = 200.0});
+  EXPECT_FALSE(Surface(a).reference_line().closed);
+  const Crg again = append(a, b), turned = append(b, a);
+  EXPECT_EQ(again.grid.z_m, ring.grid.z_m);
+  EXPECT_EQ(turned.grid.rows(), ring.grid.rows());
+  for (const Crg* road : {&again, &turned}) {
+    EXPECT_TRUE(Surface(*road).reference_line().closed);
+    expect_no_errors(*road);
+  }
+  EXPECT_LT(worst_height_difference(ring, turned, 0.3), 2e-3);
+  Crg raised = b;
+  for (std::size_t i = 0; i < raised.grid.rows(); ++i)
+    for (std::size_t j = 0; j < raised.grid.columns(); ++j)
+      raised.grid.z_m[i * raised.grid.columns() + j] += 1e-4f * static_cast<float>(i);
+  EXPECT_FALSE(Surface(append(a, raised)).reference_line().closed) << "a step where it would close";
+}
+
+TEST(Edit, AppendNamesTheColumnsThatAgree) {
+  const Crg road = hilly();
+  const Crg first = crop(road, {.u_end_m = 30.0});
+  Crg second = crop(road, {.u_begin_m = 30.0});
+  for (std::size_t i = 0; i < second.grid.rows(); ++i)
+    second.grid.z_m[i * second.grid.columns()] += 0.1f;
+  try {
+    append(first, second);
+    ADD_FAILURE() << "a step at the edge";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("crop both to v = -2.8 to 2 m"));
+  }
+  EXPECT_EQ(append(crop(first, {.v_right_m = -2.8}), crop(second, {.v_right_m = -2.8})).grid.rows(),
+            road.grid.rows());
 }
 
 TEST(Edit, AppendMakesNoCliff) {

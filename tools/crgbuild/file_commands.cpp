@@ -29,6 +29,7 @@ int save(const crg::Crg& crg, const std::string& path, const std::string& format
          Terminal& terminal) {
   base::write_file(path, crg::to_bytes(crg, format_of(format, crg.format)));
   const crg::Grid& grid = crg.grid;
+  const bool closed = crg::find_value(crg.options, "REFLINE_CONTINUATION").value_or(0.0) == 1.0;
   if (terminal.json) {
     nlohmann::ordered_json out;
     out["file"] = path;
@@ -36,10 +37,12 @@ int save(const crg::Crg& crg, const std::string& path, const std::string& format
     out["columns"] = grid.columns();
     out["u_begin_m"] = grid.u_begin_m;
     out["u_end_m"] = grid.u_of(grid.rows() - 1);
+    out["closed"] = closed;
     terminal.print(base::json_text(out));
   } else {
-    terminal.print(fmt::format("{} x {} nodes, u {:.3f} to {:.3f} m\nroad     {}\n", grid.rows(),
-                               grid.columns(), grid.u_begin_m, grid.u_of(grid.rows() - 1), path));
+    terminal.print(fmt::format("{} x {} nodes, u {:.3f} to {:.3f} m{}\nroad     {}\n", grid.rows(),
+                               grid.columns(), grid.u_begin_m, grid.u_of(grid.rows() - 1),
+                               closed ? ", closed" : "", path));
   }
   return kOk;
 }

@@ -40,8 +40,8 @@ struct AppendOptions {
 
 /// Both roads in one: the rows of `second` behind those of `first`, their common row once. Wants
 /// the same step and columns, cross sections that meet within 10 mm of height, and unless moved,
-/// ends that meet within 1 mm and 1 mrad. A road that is moved is raised by the median of what its
-/// columns are off; its slope along u stays.
+/// ends that meet within 2 mm and 1 mrad. A road that is moved is raised by the median of what its
+/// columns are off; its slope along u stays. Closed where the end then meets the start alike.
 Crg append(Crg first, Crg second, const AppendOptions& options = {});
 
 }  // namespace crg

@@ -225,20 +225,37 @@ Crg reverse(Crg crg) {
 namespace {
 
 constexpr double kLargestStep_m = 0.01;  // as at the seam of a closed road
+constexpr double kLargestGap_m = 2e-3;   // closed roads end 1 mm before their start
 
 /// By how much a column of the second road has to be raised to meet the first where they join.
 struct Step {
   double v_m, up_m;
 };
 
+bool meets(const Step& step, double rise_m) {
+  return std::abs(step.up_m - rise_m) <= kLargestStep_m;
+}
+
+/// The columns about v = 0 that meet, in words; empty: none.
+std::string columns_that_meet(const std::vector<Step>& steps, double rise_m) {
+  auto end = std::find_if(steps.begin(), steps.end(), [](const Step& s) { return s.v_m >= 0.0; });
+  auto begin = end;
+  while (begin != steps.begin() && meets(*std::prev(begin), rise_m)) --begin;
+  while (end != steps.end() && meets(*end, rise_m)) ++end;
+  if (end - begin < 2) return {};
+  return shortest(begin->v_m) + " to " + shortest(std::prev(end)->v_m) + " m";
+}
+
 /// By how much the second road is raised: the median of `steps` where it may move, else not at all.
 /// Throws Error where the cross sections do not meet.
-double rise_at_joint(std::vector<Step> steps, bool move, const Crg& first, const Crg& second) {
+double rise_at_joint(const std::vector<Step>& steps, bool move, const Crg& first,
+                     const Crg& second) {
   if (steps.empty())
     throw Error(second.source + ": no column has a height both here, where it starts, and where " +
                 first.source + " ends: want cross sections that overlap");
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end(),
+  std::vector<Step> sorted = steps;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end(),
                    [](const Step& a, const Step& b) { return a.up_m < b.up_m; });
   const double median_m = middle->up_m, rise_m = move ? median_m : 0.0;
   const auto worst = [&](double raised_m) {
@@ -247,14 +264,51 @@ double rise_at_joint(std::vector<Step> steps, bool move, const Crg& first, const
     });
   };
   const Step step = worst(rise_m);
-  if (std::abs(step.up_m - rise_m) <= kLargestStep_m) return rise_m;
-  const bool moving_helps = std::abs(worst(median_m).up_m - median_m) <= kLargestStep_m;
+  if (meets(step, rise_m)) return rise_m;
+  const bool moving_helps = meets(worst(median_m), median_m);
+  const std::string meet = columns_that_meet(steps, rise_m);
   throw Error(second.source + ": at v = " + shortest(step.v_m) + " m it starts " +
               shortest(std::abs(step.up_m - rise_m)) + " m " +
               (step.up_m > rise_m ? "below" : "above") + " the end of " + first.source +
               ": want at most " + shortest(kLargestStep_m) + " m; " +
-              (moving_helps ? "or let the second road be moved, which raises it to fit"
-                            : "the cross sections differ, crop both to the columns that agree"));
+              (moving_helps   ? "or let the second road be moved, which raises it to fit"
+               : meet.empty() ? "the cross sections differ"
+                              : "the cross sections differ, crop both to v = " + meet));
+}
+
+/// Whether `second` begins in plan where `first` ends, and bends no more than both do beside it.
+bool goes_on(const ReferenceLine& first, const ReferenceLine& second, double& gap_m,
+             double& bend_rad) {
+  const auto bend = [](double from, double to) {
+    return std::abs(std::remainder(to - from, 2.0 * std::numbers::pi));
+  };
+  const std::vector<double>&before = first.heading_rad, &after = second.heading_rad;
+  double usual_rad =
+      std::max(bend(before[before.size() - 2], before.back()), bend(after[0], after[1]));
+  if (after.size() > 2) usual_rad = std::max(usual_rad, bend(after[1], after[2]));
+  gap_m = std::hypot(first.x_m.back() - second.x_m[0], first.y_m.back() - second.y_m[0]);
+  bend_rad = bend(before.back(), after[0]);
+  return gap_m <= kLargestGap_m && bend_rad <= 1e-3 + usual_rad;
+}
+
+double value_in(const std::vector<double>& channel, std::size_t row) {
+  return channel.empty() ? 0.0 : channel[row];
+}
+
+/// From the first row of one road up to the last row of another.
+std::vector<Step> steps_to(const ReferenceLine& end, const Grid& end_grid,
+                           const ReferenceLine& start, const Grid& start_grid) {
+  const std::size_t last = end.size() - 1, columns = end_grid.columns();
+  std::vector<Step> steps;
+  for (std::size_t j = 0; j < columns; ++j) {
+    const double v_m = end_grid.v_m[j];
+    const double up_m = value_in(end.z_m, last) - value_in(start.z_m, 0) +
+                        (value_in(end.banking, last) - value_in(start.banking, 0)) * v_m +
+                        static_cast<double>(end_grid.z_m[last * columns + j]) -
+                        static_cast<double>(start_grid.z_m[j]);
+    if (std::isfinite(up_m)) steps.push_back({v_m, up_m});
+  }
+  return steps;
 }
 
 }  // namespace
@@ -275,34 +329,16 @@ Crg append(Crg first, Crg second, const AppendOptions& options) {
                 std::to_string(first.grid.columns()) +
                 ": want the same step and columns; see resample and crop");
   }
-  const auto height = [](const ReferenceLine& line, std::size_t i) {
-    return line.z_m.empty() ? 0.0 : line.z_m[i];
-  };
-  const auto banking = [](const ReferenceLine& line, std::size_t i) {
-    return line.banking.empty() ? 0.0 : line.banking[i];
-  };
   const std::size_t last = a.size() - 1;
   const double turn = options.move ? a.heading_rad[last] - b.heading_rad[0] : 0.0;
   const Point2 end{a.x_m[last], a.y_m[last]}, start{b.x_m[0], b.y_m[0]};
-  if (!options.move) {
-    const double gap = std::hypot(end.x_m - start.x_m, end.y_m - start.y_m);
-    const double bend =
-        std::abs(std::remainder(a.heading_rad[last] - b.heading_rad[0], 2.0 * std::numbers::pi));
-    if (gap > 1e-3 || bend > 1e-3 + std::abs(b.heading_rad[1] - b.heading_rad[0])) {
-      throw Error(second.source + ": starts " + shortest(gap) + " m and " + shortest(bend) +
-                  " rad off the end of " + first.source +
-                  ": want the ends to meet; or let the second road be moved");
-    }
-  }
-  std::vector<Step> steps;
-  for (std::size_t j = 0; j < first.grid.columns(); ++j) {
-    const double v_m = first.grid.v_m[j];
-    const double up_m = height(a, last) - height(b, 0) + (banking(a, last) - banking(b, 0)) * v_m +
-                        static_cast<double>(first.grid.z_m[last * first.grid.columns() + j]) -
-                        static_cast<double>(second.grid.z_m[j]);
-    if (std::isfinite(up_m)) steps.push_back({v_m, up_m});
-  }
-  const double rise = rise_at_joint(std::move(steps), options.move, first, second);
+  double gap_m = 0.0, bend_rad = 0.0;
+  if (!options.move && !goes_on(a, b, gap_m, bend_rad))
+    throw Error(second.source + ": starts " + shortest(gap_m) + " m and " + shortest(bend_rad) +
+                " rad off the end of " + first.source +
+                ": want the ends to meet; or let the second road be moved");
+  const double rise =
+      rise_at_joint(steps_to(a, first.grid, b, second.grid), options.move, first, second);
   const bool z = !a.z_m.empty() || !b.z_m.empty() || rise != 0.0,
              bank = !a.banking.empty() || !b.banking.empty();
   if (z && a.z_m.empty()) a.z_m.assign(a.size(), 0.0);
@@ -314,15 +350,16 @@ Crg append(Crg first, Crg second, const AppendOptions& options) {
     a.x_m.push_back(origin.x_m + cos * dx - sin * dy);
     a.y_m.push_back(origin.y_m + sin * dx + cos * dy);
     a.heading_rad.push_back(b.heading_rad[i] + turn);
-    if (z) a.z_m.push_back(height(b, i) + rise);
-    if (bank) a.banking.push_back(banking(b, i));
+    if (z) a.z_m.push_back(value_in(b.z_m, i) + rise);
+    if (bank) a.banking.push_back(value_in(b.banking, i));
   }
-  const double gap = std::hypot(a.x_m.front() - a.x_m.back(), a.y_m.front() - a.y_m.back());
-  a.closed = a.closed && gap < a.u_step_m;
   Grid grid = first.grid;
   grid.z_m.insert(grid.z_m.end(),
                   second.grid.z_m.begin() + static_cast<std::ptrdiff_t>(second.grid.columns()),
                   second.grid.z_m.end());
+  const std::vector<Step> seam = steps_to(a, grid, a, grid);
+  a.closed = goes_on(a, a, gap_m, bend_rad) && !seam.empty() &&
+             std::all_of(seam.begin(), seam.end(), [](const Step& s) { return meets(s, 0.0); });
   return rebuilt(first, a, std::move(grid));
 }
 
