@@ -8,6 +8,7 @@
 #include <pugixml.hpp>
 #include <sstream>
 
+#include "cubic_profile.h"
 #include "inspect/export_road.h"
 #include "inspect/height_map.h"
 #include "inspect/track_widths.h"
@@ -18,76 +19,6 @@ namespace road {
 namespace {
 
 using Eigen::Vector2d;
-
-// Together less than 2 mm at the edges of the lanes.
-constexpr double kWithin_m = 5e-4;
-constexpr double kLongest_m = 100.0;  // piece, of whatever
-
-/// Nodes at which pieces begin, and the last node: each piece as long as `fits` lets it be.
-std::vector<std::size_t> pieces(std::size_t nodes, std::size_t most,
-                                const std::function<bool(std::size_t, std::size_t)>& fits) {
-  std::vector<std::size_t> ends{0};
-  while (ends.back() + 1 < nodes) {
-    const std::size_t begin = ends.back(), last = std::min(nodes - 1, begin + most);
-    std::size_t good = begin + 1, step = 1;
-    while (good + step <= last && fits(begin, good + step)) good += step, step *= 2;
-    for (; step > 0; step /= 2)
-      if (good + step <= last && fits(begin, good + step)) good += step;
-    ends.push_back(good);
-  }
-  return ends;
-}
-
-/// a + b s + c s^2 + d s^3
-struct Cubic {
-  double a = 0.0, b = 0.0, c = 0.0, d = 0.0;
-  double operator()(double s) const { return a + s * (b + s * (c + s * d)); }
-  double slope(double s) const { return b + s * (2.0 * c + s * 3.0 * d); }
-};
-
-Cubic straight(double from, double to, double length) { return {from, (to - from) / length}; }
-
-/// From value and slope at both ends.
-Cubic hermite(double from, double slope_from, double to, double slope_to, double length) {
-  const double mean = (to - from) / length;
-  return {from, slope_from, (3.0 * mean - 2.0 * slope_from - slope_to) / length,
-          (slope_from + slope_to - 2.0 * mean) / (length * length)};
-}
-
-/// A function of s at equal steps, as it shall be written.
-struct Profile {
-  std::vector<std::size_t> ends;
-  std::vector<Cubic> cubics;
-  double worst = 0.0;  ///< distance of the cubics from the values
-};
-
-Profile fit_profile(const std::vector<double>& value, double step_m, double within) {
-  const std::size_t n = value.size();
-  const auto slope = [&](std::size_t i) {
-    const std::size_t a = i == 0 ? 0 : i - 1, b = std::min(i + 1, n - 1);
-    return (value[b] - value[a]) / (static_cast<double>(b - a) * step_m);
-  };
-  const auto cubic = [&](std::size_t begin, std::size_t end) {
-    const double length_m = static_cast<double>(end - begin) * step_m;
-    return end == begin + 1 ? straight(value[begin], value[end], length_m)
-                            : hermite(value[begin], slope(begin), value[end], slope(end), length_m);
-  };
-  const auto off = [&](std::size_t begin, std::size_t end) {
-    const Cubic c = cubic(begin, end);
-    double worst = 0.0;
-    for (std::size_t i = begin + 1; i < end; ++i)
-      worst = std::max(worst, std::abs(c(static_cast<double>(i - begin) * step_m) - value[i]));
-    return worst;
-  };
-  Profile out;
-  out.ends = pieces(n, static_cast<std::size_t>(std::max(1.0, kLongest_m / step_m)),
-                    [&](std::size_t begin, std::size_t end) { return off(begin, end) <= within; });
-  for (std::size_t k = 0; k + 1 < out.ends.size(); ++k) {
-    out.cubics.push_back(cubic(out.ends[k], out.ends[k + 1]));
-    out.worst = std::max(out.worst, off(out.ends[k], out.ends[k + 1]));
-  }
-  return out;
-}
 
 /// One piece of the reference line in the frame of its beginning.
 struct PlanPiece {
@@ -139,11 +70,15 @@ std::vector<double> node_headings(const crg::ReferenceLine& line) {
   return heading_rad;
 }
 
-/// What a row becomes: the straight line through both edges of the road, and the lanes to them in
-/// the plane that leans as it does.
+/// Stations between a row and the next: a surface between straight rows is curved along its edges.
+constexpr std::size_t kParts = 8;
+
+/// What a station becomes: the straight line through both edges of the road, and the lanes to them
+/// in the plane that leans as it does.
 struct CrossSections {
-  std::vector<double> height_m, lean_rad, left_m, right_m, reach_m;
-  double rms_m = 0.0, worst_m = 0.0;  ///< of the surface about them
+  std::vector<double> height_m, lean_rad, left_m, right_m;  ///< kParts per row
+  std::vector<double> reach_m;                              ///< of the rows
+  double rms_m = 0.0, worst_m = 0.0;                        ///< of the surface about the rows'
 };
 
 /// Between the columns; a column without height next to an edge is not asked.
@@ -157,28 +92,37 @@ double height_at(const HeightMap& map, std::size_t row, double v_m) {
   return map.z_base_m + (1.0 - share) * map.at(row, j - 1) + share * map.at(row, j);
 }
 
-CrossSections cross_sections(const HeightMap& map, const std::vector<TrackWidth>& widths) {
-  CrossSections out;
+/// The edge between two rows, `t` from the one: v and height of the surface there. Where one row
+/// has none, straight from edge to edge.
+Vector2d edge_between(const HeightMap& map, std::size_t row, double v_m, std::size_t next,
+                      double next_v_m, double t) {
+  const double at_m = std::lerp(v_m, next_v_m, t);
+  const double z_m = std::lerp(height_at(map, row, at_m), height_at(map, next, at_m), t);
+  if (std::isfinite(z_m)) return {at_m, z_m};
+  return {at_m, std::lerp(height_at(map, row, v_m), height_at(map, next, next_v_m), t)};
+}
+
+/// Map metres from the line to v = 1, per row.
+Vector2d normal_of(const crg::ReferenceLine& line, std::size_t row) {
+  const crg::Point2 left = crg::node_position(line, row, 1.0);
+  return {left.x_m - line.x_m[row], left.y_m - line.y_m[row]};
+}
+
+/// How far the surface lies from the straight line between the edges, over all rows.
+void compare_with_surface(const HeightMap& map, const std::vector<TrackWidth>& widths,
+                          CrossSections& out) {
   double square = 0.0, count = 0.0;
   for (std::size_t row = 0; row < map.rows(); ++row) {
     const TrackWidth& width = widths[row % widths.size()];
-    const double all_m = width.left_m + width.right_m;
-    const double left_z_m = height_at(map, row, width.left_v_m);
-    const double right_z_m = height_at(map, row, width.right_v_m);
-    const double slope = all_m > 0.0 ? (left_z_m - right_z_m) / all_m : 0.0;
-    const double middle_m = left_z_m - slope * width.left_m;
-    const double slant = std::hypot(1.0, slope);
-    out.height_m.push_back(middle_m);
-    out.lean_rad.push_back(std::atan(slope));
-    out.left_m.push_back(width.left_m * slant);
-    out.right_m.push_back(width.right_m * slant);
-    out.reach_m.push_back(std::max(width.left_m, width.right_m));
-    // Per metre of v where the line is mitred.
-    const double stretch = all_m > 0.0 ? all_m / (width.left_v_m - width.right_v_m) : 1.0;
+    const double all_m = width.left_v_m - width.right_v_m;
+    if (all_m <= 0.0) continue;
+    const double right_m = height_at(map, row, width.right_v_m);
+    const double slope = (height_at(map, row, width.left_v_m) - right_m) / all_m;
     for (std::size_t j = 0; j < map.columns(); ++j) {
       const double v_m = map.v_m[j];
       if (v_m < width.right_v_m || v_m > width.left_v_m) continue;
-      const double off_m = map.z_base_m + map.at(row, j) - middle_m - slope * stretch * v_m;
+      const double off_m =
+          map.z_base_m + map.at(row, j) - right_m - slope * (v_m - width.right_v_m);
       // Fine columns at a kerb count no more than the road that they take.
       const double weight =
           0.5 * (map.v_m[std::min(j + 1, map.columns() - 1)] - map.v_m[j > 0 ? j - 1 : 0]);
@@ -188,6 +132,32 @@ CrossSections cross_sections(const HeightMap& map, const std::vector<TrackWidth>
     }
   }
   out.rms_m = std::sqrt(square / std::max(count, 1e-12));
+}
+
+CrossSections cross_sections(const HeightMap& map, const std::vector<TrackWidth>& widths) {
+  CrossSections out;
+  const auto width_of = [&](std::size_t row) -> const TrackWidth& {
+    return widths[row % widths.size()];
+  };
+  for (std::size_t row = 0; row < map.rows(); ++row) {
+    const std::size_t next = std::min(row + 1, map.rows() - 1);
+    const TrackWidth &a = width_of(row), &b = width_of(next);
+    const Vector2d from = normal_of(map.line, row), to = normal_of(map.line, next);
+    out.reach_m.push_back(std::max(a.left_m, a.right_m));
+    for (std::size_t part = 0; part < (row < next ? kParts : 1); ++part) {
+      const double t = static_cast<double>(part) / kParts;
+      const Vector2d left = edge_between(map, row, a.left_v_m, next, b.left_v_m, t);
+      const Vector2d right = edge_between(map, row, a.right_v_m, next, b.right_v_m, t);
+      const double stretch = (from + t * (to - from)).norm(), all_v_m = left.x() - right.x();
+      const double slope = all_v_m > 0.0 ? (left.y() - right.y()) / (all_v_m * stretch) : 0.0;
+      const double slant = std::hypot(1.0, slope) * stretch;
+      out.height_m.push_back(left.y() - slope * stretch * left.x());
+      out.lean_rad.push_back(std::atan(slope));
+      out.left_m.push_back(left.x() * slant);
+      out.right_m.push_back(-right.x() * slant);
+    }
+  }
+  compare_with_surface(map, widths, out);
   return out;
 }
 
@@ -200,10 +170,10 @@ void put(pugi::xml_node node, const char* name, const std::string& value) {
 }
 
 void add_profile(pugi::xml_node parent, const char* element, const char* place,
-                 const Profile& profile, double step_m) {
+                 const Profile& profile) {
   for (std::size_t k = 0; k < profile.cubics.size(); ++k) {
     pugi::xml_node node = parent.append_child(element);
-    put(node, place, static_cast<double>(profile.ends[k]) * step_m);
+    put(node, place, static_cast<double>(profile.ends[k]) * profile.step_m);
     put(node, "a", profile.cubics[k].a);
     put(node, "b", profile.cubics[k].b);
     put(node, "c", profile.cubics[k].c);
@@ -275,8 +245,7 @@ void add_lanes(pugi::xml_node& road, const CrossSections& sections,
       put(link.append_child("predecessor"), "id", id);
       put(link.append_child("successor"), "id", id);
     }
-    add_profile(lane, "width", "sOffset", fit_profile(width_m, line.u_step_m, kWithin_m),
-                line.u_step_m);
+    add_profile(lane, "width", "sOffset", fit_profile(width_m, line.u_step_m / kParts, kWithin_m));
   };
   lane_on("left", "1", sections.left_m);
   pugi::xml_node middle = section.append_child("center").append_child("lane");
@@ -307,9 +276,9 @@ Exported opendrive(const crg::Surface& road, const std::string& name, const Name
   const HeightMap map = height_map(road);
   const CrossSections sections = cross_sections(map, track_widths(line, road.grid(), edges));
   const double reach_m = *std::max_element(sections.reach_m.begin(), sections.reach_m.end());
-  const Profile elevation = fit_profile(sections.height_m, line.u_step_m, kWithin_m);
-  const Profile lean =
-      fit_profile(sections.lean_rad, line.u_step_m, kWithin_m / std::max(reach_m, 1.0));
+  const double step_m = line.u_step_m / kParts;
+  const Profile elevation = fit_profile(sections.height_m, step_m, kWithin_m);
+  const Profile lean = fit_profile(sections.lean_rad, step_m, kWithin_m / std::max(reach_m, 1.0));
   const double length_m = static_cast<double>(line.size() - 1) * line.u_step_m;
 
   pugi::xml_document document;
@@ -334,20 +303,24 @@ Exported opendrive(const crg::Surface& road, const std::string& name, const Name
       put(neighbour, "contactPoint", contact);
     }
   add_plan(node, line, sections.reach_m);
-  add_profile(node.append_child("elevationProfile"), "elevation", "s", elevation, line.u_step_m);
-  add_profile(node.append_child("lateralProfile"), "superelevation", "s", lean, line.u_step_m);
+  add_profile(node.append_child("elevationProfile"), "elevation", "s", elevation);
+  add_profile(node.append_child("lateralProfile"), "superelevation", "s", lean);
   add_lanes(node, sections, line);
   pugi::xml_node surface = node.append_child("surface");
   add_crg(surface, files.crg, "elevation", length_m);
   if (!files.friction_crg.empty()) add_crg(surface, files.friction_crg, "friction", length_m);
 
-  std::ostringstream text;
-  document.save(text, "  ");
-  Exported out{text.str(), {}};
+  Exported out;
   out.lost.push_back(fmt::format(
       "unevenness and kerbs stand in the CRG alone: elevation and superelevation without it are "
       "{:.1f} mm off (rms), {:.1f} mm at most",
       1e3 * sections.rms_m, 1e3 * (sections.worst_m + elevation.worst)));
+  pugi::xml_node note = node.append_child("userData");
+  put(note, "code", "lost");
+  put(note, "value", out.lost.front());
+  std::ostringstream text;
+  document.save(text, "  ");
+  out.text = text.str();
   out.lost.push_back("road beyond holes is in no lane");
   return out;
 }
