@@ -77,7 +77,7 @@ TEST(FileCommands, LanesAreAsWideAsTheSummaryBesideTheRoadSays) {
   const std::string of_this =
       fmt::format(R"("outputs": [{{"sha256": "{}"}}])", base::sha256_of_file(folder / "road.crg"));
   const std::string edges =
-      R"("road_edges": {"every_rows": 2, "right_m": [-0.9], "left_m": [1.2]})";
+      R"("grid": {"rows": 41}, "road_edges": {"every_rows": 2, "right_m": [-0.9], "left_m": [1.2]})";
   const auto lane_begins = [&](const std::string& summary) {
     std::ofstream(folder / "summary.json") << summary;
     const Ran ran = crgbuild({"export", folder / "road.crg", "-o", folder / "road.xodr"});
@@ -93,6 +93,33 @@ TEST(FileCommands, LanesAreAsWideAsTheSummaryBesideTheRoadSays) {
         "{" + of_this + R"(, "road_edges": {"every_rows": 2, "right_m": [], "left_m": [1]}})",
         "{" + of_this + R"(, "road_edges": {"every_rows": -2, "right_m": {}, "left_m": "1"}})"})
     EXPECT_NEAR(lane_begins(other), 2.0, 0.02) << other;
+}
+
+// A hole beyond the road's edge, which the build that made the road knows.
+TEST(FileCommands, AReportKnowsWhatTheBuildOfTheRoadSays) {
+  const Folder folder;
+  write_road(folder / "road.crg");
+  crg::Crg road = crg::read(folder / "road.crg");
+  for (std::size_t row = 18; row < 23; ++row) road.grid.z_m[row * 5 + 3] = NAN;
+  crg::write(road, folder / "road.crg", crg::Format::KRBI);
+  const auto verdict = [&] {
+    const Ran ran = crgbuild({"report", folder / "road.crg", "-o", folder / "out"});
+    EXPECT_EQ(ran.code, ran.out.find("not usable") == std::string::npos ? 0 : 3);
+    return ran.out.substr(0, ran.out.find('\n')) + ran.err;
+  };
+  EXPECT_THAT(verdict(), HasSubstr("not usable: 1 error"));
+  const auto say = [&](const std::string& failures) {
+    std::ofstream(folder / "summary.json") << fmt::format(
+        R"({{"outputs": [{{"sha256": "{}"}}], "grid": {{"rows": 41}},
+            "validation": {{"failures": [{}]}},
+            "road_edges": {{"every_rows": 40, "right_m": [-2, -2], "left_m": [2, 2],
+                "changes": {{"row": [0, 10], "right_m": [-2, -2], "left_m": [2, 0.5]}}}}}})",
+        base::sha256_of_file(folder / "road.crg"), failures);
+  };
+  say("");
+  EXPECT_THAT(verdict(), HasSubstr("usable with 2 remarks"));
+  say(R"("the line may be another road")");
+  EXPECT_THAT(verdict(), HasSubstr("not usable, 1 error: the line may be another road"));
 }
 
 TEST(FileCommands, ALineWithWidthsBecomesTheRoadAgain) {

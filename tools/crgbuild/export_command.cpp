@@ -10,8 +10,6 @@
 
 #include "base/ending.h"
 #include "base/json_text.h"
-#include "base/read_file.h"
-#include "base/sha256.h"
 #include "base/write_file.h"
 #include "commands.h"
 #include "crg/file.h"
@@ -20,6 +18,7 @@
 #include "inspect/height_raster.h"
 #include "inspect/matlab_file.h"
 #include "inspect/track_widths.h"
+#include "make/summary.h"
 #include "mesh/error.h"
 #include "mesh/export_mesh.h"
 
@@ -51,50 +50,9 @@ struct Written {
   std::vector<std::string> lost;
 };
 
-/// The edges that the build of a road has written beside it; none where the road is another one, or
-/// the file no such summary.
-road::RoadEdges edges_beside(const std::string& crg, std::size_t rows) {
-  const fs::path summary = fs::path(crg).parent_path() / "summary.json";
-  if (!fs::is_regular_file(summary)) return {};
-  const auto told = nlohmann::json::parse(base::read_file(summary.string()), nullptr, false);
-  const auto list = [&](const char* pointer) {
-    const nlohmann::json::json_pointer at(pointer);
-    return told.contains(at) && told.at(at).is_array() ? told.at(at) : nlohmann::json::array();
-  };
-  const auto numbers = [](const nlohmann::json& values) {
-    std::vector<double> out;
-    for (const auto& value : values)
-      if (value.is_number()) out.push_back(value.get<double>());
-    return out;
-  };
-  const nlohmann::json::json_pointer step("/road_edges/every_rows");
-  const std::size_t every = told.contains(step) && told.at(step).is_number_unsigned()
-                                ? told.at(step).get<std::size_t>()
-                                : 0;
-  const std::vector<double> right_m = numbers(list("/road_edges/right_m")),
-                            left_m = numbers(list("/road_edges/left_m"));
-  if (every == 0 || left_m.empty() || right_m.size() != left_m.size()) return {};
-  const std::string hash = base::sha256_of_file(crg);
-  const nlohmann::json outputs = list("/outputs");
-  if (std::none_of(outputs.begin(), outputs.end(), [&](const nlohmann::json& file) {
-        return file.is_object() && file.contains("sha256") && file.at("sha256") == hash;
-      }))
-    return {};
-  road::RoadEdges edges;
-  const auto between = [&](const std::vector<double>& of, std::size_t row) {
-    const std::size_t a = std::min(row / every, of.size() - 1), b = std::min(a + 1, of.size() - 1);
-    return std::lerp(of[a], of[b], static_cast<double>(row % every) / static_cast<double>(every));
-  };
-  for (std::size_t i = 0; i < rows; ++i) {
-    edges.right_m.push_back(between(right_m, i));
-    edges.left_m.push_back(between(left_m, i));
-  }
-  return edges;
-}
-
 Written write_tum(const crg::Surface& road, const ExportCommand& command) {
   const std::string& output = command.output;
-  const road::RoadEdges edges = edges_beside(command.crg, road.grid().rows());
+  const road::RoadEdges edges = road::built_beside(command.crg).smooth;
   const auto widths = road::track_widths(road.reference_line(), road.grid(), edges);
   base::write_file(output, road::track_widths_csv(widths));
   const double short_m = edges.empty() ? widest_column_m(road.grid()) : 0.0;
@@ -189,13 +147,12 @@ Written write_text(const crg::Surface& road, const ExportCommand& command) {
   const road::NamedFiles files{seen_from(command.output, command.crg),
                                seen_from(command.output, command.friction_crg)};
   const std::string& format = command.format;
-  const auto made =
-      format == "xodr"
-          ? road::opendrive(road, name, files, edges_beside(command.crg, road.grid().rows()))
-      : format == "rdf"     ? road::road_data_file(files, 1.0)
-      : format == "geojson" ? road::plan_geojson(road)
-      : format == "kml"     ? road::plan_kml(road, name)
-                            : road::plan_svg(road);
+  const auto made = format == "xodr"
+                        ? road::opendrive(road, name, files, road::built_beside(command.crg).smooth)
+                    : format == "rdf"     ? road::road_data_file(files, 1.0)
+                    : format == "geojson" ? road::plan_geojson(road)
+                    : format == "kml"     ? road::plan_kml(road, name)
+                                          : road::plan_svg(road);
   base::write_file(command.output, made.text);
   return {fmt::format("{} bytes", made.text.size()), {{"bytes", made.text.size()}}, made.lost};
 }

@@ -10,6 +10,7 @@
 #include "commands.h"
 #include "crg/surface.h"
 #include "inspect/write_report.h"
+#include "make/summary.h"
 #include "mesh/error.h"
 
 namespace crgbuild {
@@ -74,6 +75,9 @@ int run_report(const ReportCommand& command, Terminal& terminal) {
     request.mesh_path.clear();
   }
   request.crg_path = command.crg;
+  road::BuiltBeside built = road::built_beside(command.crg);
+  request.edges = std::move(built.edges);
+  request.failures = std::move(built.failures);
   request.against_path = command.against;
   request.before_path = command.before;
   request.grip_path = command.grip;

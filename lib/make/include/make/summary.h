@@ -90,6 +90,15 @@ std::optional<std::string> unchanged_summary(const std::string& path, const Buil
 /// The validation failures that a summary names.
 std::vector<std::string> failures_in_summary(const std::string& summary_json);
 
+/// What the build of a road says of it in the summary.json beside it.
+struct BuiltBeside {
+  RoadEdges edges;                    ///< of the file's rows, from node to node
+  RoadEdges smooth;                   ///< straight over the metres between
+  std::vector<std::string> failures;  ///< why it must not be used
+};
+/// Nothing where there is no such summary, or where it is that of another road.
+BuiltBeside built_beside(const std::string& crg_path);
+
 /// The same for a road from two edges.
 struct EdgesSummary {
   EdgeRecipe recipe;

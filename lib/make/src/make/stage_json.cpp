@@ -135,7 +135,18 @@ Json json_of(const RoadEdges& edges, double u_step_m) {
       list.push_back(std::round(1e4 * v_m[i]) / 1e4);
     return list;
   };
-  return {{"every_rows", every}, {"right_m", some(edges.right_m)}, {"left_m", some(edges.left_m)}};
+  Json changes = {{"row", Json::array()}, {"right_m", Json::array()}, {"left_m", Json::array()}};
+  for (std::size_t i = 0; i < edges.left_m.size(); ++i) {
+    if (i > 0 && edges.left_m[i] == edges.left_m[i - 1] && edges.right_m[i] == edges.right_m[i - 1])
+      continue;
+    changes["row"].push_back(i);
+    changes["right_m"].push_back(edges.right_m[i]);
+    changes["left_m"].push_back(edges.left_m[i]);
+  }
+  return {{"every_rows", every},
+          {"right_m", some(edges.right_m)},
+          {"left_m", some(edges.left_m)},
+          {"changes", changes}};
 }
 
 Json json_of(const Placement& placement) {

@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 
 #include "base/json_text.h"
 #include "base/one_line.h"
+#include "base/read_file.h"
 #include "base/sha256.h"
 #include "grid_stage.h"
 #include "stage_json.h"
@@ -130,6 +133,58 @@ std::vector<std::string> failures_in_summary(const std::string& summary_json) {
       .at("validation")
       .at("failures")
       .get<std::vector<std::string>>();
+}
+
+BuiltBeside built_beside(const std::string& crg_path) {
+  const auto path = std::filesystem::path(crg_path).parent_path() / "summary.json";
+  if (!std::filesystem::is_regular_file(path)) return {};
+  const Json told = Json::parse(base::read_file(path.string()), nullptr, false);
+  const auto list = [&](const std::string& pointer) {
+    const Json::json_pointer at(pointer);
+    return told.contains(at) && told.at(at).is_array() ? told.at(at) : Json::array();
+  };
+  const auto count = [&](const char* pointer) {
+    const Json::json_pointer at(pointer);
+    return told.contains(at) && told.at(at).is_number_unsigned() ? told.at(at).get<std::size_t>()
+                                                                 : 0;
+  };
+  const Json outputs = list("/outputs");
+  const std::string hash = outputs.empty() ? "" : base::sha256_of_file(crg_path);
+  if (std::none_of(outputs.begin(), outputs.end(), [&](const Json& file) {
+        return file.is_object() && file.contains("sha256") && file.at("sha256") == hash;
+      }))
+    return {};
+  BuiltBeside out;
+  for (const Json& failure : list("/validation/failures"))
+    if (failure.is_string()) out.failures.push_back(failure.get<std::string>());
+  const std::size_t every = count("/road_edges/every_rows"), rows = count("/grid/rows");
+  const auto numbers = [&](const std::string& of) {
+    std::vector<double> values;
+    for (const Json& value : list("/road_edges/" + of))
+      if (value.is_number()) values.push_back(value.get<double>());
+    return values;
+  };
+  const std::vector<double> right_m = numbers("right_m"), left_m = numbers("left_m");
+  if (every == 0 || left_m.empty() || right_m.size() != left_m.size()) return out;
+  const auto between = [&](const std::vector<double>& of, std::size_t row) {
+    const std::size_t a = std::min(row / every, of.size() - 1), b = std::min(a + 1, of.size() - 1);
+    return std::lerp(of[a], of[b], static_cast<double>(row % every) / static_cast<double>(every));
+  };
+  for (std::size_t i = 0; i < rows; ++i) {
+    out.smooth.right_m.push_back(between(right_m, i));
+    out.smooth.left_m.push_back(between(left_m, i));
+  }
+  const std::vector<double> row = numbers("changes/row"), from_right_m = numbers("changes/right_m"),
+                            from_left_m = numbers("changes/left_m");
+  if (row.empty() || row[0] != 0.0 || from_right_m.size() != row.size() ||
+      from_left_m.size() != row.size())
+    return out;
+  for (std::size_t i = 0, k = 0; i < rows; ++i) {
+    while (k + 1 < row.size() && row[k + 1] <= static_cast<double>(i)) ++k;
+    out.edges.right_m.push_back(from_right_m[k]);
+    out.edges.left_m.push_back(from_left_m[k]);
+  }
+  return out;
 }
 
 std::string edges_summary_json(const EdgesSummary& summary) {
