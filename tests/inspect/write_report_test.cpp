@@ -127,6 +127,21 @@ TEST_F(WriteReport, EveryRuleHasItsLimitAndTheLargestThatWasSeen) {
   EXPECT_GT(rule(open, "hole in the road, longer side")["value"].get<double>(), 0.5);
 }
 
+TEST_F(WriteReport, TheRoadStandsBesideWhatIsPublished) {
+  road::ReportRequest request;
+  request.crg_path = write(clean_oval(), "clean.crg");
+  request.published = {950.0, {}, 18.2, "a page"};  // the oval: 977 m, 18 m
+  const json report = report_of(request);
+  EXPECT_EQ(report["verdict"], "usable_with_remarks");
+  ASSERT_EQ(report["findings"].size(), 1u);
+  EXPECT_THAT(report["findings"][0]["text"].get<std::string>(),
+              ::testing::MatchesRegex("Length: 97[67][.][0-9] m, 2[.][78] % more than the 950 m of "
+                                      "a page"));
+  const std::string facts = report["facts"].dump();
+  EXPECT_THAT(facts, ::testing::HasSubstr("18.0 m, 1.1 % less than the 18.2 m of a page"));
+  EXPECT_THAT(facts, ::testing::Not(::testing::HasSubstr("Climb")));
+}
+
 using SlowWriteReport = WriteReport;
 
 TEST_F(SlowWriteReport, ThePageOfARoughRoadOf5KilometresIsUnder3Megabytes) {

@@ -29,6 +29,14 @@ struct ReportSource {
 };
 
 /// What to report on. Pointers are looked at, not kept; everything but crg_path may stay empty.
+/// What is published of a road, to be compared with it.
+struct Published {
+  std::optional<double> length_m;  ///< of the line
+  std::optional<double> climb_m;   ///< from its lowest to its highest point
+  std::optional<double> width_m;   ///< of the road, its median
+  std::optional<std::string> source;
+};
+
 struct ReportRequest {
   std::string crg_path;
   std::string shown_folder;    ///< where crg_path, and what lies beside it, will be when the report
@@ -58,6 +66,7 @@ struct ReportRequest {
   std::string before_path;           ///< the same road before smoothing and kerb refinement
   const crg::Crg* before = nullptr;  ///< the same, in memory
   std::string grip_path;             ///< a road file that holds friction in place of heights
+  Published published;
   RoadEdges edges;  ///< of the rows of the file; empty: all of it is judged as road
   const std::vector<Provenance>* provenance = nullptr;  ///< per node of the file
   std::vector<ReportSource> sources;

@@ -254,13 +254,14 @@ report::TrackReport make_report(const ReportRequest& request) {
     findings.insert(findings.end(), comparison.findings.begin(), comparison.findings.end());
   mark_beyond(request.edges, map, findings);
   add_checked(checked, map, findings, report);
+  const AlongU along = along_u(map, extents);
+  add_published(map, along, request, findings, report);
   std::stable_sort(findings.begin(), findings.end(),
                    [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
   add_findings(findings, report);
   add_rules(finding_options, request.limits, findings, compared.validated, report);
   add_looked_for(finding_options, compared.comparisons, report);
 
-  const AlongU along = along_u(map, extents);
   report.closed = map.line.closed;
   add_curves(map, along, compared.comparisons, report);
   add_facts(map, along, file, request, kerbs, compared.validated, report);

@@ -137,6 +137,34 @@ void add_facts(const HeightMap& map, const AlongU& along, const crg::Crg& file,
   add_file(map, file, grid, request, report);
 }
 
+void add_published(const HeightMap& map, const AlongU& along, const ReportRequest& request,
+                   std::vector<Finding>& findings, report::TrackReport& report) {
+  const Published& told = request.published;
+  const auto add = [&](const char* name, const std::optional<double>& published_m, double here_m,
+                       double most_off_m) {
+    if (!published_m || !std::isfinite(here_m)) return;
+    const double off_m = here_m - *published_m;
+    const std::string beside = fmt::format(
+        "{:.1f} m, {:.1f} % {} than the {} m of {}", here_m, 100.0 * std::abs(off_m) / *published_m,
+        off_m < 0.0 ? "less" : "more", *published_m, told.source.value_or("what is published"));
+    report.facts.push_back({fmt::format("{} against the world", name), beside});
+    if (std::abs(off_m) > most_off_m)
+      findings.push_back({"published", map.line.u_begin_m, map.u_end_m(), map.v_m.front(),
+                          map.v_m.back(), off_m, "m", Severity::remark,
+                          fmt::format("{}: {}", name, beside)});
+  };
+  const auto [low_m, high_m] = extremes(along.elevation_m);
+  add("Length", told.length_m, map.u_end_m() - map.line.u_begin_m,
+      0.01 * told.length_m.value_or(0.0));
+  add("Climb", told.climb_m, high_m - low_m, std::max(1.0, 0.05 * told.climb_m.value_or(0.0)));
+  std::vector<float> width_m = along.width_m;
+  std::erase_if(width_m, [](float width) { return std::isnan(width); });
+  std::sort(width_m.begin(), width_m.end());
+  const double median_m = width_m.empty() ? NAN : width_m[width_m.size() / 2];
+  add("Width", told.width_m, request.road_width_m ? (*request.road_width_m)[1] : median_m,
+      0.1 * told.width_m.value_or(0.0));
+}
+
 void add_rules(const FindingOptions& options, const ValidateLimits& limits,
                const std::vector<Finding>& findings, const std::optional<ValidateReport>& validated,
                report::TrackReport& report) {

@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "crg/file.h"
 #include "inspect/findings.h"
@@ -29,6 +30,10 @@ void add_header(const crg::Crg& file, report::TrackReport& report);
 void add_facts(const HeightMap& map, const AlongU& along, const crg::Crg& file,
                const ReportRequest& request, const KerbStrips& kerbs,
                const std::optional<ValidateReport>& validated, report::TrackReport& report);
+
+/// The road beside what is published of it: a fact each, and a remark where they disagree.
+void add_published(const HeightMap& map, const AlongU& along, const ReportRequest& request,
+                   std::vector<Finding>& findings, report::TrackReport& report);
 
 /// The rules of the verdict with their limits and the largest that was seen on the road.
 void add_rules(const FindingOptions& options, const ValidateLimits& limits,

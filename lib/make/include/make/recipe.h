@@ -9,6 +9,7 @@
 
 #include "crg/file.h"
 #include "inspect/validate.h"
+#include "inspect/write_report.h"
 #include "make/by_type.h"
 #include "mesh/read_mesh.h"
 #include "road/align.h"
@@ -51,6 +52,7 @@ struct Recipe {
   crg::Format format = crg::Format::KRBI;
   ValidateOptions validate;
   ValidateLimits limits;
+  Published published;
   bool line_is_right = false;  ///< somebody has looked: doubts about the line do not count
 };
 

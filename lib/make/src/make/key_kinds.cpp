@@ -58,6 +58,21 @@ RecipeKey number(std::string stage, std::string name, double low, double high, s
           }};
 }
 
+RecipeKey optional_number(std::string stage, std::string name, double low, double high,
+                          std::string meaning,
+                          const std::function<std::optional<double>&(Recipe&)>& field) {
+  RecipeKey key = number(std::move(stage), std::move(name), low, high, std::move(meaning),
+                         [=](Recipe& recipe) -> double& {
+                           std::optional<double>& value = field(recipe);
+                           return value ? *value : value.emplace();
+                         });
+  key.show = [=](const Recipe& recipe) -> std::string {
+    const auto& value = field(const_cast<Recipe&>(recipe));  // only read here
+    return value ? fmt::format("{}", *value) : "";
+  };
+  return key;
+}
+
 RecipeKey number_or_automatic(std::string stage, std::string name, double low, double high,
                               std::string meaning,
                               const std::function<std::optional<double>&(Recipe&)>& field) {

@@ -37,6 +37,11 @@ RecipeKey number_or_automatic(std::string stage, std::string name, double low, d
                               std::string meaning,
                               const std::function<std::optional<double>&(Recipe&)>& field);
 
+/// A number that need not be given.
+RecipeKey optional_number(std::string stage, std::string name, double low, double high,
+                          std::string meaning,
+                          const std::function<std::optional<double>&(Recipe&)>& field);
+
 RecipeKey yes_or_no(std::string stage, std::string name, std::string meaning,
                     const std::function<bool&(Recipe&)>& field);
 

@@ -171,6 +171,7 @@ void place_mesh(const Recipe& recipe, ReportRequest& request) {
   request.threads = recipe.sample.threads;
   request.align = recipe.align;
   request.validate = recipe.validate;
+  request.published = recipe.published;
   if (recipe.control_points_path)
     request.control_points =
         read_control_point_file(*recipe.control_points_path, recipe.projection).points;

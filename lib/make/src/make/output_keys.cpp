@@ -124,6 +124,21 @@ void add_validate_keys(std::vector<RecipeKey>& keys) {
                         [](Recipe& r) -> double& { return r.limits.max_seam_z_step_m; }));
 }
 
+void add_reference_keys(std::vector<RecipeKey>& keys) {
+  keys.push_back(optional_number(
+      "reference", "reference_length_m", 1.0, 1e6, "published length, for the report",
+      [](Recipe& r) -> std::optional<double>& { return r.published.length_m; }));
+  keys.push_back(optional_number(
+      "reference", "reference_climb_m", 0.1, 1e4, "published height from lowest to highest point",
+      [](Recipe& r) -> std::optional<double>& { return r.published.climb_m; }));
+  keys.push_back(
+      optional_number("reference", "reference_width_m", 0.1, 200.0, "published width of the road",
+                      [](Recipe& r) -> std::optional<double>& { return r.published.width_m; }));
+  keys.push_back(
+      words("reference", "reference_source", "words", "where that is published", "a source",
+            [](Recipe& r) -> std::optional<std::string>& { return r.published.source; }));
+}
+
 }  // namespace
 
 void add_output_keys(std::vector<RecipeKey>& keys) {
@@ -131,6 +146,7 @@ void add_output_keys(std::vector<RecipeKey>& keys) {
   add_place_keys(keys);
   add_file_keys(keys);
   add_validate_keys(keys);
+  add_reference_keys(keys);
 }
 
 }  // namespace road

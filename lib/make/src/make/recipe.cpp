@@ -176,22 +176,20 @@ std::string beside(const std::string& recipe_path, const std::string& path) {
                                       : (fs::path(recipe_path).parent_path() / path).string();
 }
 
-Recipe parse_recipe(const std::string& text, const Place& place) {
-  const YAML::Node root = YAML::Load(text);
-  if (root.IsNull() || !root.IsDefined())
-    place.fail(YAML::Mark::null_mark(), "empty; a recipe needs at least the line mesh: PATH");
-  if (!root.IsMap())
-    place.fail(root.Mark(), "no recipe; wanted are lines like mesh: track.obj or u_step_m: 0.1");
-
-  Recipe recipe;
-  recipe.recipe_path = place.path();
+/// Values by their keys; what stands in the block `reference` has that word before it.
+void read_values(const YAML::Node& table, const std::string& before, const Place& place,
+                 Recipe& recipe) {
   std::set<std::string> seen;
-  for (const auto& entry : root) {
-    const std::string name = value_text(entry.first, place, "key");
+  for (const auto& entry : table) {
+    const std::string name = before + value_text(entry.first, place, "key");
     if (!seen.insert(name).second)
       place.fail(entry.first.Mark(), fmt::format("{}: given twice", name));
     if (name == "name_rules") {
       read_name_rules(entry.second, place, recipe);
+      continue;
+    }
+    if (name == "reference" && entry.second.IsMap()) {
+      read_values(entry.second, "reference_", place, recipe);
       continue;
     }
     const auto& keys = recipe_keys();
@@ -207,6 +205,18 @@ Recipe parse_recipe(const std::string& text, const Place& place) {
       place.fail(entry.second.Mark(), name + ": " + error.what());
     }
   }
+}
+
+Recipe parse_recipe(const std::string& text, const Place& place) {
+  const YAML::Node root = YAML::Load(text);
+  if (root.IsNull() || !root.IsDefined())
+    place.fail(YAML::Mark::null_mark(), "empty; a recipe needs at least the line mesh: PATH");
+  if (!root.IsMap())
+    place.fail(root.Mark(), "no recipe; wanted are lines like mesh: track.obj or u_step_m: 0.1");
+
+  Recipe recipe;
+  recipe.recipe_path = place.path();
+  read_values(root, "", place, recipe);
   if (recipe.mesh_path.empty())
     place.fail(YAML::Mark::null_mark(), "the key mesh is missing; add the line mesh: PATH");
   if ((recipe.control_points_path ? 1 : 0) + (recipe.trajectory_path ? 1 : 0) +

@@ -20,7 +20,7 @@ const verdicts = {
 
 const kinds = {
   tile_step: 'step across the road', hole: 'hole', nan_stripe: 'missing stripe', fold: 'fold', wrong_seam: 'seam', bump: 'bump', pothole: 'pothole',
-  kerb_loss: 'kerb lost', deviation: 'deviation', no_reference: 'nothing to compare with', file: 'file', validation: 'the build',
+  kerb_loss: 'kerb lost', deviation: 'deviation', no_reference: 'nothing to compare with', file: 'file', validation: 'the build', published: 'published',
 };
 
 function number(value, unit) {
