@@ -94,6 +94,7 @@ TEST(BadInput, WrongUnitSaysWhichFlagToGive) {
       const Ran wide = build(folder, folder / "s.obj");
       EXPECT_EQ(wide.code, 3) << wide.out;
       EXPECT_THAT(wide.out + wide.err, HasSubstr("with --unit ft there is a closed road of"));
+      EXPECT_THAT(wide.out, HasSubstr("triangles  object  material  (why)\nroad ")) << "a doubt";
       EXPECT_EQ(build(folder, folder / "s.obj", {"--line-is-right"}).code, 0);
     } else {  // in mm larger than any track
       const Ran asked = build(folder, folder / "s.obj");

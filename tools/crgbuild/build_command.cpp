@@ -194,6 +194,8 @@ int run_build(const BuildCommand& command, Terminal& terminal) {
   terminal.progress_done();
   terminal.print(terminal.json ? build.result.summary_json
                                : build_text(build.recipe, build.result));
+  if (!build.result.validation_failures.empty())
+    print_objects_in_short(command.input, command.values, terminal);
   if (build.report) print_report(*build.report, terminal);
   if (const std::string why = road::why_not_usable(build); !why.empty()) throw NotValid(why);
   return kOk;

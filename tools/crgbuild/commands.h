@@ -64,6 +64,8 @@ struct ObjectsCommand {
   RecipeFlags flags;
 };
 int run_objects(const ObjectsCommand& command, Terminal& terminal);
+/// What the largest objects were taken for; nothing where the mesh has but one.
+void print_objects_in_short(const std::string& input, const RecipeFlags& flags, Terminal& terminal);
 
 struct CentrelineCommand {
   std::string input, output;

@@ -20,13 +20,13 @@ std::string line_of(const road::ObjectRow& row) {
                      base::one_line(row.why));
 }
 
-std::string table_text(const road::ObjectTable& table) {
+std::string table_text(const road::ObjectTable& table, std::size_t most, const std::string& where) {
   std::string text = fmt::format("{:<8} {:>10} {:>8} {:>9}  object  material  (why)\n", "class",
                                  "area m2", "above m", "triangles");
-  for (std::size_t k = 0; k < std::min(kMostLines, table.rows.size()); ++k)
+  for (std::size_t k = 0; k < std::min(most, table.rows.size()); ++k)
     text += line_of(table.rows[k]);
-  if (table.rows.size() > kMostLines)
-    text += fmt::format("{} more; --json lists all\n", table.rows.size() - kMostLines);
+  if (table.rows.size() > most)
+    text += fmt::format("{} more; {} lists all\n", table.rows.size() - most, where);
   return text;
 }
 
@@ -50,11 +50,20 @@ nlohmann::ordered_json json_of(const road::ObjectTable& table) {
 
 }  // namespace
 
+void print_objects_in_short(const std::string& input, const RecipeFlags& flags,
+                            Terminal& terminal) {
+  if (terminal.json || terminal.quiet) return;
+  const road::ObjectTable table = road::objects_of(make_recipe(input, flags));
+  if (table.rows.size() > 1)
+    terminal.print(table_text(table, 6, "crgbuild objects " + command::shell_word(input)));
+}
+
 int run_objects(const ObjectsCommand& command, Terminal& terminal) {
   terminal.start("reading the mesh");
   const road::ObjectTable table = road::objects_of(make_recipe(command.input, command.flags));
   terminal.progress_done();
-  terminal.print(terminal.json ? base::json_text(json_of(table)) : table_text(table));
+  terminal.print(terminal.json ? base::json_text(json_of(table))
+                               : table_text(table, kMostLines, "--json"));
   if (!table.refusal.empty())
     terminal.remark("no road can be made of it as it is: " + table.refusal);
   return kOk;
