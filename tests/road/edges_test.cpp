@@ -220,6 +220,24 @@ TEST(Edges, RepeatedPointsAndASecondLapAreLeftOut) {
               2e-3);
 }
 
+// Positions of a receiver that lost its satellites.
+TEST(Edges, PointsThatStickOutAreLeftOutAndSaid) {
+  Edge left = circle("l", 44.0, 138);
+  const Edge right = circle("r", 56.0, 160);
+  left.points_m[50] += Vector3d(60.0, 60.0, 0.0);
+  for (int i = 90; i < 93; ++i)
+    left.points_m[static_cast<std::size_t>(i)] *= 1.1 + 0.05 * static_cast<double>(i - 90);
+  EdgesReport report;
+  const EdgeRoad road = road_between_edges(left, right, {}, &report);
+  EXPECT_EQ(report.dropped_points, 4u);
+  ASSERT_EQ(report.remarks.size(), 2u);
+  EXPECT_THAT(report.remarks[0], HasSubstr("l:52: a point left out"));
+  EXPECT_THAT(report.remarks[1], HasSubstr("l:92: 3 points left out"));
+  // Half the sagitta of the 8 m that are missing.
+  for (std::size_t i = 0; i < road.line.size(); ++i)
+    ASSERT_NEAR(std::hypot(road.line.x_m[i], road.line.y_m[i]), 50.0, 0.09);
+}
+
 TEST(Edges, UtmCoordinatesCostNothing) {
   Edge left = circle("l", 44.0, 138, 0.3), right = circle("r", 56.0, 113, 2.0);
   for (Edge* edge : {&left, &right})
@@ -246,9 +264,9 @@ TEST(Edges, RefusesWhatCannotBeARoad) {
   EXPECT_THAT(refusal(straight("left.csv", 0.1), straight("right.csv", 0.0)),
               AllOf(HasSubstr("0.100 m wide"), HasSubstr("two steps")));
   Edge stray = left;
-  stray.points_m[50] += Vector3d(60.0, 60.0, 0.0);
+  std::reverse(stray.points_m.begin() + 45, stray.points_m.begin() + 60);
   EXPECT_THAT(refusal(stray, right),
-              AllOf(HasSubstr("left.csv:5"), HasSubstr("turns back on itself")));
+              AllOf(HasSubstr("left.csv:4"), HasSubstr("turns back on itself")));
   EXPECT_THAT(refusal(left, circle("right.csv", 400.0, 1000)), HasSubstr("m apart"));
   Edge high = right;
   high.has_z = true;

@@ -51,7 +51,7 @@ struct EdgeOptions {
 
 struct EdgesReport {
   std::size_t left_points = 0, right_points = 0;
-  std::size_t dropped_points = 0;  ///< repeated, or after the edge had come round to its start
+  std::size_t dropped_points = 0;  ///< repeated, sticking out, or after the edge had come round
   bool closed = false, has_z = false;
   bool right_reversed = false;  ///< the rows of RIGHT run against those of LEFT
   double width_min_m = 0.0, width_median_m = 0.0, width_max_m = 0.0;

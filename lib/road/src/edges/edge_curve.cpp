@@ -40,17 +40,67 @@ struct Points {
   Vector2d step(std::size_t i) const { return (at[(i + 1) % at.size()] - at[i]).head<2>(); }
 };
 
-void refuse_turning_back(const Edge& edge, const Points& points) {
+/// By how much the edge turns at a point, where its steps there are longer than noise.
+double turn_rad(const Points& points, std::size_t i) {
+  const Vector2d before = points.step(i - 1), after = points.step(i);
+  return std::min(before.norm(), after.norm()) > 0.5 ? angle(before, after) : 0.0;
+}
+
+constexpr double kBack_rad = 120.0 * kRadPerDeg;
+
+/// Whether the edge goes on over points `begin` to `end - 1` as if they were not there.
+bool goes_on_without(const Points& points, std::size_t begin, std::size_t end, double longest_m) {
+  const auto at = [&](std::size_t i) -> Vector2d { return points.at[i].head<2>(); };
+  const Vector2d over = at(end) - at(begin - 1);
+  return over.norm() <= longest_m &&
+         angle(at(begin - 1) - at(begin - 2), over) < 45.0 * kRadPerDeg &&
+         angle(over, at(end + 1) - at(end)) < 45.0 * kRadPerDeg;
+}
+
+/// Takes out up to five points in a row that stick out of an edge which goes on straight without
+/// them, and says so.
+void take_out_spikes(const Edge& edge, Points& points, std::vector<std::string>& remarks) {
+  constexpr std::size_t kMost = 5;
+  std::vector<double> steps_m;
+  for (std::size_t i = 0; i + 1 < points.at.size(); ++i) steps_m.push_back(points.step(i).norm());
+  std::nth_element(steps_m.begin(),
+                   steps_m.begin() + static_cast<std::ptrdiff_t>(steps_m.size() / 2),
+                   steps_m.end());
+  const double usual_m = steps_m[steps_m.size() / 2];
   for (std::size_t i = 1; i + 1 < points.at.size(); ++i) {
-    const Vector2d before = points.step(i - 1), after = points.step(i);
-    const double turn = angle(before, after) / kRadPerDeg;
-    if (turn > 120.0 && std::min(before.norm(), after.norm()) > 0.5) {
+    if (turn_rad(points, i) <= kBack_rad) continue;
+    for (std::size_t many = 1, left = 1; left > 0 && many <= kMost; ++many)
+      for (std::size_t begin = std::max<std::size_t>(2, i < many ? 2 : i - many + 1);
+           begin <= i + 1; ++begin) {
+        const std::size_t end = begin + many;
+        if (end + 1 >= points.at.size() ||
+            !goes_on_without(points, begin, end, (static_cast<double>(many) + 1.5) * usual_m))
+          continue;
+        remarks.push_back(
+            fmt::format("{}: {} left out, from ({:.3f}, {:.3f}): sticking out of the edge",
+                        place(edge, points.source[begin]),
+                        many == 1 ? "a point" : fmt::format("{} points", many),
+                        points.at[begin].x(), points.at[begin].y()));
+        const auto cut = [&](auto& list) {
+          list.erase(list.begin() + static_cast<std::ptrdiff_t>(begin),
+                     list.begin() + static_cast<std::ptrdiff_t>(end));
+        };
+        cut(points.at);
+        cut(points.source);
+        left = 0;
+        i = begin - 1;
+        break;
+      }
+  }
+}
+
+void refuse_turning_back(const Edge& edge, const Points& points) {
+  for (std::size_t i = 1; i + 1 < points.at.size(); ++i)
+    if (const double turn = turn_rad(points, i); turn > kBack_rad)
       throw Error(fmt::format(
           "{}: the edge turns back on itself by {:.0f} degrees at ({:.3f}, {:.3f}); wanted points "
           "in driving order",
-          place(edge, points.source[i]), turn, points.at[i].x(), points.at[i].y()));
-    }
-  }
+          place(edge, points.source[i]), turn / kRadPerDeg, points.at[i].x(), points.at[i].y()));
 }
 
 /// Number of points up to where the edge comes round to its first point; all of them when it does
@@ -152,10 +202,12 @@ EdgeCurve edge_curve(const Edge& edge, bool reversed) {
     }
   };
   refuse_few();
-  refuse_turning_back(edge, points);
-
   EdgeCurve curve;
   curve.path = edge.path;
+  take_out_spikes(edge, points, curve.remarks);
+  refuse_few();
+  refuse_turning_back(edge, points);
+
   const bool ends_at_start = (points.at.front() - points.at.back()).head<2>().norm() < kRepeated_m;
   const std::size_t lap = ends_at_start ? points.at.size() - 1 : one_lap(points);
   curve.closed = ends_at_start || lap < points.at.size();

@@ -27,8 +27,9 @@ struct EdgeCurve {
   Eigen::Vector3d at(double s_m) const;
 };
 
-/// Drops repeated points and what follows after the edge has come round to its start, decides open
-/// or closed, checks the order of points. Throws Error with file:line.
+/// Drops repeated points, up to five in a row that stick out, and what follows after the edge has
+/// come round to its start, decides open or closed, checks the order of points. Throws Error with
+/// file:line.
 EdgeCurve edge_curve(const Edge& edge, bool reversed = false);
 
 /// Where a curve is met from a place beside it: `v_m` along the normal there.

@@ -293,7 +293,8 @@ base::Answer<crg::ReferenceLine> try_fit_reference_line(const Centreline& centre
       return base::Refusal(fmt::format(
           "the centreline turns back on itself, most sharply at ({:.1f}, {:.1f}): a line with "
           "equal "
-          "steps cannot follow it; look there at what counts as road (crgbuild clean writes it)",
+          "steps cannot follow it; look there at the edges, or at what counts as road (crgbuild "
+          "clean writes it)",
           place.x(), place.y()));
     }
     if (!line.closed) break;
