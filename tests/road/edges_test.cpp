@@ -238,6 +238,16 @@ TEST(Edges, PointsThatStickOutAreLeftOutAndSaid) {
     ASSERT_NEAR(std::hypot(road.line.x_m[i], road.line.y_m[i]), 50.0, 0.09);
 }
 
+TEST(Edges, AStretchMuchWiderThanUsualIsSaid) {
+  Edge left = straight("l", 4.0);
+  for (Vector3d& p : left.points_m)
+    if (p.x() > 90.0 && p.x() < 130.0) p.y() += 15.0 * std::sin(kPi * (p.x() - 90.0) / 40.0);
+  EdgesReport report;
+  road_between_edges(left, straight("r", -4.0), {}, &report);
+  ASSERT_EQ(report.remarks.size(), 1u);
+  EXPECT_THAT(report.remarks[0], HasSubstr("times as usual: do points stick out there?"));
+}
+
 TEST(Edges, UtmCoordinatesCostNothing) {
   Edge left = circle("l", 44.0, 138, 0.3), right = circle("r", 56.0, 113, 2.0);
   for (Edge* edge : {&left, &right})

@@ -23,9 +23,16 @@ using Eigen::Vector2d;
 
 constexpr double kFoldMargin = 0.1;  // rows keep at least this share of their spacing
 
+/// How far given points lie from the road's edges, and where the farthest does.
+struct PointErrors {
+  std::vector<double> off_m;
+  double worst_m = 0.0;
+  std::string worst;
+};
+
 /// Distance of the given points from the polyline of the rows' edge.
 void point_errors(const EdgeCurve& curve, const std::vector<Vector2d>& rows,
-                  const std::vector<double>& s_m, bool closed, std::vector<double>& errors) {
+                  const std::vector<double>& s_m, bool closed, PointErrors& errors) {
   for (std::size_t k = 0; k < curve.given_m.size(); ++k) {
     double s = curve.s_of_given_m[k];
     if (closed && s < s_m.front()) s += curve.length_m;
@@ -35,7 +42,12 @@ void point_errors(const EdgeCurve& curve, const std::vector<Vector2d>& rows,
     const auto i = static_cast<std::size_t>(next - s_m.begin()) - 1;
     const Vector2d p = curve.given_m[k].head<2>() - rows[i], along = rows[i + 1] - rows[i];
     const double t = std::clamp(p.dot(along) / std::max(along.squaredNorm(), 1e-18), 0.0, 1.0);
-    errors.push_back((p - t * along).norm());
+    errors.off_m.push_back((p - t * along).norm());
+    if (errors.off_m.back() <= errors.worst_m) continue;
+    errors.worst_m = errors.off_m.back();
+    errors.worst =
+        fmt::format("{}: the point ({:.3f}, {:.3f}) lies {:.2f} m off the road's edge", curve.path,
+                    curve.given_m[k].x(), curve.given_m[k].y(), errors.worst_m);
   }
 }
 
@@ -150,20 +162,30 @@ void report_ends(const EdgeCurve& curve, const std::vector<double>& used_s, Edge
 }
 
 void report_sizes(const EdgePair& edges, const EdgeRows& rows, const EdgeGridReport& grid,
-                  bool closed, EdgesReport& result) {
-  std::vector<double> errors;
-  point_errors(edges.left, rows.left_xy, rows.left_s, closed, errors);
-  point_errors(edges.right, rows.right_xy, rows.right_s, closed, errors);
+                  const crg::ReferenceLine& line, EdgesReport& result) {
+  PointErrors errors;
+  point_errors(edges.left, rows.left_xy, rows.left_s, line.closed, errors);
+  point_errors(edges.right, rows.right_xy, rows.right_s, line.closed, errors);
   const auto quantile = [](const std::vector<double>& values, double share) {
     return values.empty() ? 0.0 : base::quantile(values, share);
   };
   result.width_min_m = quantile(grid.widths_m, 0.0);
   result.width_median_m = quantile(grid.widths_m, 0.5);
   result.width_max_m = quantile(grid.widths_m, 1.0);
-  result.point_error_p99_m = quantile(errors, 0.99);
-  result.point_error_max_m = quantile(errors, 1.0);
+  result.point_error_p99_m = quantile(errors.off_m, 0.99);
+  result.point_error_max_m = errors.worst_m;
   result.edge_gap_median_m = quantile(grid.gaps_m, 0.5);
   result.edge_gap_max_m = quantile(grid.gaps_m, 1.0);
+  constexpr double kFar_m = 0.5, kWide = 2.5;
+  if (errors.worst_m > kFar_m) result.remarks.push_back(errors.worst);
+  if (result.width_max_m > kWide * result.width_median_m)
+    result.remarks.push_back(fmt::format(
+        "{:.1f} m wide at u = {:.1f} m, {:.1f} times as usual: do points stick out there?",
+        result.width_max_m,
+        line.u_step_m *
+            static_cast<double>(std::max_element(grid.widths_m.begin(), grid.widths_m.end()) -
+                                grid.widths_m.begin()),
+        result.width_max_m / result.width_median_m));
 }
 
 }  // namespace
@@ -199,7 +221,7 @@ EdgeRoad road_between_edges(const Edge& left_edge, const Edge& right_edge,
   result.dropped_points = left.dropped + right.dropped;
   result.closed = line.closed;
   result.has_z = left_edge.has_z;
-  report_sizes(edges, rows, grid, line.closed, result);
+  report_sizes(edges, rows, grid, line, result);
   result.start_offset_m =
       (left.at(0.0).head<2>() - Vector2d(line.x_m[0], line.y_m[0]))
           .dot(Vector2d(std::cos(line.heading_rad[0]), std::sin(line.heading_rad[0])));
