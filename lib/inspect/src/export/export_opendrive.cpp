@@ -26,23 +26,29 @@ struct PlanPiece {
   Cubic along, left;
 };
 
+/// A step of a jagged line points elsewhere than the lateral cuts at its ends: where the edges
+/// would feel that, the piece follows the cuts and ends a fraction of a millimetre beside the next.
 PlanPiece plan_piece(const crg::ReferenceLine& line, const std::vector<double>& heading_rad,
-                     std::size_t begin, std::size_t end) {
+                     const std::vector<double>& reach_m, std::size_t begin, std::size_t end) {
   PlanPiece piece;
   piece.heading_rad = heading_rad[begin];
   piece.length_m = static_cast<double>(end - begin) * line.u_step_m;
   const double c = std::cos(piece.heading_rad), s = std::sin(piece.heading_rad);
   const double dx = line.x_m[end] - line.x_m[begin], dy = line.y_m[end] - line.y_m[begin];
-  const double turn_rad = heading_rad[end] - heading_rad[begin];
-  piece.along = hermite(0.0, 1.0, c * dx + s * dy, std::cos(turn_rad), piece.length_m);
-  piece.left = hermite(0.0, 0.0, c * dy - s * dx, std::sin(turn_rad), piece.length_m);
+  const double turn_rad = heading_rad[end] - heading_rad[begin], chord_m = std::hypot(dx, dy);
+  Vector2d to(c * dx + s * dy, c * dy - s * dx);
+  if (end == begin + 1 &&
+      std::abs(std::atan2(to.y(), to.x()) - 0.5 * turn_rad) * reach_m[begin] > kWithin_m)
+    to = chord_m * Vector2d(std::cos(0.5 * turn_rad), std::sin(0.5 * turn_rad));
+  piece.along = hermite(0.0, 1.0, to.x(), std::cos(turn_rad), piece.length_m);
+  piece.left = hermite(0.0, 0.0, to.y(), std::sin(turn_rad), piece.length_m);
   return piece;
 }
 
 /// Whether the nodes lie on the piece, and what is `reach_m` beside them where it turns them to.
 bool plan_fits(const crg::ReferenceLine& line, const std::vector<double>& heading_rad,
                const std::vector<double>& reach_m, std::size_t begin, std::size_t end) {
-  const PlanPiece piece = plan_piece(line, heading_rad, begin, end);
+  const PlanPiece piece = plan_piece(line, heading_rad, reach_m, begin, end);
   const double c = std::cos(piece.heading_rad), s = std::sin(piece.heading_rad);
   for (std::size_t i = begin + 1; i < end; ++i) {
     const double p = static_cast<double>(i - begin) * line.u_step_m;
@@ -209,7 +215,7 @@ void add_plan(pugi::xml_node& road, const crg::ReferenceLine& line,
              });
   pugi::xml_node plan = road.append_child("planView");
   for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
-    const PlanPiece piece = plan_piece(line, heading_rad, ends[k], ends[k + 1]);
+    const PlanPiece piece = plan_piece(line, heading_rad, reach_m, ends[k], ends[k + 1]);
     pugi::xml_node geometry = plan.append_child("geometry");
     put(geometry, "s", static_cast<double>(ends[k]) * line.u_step_m);
     put(geometry, "x", line.x_m[ends[k]]);
