@@ -163,6 +163,18 @@ TEST_F(SlowWriteReport, ThePageOfARoughRoadOf5KilometresIsUnder3Megabytes) {
   EXPECT_LT(fs::file_size(dir_ / "out" / "report.html"), 3'000'000u);
 }
 
+TEST_F(WriteReport, ARoadThatIsFlatToItsRoundingHasNoClass) {
+  road::ReportRequest request;
+  test_support::OvalOptions smooth;
+  smooth.iso_class = 0;
+  test_support::Oval oval = test_support::oval_road(smooth);
+  for (std::size_t k = 0; k < oval.grid.z_m.size(); ++k)
+    oval.grid.z_m[k] = 10.0F + 1e-6F * static_cast<float>(k * 7919 % 13);
+  request.crg_path = write(oval, "flat.crg");
+  for (const json& track : report_of(request)["roughness"])
+    EXPECT_TRUE(track["iso8608"].is_null()) << track["iso8608"];
+}
+
 TEST_F(WriteReport, FacetsAreNoRoughness) {
   road::ReportRequest request;
   test_support::OvalOptions smooth;

@@ -223,6 +223,19 @@ TEST(Facets, ChordsOfAHillAreFoundWithTheirLength) {
   EXPECT_NEAR(spacing->median_m, 10.0, 0.11);
 }
 
+// A wheel crosses the corners of triangles where two edges lie 0.3 m apart.
+TEST(Facets, EdgesSideBySideAreNotTheFacets) {
+  std::vector<double> z;
+  for (int i = 0; i <= 20000; ++i) {
+    const double u = i * kStep, k = std::floor(u / 5.0), t = u - 5.0 * k;
+    const double slope = 0.01 * std::sin(7.0 * k * k);
+    z.push_back(static_cast<float>(t < 0.3 ? -0.5 * slope * t : slope * (t - 0.45)));
+  }
+  const auto spacing = road::facet_spacing(z, kStep);
+  ASSERT_TRUE(spacing);
+  EXPECT_NEAR(spacing->median_m, 4.7, 0.21);
+}
+
 TEST(Facets, ARoughRoadHasNone) {
   EXPECT_FALSE(road::facet_spacing(random_road(class_mean('C'), 2.0, 0.01, 4.0, 1000.0, 3), kStep));
   std::vector<double> flat(5000, 1.0);

@@ -143,8 +143,9 @@ void add_roughness(const HeightMap& map, double middle_m, bool before,
     const std::vector<std::vector<double>> sections{long_section(map, track.v_m)};
     DisplacementPsd psd = displacement_psd(sections, step_m);
     const auto facets = facet_spacing(sections[0], step_m);
-    // Through its own facets a mesh has any class.
-    if (const auto fit = fit_iso8608(psd); fit && !facets) {
+    // Through its own facets a mesh has any class, and through the rounding of flat heights.
+    constexpr double kSmoothest_m3 = 1e-9;  // a hundredth of what is polished
+    if (const auto fit = fit_iso8608(psd); fit && !facets && fit->psd_at_n0_m3 > kSmoothest_m3) {
       track.iso_class = std::string(1, fit->iso_class);
       track.psd_at_n0_m3 = fit->psd_at_n0_m3;
       track.exponent = fit->exponent;

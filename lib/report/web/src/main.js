@@ -180,7 +180,7 @@ async function main() {
     section('roughness', 'Roughness', roughness(data, state)),
     ...extraSections(data),
     section('health', 'File', health(data)),
-    el('footer', {}, 'Every number of this page is in report.json; on paper the first findings, without single places and the 3-D view. Drawn with uPlot and three.js (MIT licence).'));
+    el('footer', {}, `Written ${new Date(document.lastModified).toISOString().slice(0, 10)}. `, 'Every number of this page is in report.json; on paper the first findings, without single places and the 3-D view. Drawn with uPlot and three.js (MIT licence).'));
 
   // Print light, at the paper's width. Browsers lay out for paper only after
   // this event: the attribute gives the page its paper width while the charts are drawn anew.

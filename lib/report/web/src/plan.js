@@ -270,7 +270,8 @@ export function makePlan(sheet, windows, surface, data, state) {
     if (what === 'print') { resize(); setField(); draw(); return; }
     later();
   });
-  new ResizeObserver(() => { resize(); if (state.map) setField(); later(); }).observe(box);
+  // At once: a picture of the size before would be stretched for a frame, or in a print or screenshot for good.
+  new ResizeObserver(() => { resize(); if (state.map) setField(); draw(); }).observe(box);
   setField();
   return root;
 }

@@ -334,7 +334,7 @@ export function roughness(data, state) {
   root.append(table(['path', { number: 'v' }, 'ISO 8608 class', { number: 'Gd(0.1)' }, { number: 'exponent' }, 'fitted band', 'mesh facets'],
     data.roughness.map((track) => {
       const fit = track.iso8608;
-      return [track.name, { number: `${fixed(track.v_m, 2)} m` }, fit ? fit.class : track.facets ? `not measurable: facets of ${metres(track.facets.median_m)} m` : 'no fit', { number: fit ? `${show(1e6 * fit.psd_at_n0_m3, 3)}·10⁻⁶ m³` : '–' },
+      return [track.name, { number: `${fixed(track.v_m, 2)} m` }, fit ? fit.class : track.facets ? `not measurable: facets of ${metres(track.facets.median_m)} m` : 'not measurable', { number: fit ? `${show(1e6 * fit.psd_at_n0_m3, 3)}·10⁻⁶ m³` : '–' },
         { number: fit ? fixed(fit.exponent, 2) : '–' },
         fit ? `${show(fit.n_min_cpm, 2)} to ${show(fit.n_max_cpm, 2)} cycle/m${fit.band_cut ? ', the spectrum ends there' : ''}` : '–',
         track.facets ? `every ${metres(track.facets.median_m)} m (${metres(track.facets.p10_m)} to ${metres(track.facets.p90_m)} m)` : 'none seen'];

@@ -85,7 +85,7 @@ QuarterCarStep quarter_car_step(double step_m);
 
 /// Kinks that the facets of a mesh leave in a section.
 struct FacetSpacing {
-  double median_m = 0.0, p10_m = 0.0, p90_m = 0.0;  ///< distance of neighbouring kinks
+  double median_m = 0.0, p10_m = 0.0, p90_m = 0.0;  ///< between kinks; shares of the length
   std::size_t kinks = 0;
   double kink_share = 0.0;  ///< of the sum of squared second differences; near 1: flat facets
 };
