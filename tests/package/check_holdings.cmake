@@ -24,7 +24,7 @@ set(needed_GeographicLib libGeographic)
 set(needed_Embree libembree)
 set(needed_Ceres libceres)
 # Of these, what the text claims must be there, too: a licence hangs on it, or a heavy package.
-set(both CGAL assimp Draco GeographicLib)
+set(both assimp Draco GeographicLib)
 
 file(READ ${CMAKE_CURRENT_LIST_DIR}/../../packaging/copyright text)
 string(REGEX REPLACE "[ \n]+" " " text "${text}")

@@ -24,10 +24,8 @@ Json head_of(const Summary& summary) {
   Json out;
   out["schema"] = 1;
   out["program"] = program_name();
-  out["versions"] = {{"compiler", KERBSTONE_COMPILER},
-                     {"assimp", KERBSTONE_ASSIMP},
-                     {"cgal", KERBSTONE_CGAL},
-                     {"embree", KERBSTONE_EMBREE}};
+  out["versions"] = {
+      {"compiler", KERBSTONE_COMPILER}, {"assimp", KERBSTONE_ASSIMP}, {"embree", KERBSTONE_EMBREE}};
   out["name"] = summary.recipe.name;
   out["inputs"] = json_of(summary.inputs);
   return out;

@@ -49,7 +49,7 @@ constexpr const char* to_string(SurfaceClass surface_class) {
 }
 
 /// Triangles with shared or unshared vertices. Map position = origin_m + vertex.
-/// The local frame keeps vertices small enough for float32 consumers (Embree, CGAL output).
+/// The local frame keeps vertices small enough for float32 consumers (Embree).
 struct Mesh {
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> vertices_m;

@@ -102,6 +102,28 @@ std::vector<EdgeUse> edge_uses(const std::vector<Triangle>& triangles) {
   return uses;
 }
 
+Components components(const std::vector<Triangle>& triangles) {
+  DisjointSets sets(triangles.size());
+  std::vector<std::array<std::uint32_t, 2>> shared;  // the first triangle and its corner
+  const std::vector<EdgeUse> uses = edge_uses(triangles);
+  for (std::size_t i = 0, end = 0; i < uses.size(); i = end) {
+    while (end < uses.size() && uses[end].key == uses[i].key) sets.join(uses[i].t, uses[end++].t);
+    if (end - i > 2) shared.push_back({uses[i].t, uses[i].c});
+  }
+  std::sort(shared.begin(), shared.end());
+
+  Components out;
+  for (const auto& [t, corner] : shared) out.at_non_manifold_edges.push_back(t);
+  out.of_triangle.reserve(triangles.size());
+  std::vector<std::uint32_t> number(triangles.size(), kNoIndex);
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    std::uint32_t& own = number[sets.find(t)];
+    if (own == kNoIndex) own = out.count++;
+    out.of_triangle.push_back(own);
+  }
+  return out;
+}
+
 std::size_t count_borders(const std::vector<Triangle>& triangles) {
   std::uint32_t vertices = 0;
   for (const Triangle& t : triangles) vertices = std::max({vertices, t[0] + 1, t[1] + 1, t[2] + 1});
