@@ -188,7 +188,8 @@ base::Answer<Cleaning> clean_unguided(const Mesh& mesh, const Triangles& triangl
   if (by_names && (names_are_told || is_all || *facts.road_agreement >= kNamesAreRight)) {
     auto named =
         clean_classes(mesh, triangles, triangles.by_names, options, std::move(facts), false);
-    if (named && is_all && !names_are_told)
+    // Where shape has nearly all of it too there is no narrower one.
+    if (named && is_all && !names_are_told && named->facts.road_agreement < kNamesAreRight)
       doubt_names_of_all(mesh, triangles, std::move(by_shape), options, *named);
     return named;
   }

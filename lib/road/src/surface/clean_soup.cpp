@@ -20,16 +20,24 @@ Eigen::Vector3d area_vector(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
 
 void Soup::merge_vertices(const std::vector<std::uint32_t>& target,
                           std::map<std::string, std::size_t>& dropped) {
-  std::vector<std::array<std::uint32_t, 4>> sorted;  // corners in order, triangle
-  sorted.reserve(triangles.size());
-  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
-    Triangle& t = triangles[i];
+  // By the lowest corner first: what is left to sort is small.
+  std::vector<std::uint32_t> next(vertices_m.size() + 1, 0);
+  for (Triangle& t : triangles) {
     for (std::uint32_t& index : t) index = target[index];
-    Triangle key = t;
-    std::sort(key.begin(), key.end());
-    sorted.push_back({key[0], key[1], key[2], i});
+    ++next[1 + *std::min_element(t.begin(), t.end())];
   }
-  std::sort(sorted.begin(), sorted.end());
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<std::array<std::uint32_t, 4>> sorted(triangles.size());  // corners in order, triangle
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    Triangle key = triangles[i];
+    std::sort(key.begin(), key.end());
+    sorted[next[key[0]]++] = {key[0], key[1], key[2], i};
+  }
+  for (auto begin = sorted.begin(); begin != sorted.end();) {
+    const auto end = sorted.begin() + static_cast<std::ptrdiff_t>(next[(*begin)[0]]);
+    std::sort(begin, end);
+    begin = end;
+  }
   std::vector<char> again(triangles.size(), 0);
   for (std::size_t k = 1; k < sorted.size(); ++k)
     again[sorted[k][3]] = std::equal(sorted[k].begin(), sorted[k].end() - 1, sorted[k - 1].begin());

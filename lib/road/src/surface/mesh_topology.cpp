@@ -1,9 +1,9 @@
 #include "mesh_topology.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
-#include <unordered_map>
 #include <utility>
 
 namespace road {
@@ -31,17 +31,23 @@ std::vector<std::uint32_t> weld(const std::vector<Eigen::Vector3d>& vertices_m, 
   // Cells much larger than the tolerance: nearly every vertex needs to look into one cell only.
   const double cell_m = std::max(16.0 * std::max(horizontal_m, vertical_m), 1e-6);
   using Cell = std::array<std::int64_t, 3>;
-  struct Hash {
-    std::size_t operator()(const Cell& cell) const {
-      return static_cast<std::size_t>(cell[0] * 73856093 ^ cell[1] * 19349663 ^ cell[2] * 83492791);
-    }
-  };
-  std::unordered_map<Cell, std::uint32_t, Hash> cells;  // the vertex kept last in each
-  cells.reserve(vertices_m.size() / 2);
   std::vector<std::uint32_t> target(vertices_m.size());
   std::vector<std::uint32_t> before(vertices_m.size());  // the one kept before it in its cell
   const auto cell_of = [cell_m](double value) {
     return static_cast<std::int64_t>(std::floor(value / cell_m));
+  };
+  // The vertex kept last in each cell: a hash table, half full at most.
+  std::vector<std::uint32_t> cells(std::bit_ceil(2 * vertices_m.size() + 2), kNoIndex);
+  const int shift = 64 - std::countr_zero(cells.size());
+  const auto last_in = [&](const Cell& cell) -> std::uint32_t& {
+    std::uint64_t hash = 0;
+    for (const std::int64_t c : cell)
+      hash = (hash ^ static_cast<std::uint64_t>(c)) * 0x9e3779b97f4a7c15u;
+    for (std::size_t slot = hash >> shift;; slot = (slot + 1) & (cells.size() - 1)) {
+      if (cells[slot] == kNoIndex) return cells[slot];
+      const Eigen::Vector3d& v = vertices_m[cells[slot]];
+      if (cell == Cell{cell_of(v.x()), cell_of(v.y()), cell_of(v.z())}) return cells[slot];
+    }
   };
   const Eigen::Vector3d reach(horizontal_m, horizontal_m, vertical_m);
   for (std::uint32_t i = 0; i < vertices_m.size(); ++i) {
@@ -59,16 +65,13 @@ std::vector<std::uint32_t> weld(const std::vector<Eigen::Vector3d>& vertices_m, 
           found = other;
       }
     };
-    std::uint32_t& own =
-        cells.try_emplace({cell_of(v.x()), cell_of(v.y()), cell_of(v.z())}, kNoIndex).first->second;
+    std::uint32_t& own = last_in({cell_of(v.x()), cell_of(v.y()), cell_of(v.z())});
     if (low == high)
       look_into(own);
     else
       for (std::int64_t x = low[0]; x <= high[0]; ++x)
         for (std::int64_t y = low[1]; y <= high[1]; ++y)
-          for (std::int64_t z = low[2]; z <= high[2]; ++z)
-            if (const auto cell = cells.find({x, y, z}); cell != cells.end())
-              look_into(cell->second);
+          for (std::int64_t z = low[2]; z <= high[2]; ++z) look_into(last_in({x, y, z}));
     target[i] = found == kNoIndex ? i : found;
     if (found == kNoIndex) before[i] = std::exchange(own, i);
   }
