@@ -3,8 +3,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <numbers>
+#include <numeric>
+#include <span>
 #include <utility>
 
 #include "base/statistics.h"
@@ -20,9 +23,10 @@ constexpr double kFlatFold = 1.5 * std::numbers::pi / 180.0;
 // Two chains bound the same band when this share of the triangles beside one lies beside the other.
 constexpr double kCommonShare = 0.8;
 
-// A strip beside the road may be the road itself when it is this wide (of the road taken), or when
-// it is less wide and lies between two wider ones, or beside something wider than most roads are.
-constexpr double kAlikeWidth = 0.5, kRivalShare = 0.3, kUsuallyNarrower_m = 20.0;
+// A strip beside the road may be the road itself when it is this wide (of the road taken; many a
+// verge is half as wide as its road), or when it is less wide and lies between two wider ones, or
+// beside something wider than most roads are.
+constexpr double kAlikeWidth = 0.55, kRivalShare = 0.3, kUsuallyNarrower_m = 20.0;
 
 constexpr double kBesideShare = 0.5;
 
@@ -89,6 +93,36 @@ std::vector<char> marked(const FlatSurface& flat, const Strip& strip) {
   return mark;
 }
 
+/// Of every triangle the bands that hold it, ascending, in one list.
+class BandsOfTriangles {
+ public:
+  BandsOfTriangles(std::size_t triangles, const std::vector<Band>& bands,
+                   const std::function<bool(std::size_t)>& admits)
+      : first_(triangles + 1, 0) {
+    std::vector<std::uint32_t> last(triangles, kNoIndex);  // a band may name a triangle twice
+    const auto each = [&](const auto& use) {
+      std::fill(last.begin(), last.end(), kNoIndex);
+      for (std::uint32_t b = 0; b < bands.size(); ++b) {
+        if (!admits(b)) continue;
+        for (const std::uint32_t t : bands[b].triangles)
+          if (std::exchange(last[t], b) != b) use(t, b);
+      }
+    };
+    each([&](std::uint32_t t, std::uint32_t) { ++first_[t + 1]; });
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    bands_.resize(first_.back());
+    std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
+    each([&](std::uint32_t t, std::uint32_t b) { bands_[next[t]++] = b; });
+  }
+  std::span<const std::uint32_t> operator[](std::uint32_t t) const {
+    return std::span(bands_).subspan(first_[t], first_[t + 1] - first_[t]);
+  }
+
+ private:
+  std::vector<std::size_t> first_;
+  std::vector<std::uint32_t> bands_;
+};
+
 /// The strips that run beside one, as long as it.
 std::vector<const Strip*> neighbours(const FlatSurface& flat, const Fans& fans,
                                      const std::vector<Strip>& strips, const Strip& of) {
@@ -118,14 +152,7 @@ std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
                                    const std::vector<Chain>& chains, const std::vector<Band>& bands,
                                    const std::function<bool(std::size_t)>& admits,
                                    Columns columns) {
-  std::vector<std::vector<std::uint32_t>> bands_of_triangle(flat.triangles.size());
-  for (std::uint32_t b = 0; b < bands.size(); ++b) {
-    if (!admits(b)) continue;
-    for (const std::uint32_t t : bands[b].triangles) {
-      if (bands_of_triangle[t].empty() || bands_of_triangle[t].back() != b)
-        bands_of_triangle[t].push_back(b);
-    }
-  }
+  const BandsOfTriangles bands_of(flat.triangles.size(), bands, admits);
   std::vector<int> fold_known(chains.size(), -1);
   const auto flat_across = [&](std::size_t chain) {
     if (fold_known[chain] < 0)
@@ -139,7 +166,7 @@ std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
   const auto same_bands = [&](std::uint32_t b) {
     std::map<std::uint32_t, std::size_t> common;
     for (const std::uint32_t t : bands[b].triangles)
-      for (const std::uint32_t other : bands_of_triangle[t]) ++common[other];
+      for (const std::uint32_t other : bands_of[t]) ++common[other];
     std::erase_if(common, [&](const auto& of) {
       return static_cast<double>(of.second) <
              kCommonShare * static_cast<double>(std::min(bands[b].triangles.size(),
@@ -157,6 +184,7 @@ std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
   };
 
   std::vector<char> grouped(bands.size(), 0);
+  std::vector<std::uint32_t> strip_of(flat.triangles.size(), kNoIndex);  // named by its first band
   std::vector<Strip> strips;
   for (std::uint32_t first = 0; first < bands.size(); ++first) {
     if (grouped[first] || !admits(first)) continue;
@@ -168,8 +196,8 @@ std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
       open.pop_back();
       strip.chains.push_back(bands[b].chain);
       strip.rings = std::max(strip.rings, bands[b].rings);
-      strip.triangles.insert(strip.triangles.end(), bands[b].triangles.begin(),
-                             bands[b].triangles.end());
+      for (const std::uint32_t t : bands[b].triangles)
+        if (std::exchange(strip_of[t], first) != first) strip.triangles.push_back(t);
       const std::uint32_t across = b ^ 1u;
       if (!grouped[across] && admits(across) &&
           (columns == Columns::any || as_wide(bands[b], bands[across])) &&
@@ -184,14 +212,49 @@ std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
       }
     }
     std::sort(strip.triangles.begin(), strip.triangles.end());
-    strip.triangles.erase(std::unique(strip.triangles.begin(), strip.triangles.end()),
-                          strip.triangles.end());
     fill_notches(flat, fans, strip.triangles);
     measure(flat, fans, strip);
     if (strip.width_m() >= kNarrowestRoad_m && strip.width_m() <= kWidestRoad_m)
       strips.push_back(std::move(strip));
   }
   return strips;
+}
+
+Strips strips_of(const FlatSurface& flat, const Fans& fans, const std::vector<Chain>& chains,
+                 double shortest_m) {
+  std::vector<Band> bands;  // two for every chain: left, right
+  for (std::size_t i = 0; i < chains.size(); ++i) {
+    bands.push_back(band_beside(flat, fans, chains, i, true));
+    bands.push_back(band_beside(flat, fans, chains, i, false));
+  }
+  const auto long_enough = [&](std::size_t b) {
+    return bands[b].length_m >= shortest_m && bands[b].width_m <= kWidestRoad_m;
+  };
+  const auto steady = [&](std::size_t b) {
+    return long_enough(b) && bands[b].steady >= kSteadyShare;
+  };
+  const auto smooth = [&](std::size_t b) {
+    return long_enough(b) && bands[b].smooth >= kSteadyShare;
+  };
+  return {strips_of_bands(flat, fans, chains, bands, steady, Columns::as_wide),
+          strips_of_bands(flat, fans, chains, bands, smooth, Columns::as_wide),
+          strips_of_bands(flat, fans, chains, bands, smooth, Columns::any)};
+}
+
+std::vector<Strip> all_strips(Strips strips) {
+  std::vector<Strip> all = std::move(strips.steady);
+  std::vector<Strip> others = std::move(strips.smooth);
+  others.insert(others.end(), strips.joined.begin(), strips.joined.end());
+  for (Strip& strip : others) {
+    const bool known = std::any_of(all.begin(), all.end(), [&](const Strip& other) {
+      std::vector<std::uint32_t> common;
+      std::set_intersection(strip.triangles.begin(), strip.triangles.end(), other.triangles.begin(),
+                            other.triangles.end(), std::back_inserter(common));
+      return 2 * common.size() > strip.triangles.size();
+    });
+    if (!known) all.push_back(std::move(strip));
+  }
+  return all;
 }
 
 double beside_road(const FlatSurface& flat, const Fans& fans, const std::vector<char>& road,

@@ -35,6 +35,18 @@ std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
                                    const std::vector<Chain>& chains, const std::vector<Band>& bands,
                                    const std::function<bool(std::size_t)>& admits, Columns columns);
 
+/// Of bands as wide all along, of bands whose width changes smoothly, and of those with all columns
+/// in one plane.
+struct Strips {
+  std::vector<Strip> steady, smooth, joined;
+};
+
+Strips strips_of(const FlatSurface& flat, const Fans& fans, const std::vector<Chain>& chains,
+                 double shortest_m = kShortestChain_m);
+
+/// All, of those that are alike the first one.
+std::vector<Strip> all_strips(Strips strips);
+
 /// Share of a strip's length along which it lies beside the road.
 double beside_road(const FlatSurface& flat, const Fans& fans, const std::vector<char>& road,
                    const Strip& strip);

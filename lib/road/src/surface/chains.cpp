@@ -12,8 +12,6 @@
 namespace road {
 namespace {
 
-constexpr std::size_t kFewestChainEdges = 8;
-
 // The middle of a road may be its crest. It is folded alike along this share of it, whatever the
 // banking; where that is least, or would be by how it goes with the bends, both sides fall away no
 // more than this, nearly alike. An edge with a verge falls on one side only.
@@ -55,7 +53,8 @@ double where_straight(const std::vector<double>& quantity, const std::vector<dou
 
 }  // namespace
 
-std::vector<Chain> long_chains(const FlatSurface& flat, const Fans& fans) {
+std::vector<Chain> long_chains(const FlatSurface& flat, const Fans& fans, double shortest_m,
+                               std::size_t fewest_edges) {
   std::vector<char> taken(fans.edges(), 0);
   std::vector<Chain> chains;
   fans.each_edge([&](std::uint32_t a, std::uint32_t b) {
@@ -88,7 +87,7 @@ std::vector<Chain> long_chains(const FlatSurface& flat, const Fans& fans) {
     for (std::size_t i = 0; i < chain.edges(); ++i) {
       chain.length_m += (flat.vertices_m[chain.at(i + 1)] - flat.vertices_m[chain.at(i)]).norm();
     }
-    if (chain.length_m >= kShortestChain_m && chain.edges() >= kFewestChainEdges)
+    if (chain.length_m >= shortest_m && chain.edges() >= fewest_edges)
       chains.push_back(std::move(chain));
   });
   return chains;

@@ -11,6 +11,7 @@ namespace road {
 
 // A chain along the track outlives anything that runs across it (60 m with run-off on both sides).
 inline constexpr double kShortestChain_m = 120.0;
+inline constexpr std::size_t kFewestChainEdges = 8;
 
 struct Chain {
   std::vector<std::uint32_t> vertices;  ///< when closed, the first is not repeated
@@ -20,7 +21,9 @@ struct Chain {
   std::uint32_t at(std::size_t i) const { return vertices[i % vertices.size()]; }
 };
 
-std::vector<Chain> long_chains(const FlatSurface& flat, const Fans& fans);
+std::vector<Chain> long_chains(const FlatSurface& flat, const Fans& fans,
+                               double shortest_m = kShortestChain_m,
+                               std::size_t fewest_edges = kFewestChainEdges);
 
 /// Mean angle between the surfaces on both sides of a chain.
 double fold_along(const FlatSurface& flat, const Fans& fans, const Chain& chain);

@@ -3,10 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <tuple>
-#include <unordered_set>
 #include <utility>
 
 #include "band_strips.h"
@@ -14,8 +12,8 @@
 #include "base/statistics.h"
 #include "chains.h"
 #include "fans.h"
+#include "grow_road.h"
 #include "shape_runoff.h"
-#include "strip_ends.h"
 
 namespace road {
 namespace {
@@ -29,104 +27,13 @@ constexpr double kWideRoad_m = 16.0;
 // Less between two strips is a line on one road.
 constexpr double kMedian_m = 1.0;
 
-// A strip that continues the road across a gap has its width.
+// Twins are as wide as each other.
 constexpr double kSameWidth = 0.1;
-
-/// Follows a column of quads across `front` (surface behind it on its left) as long as it keeps its
-/// width.
-void march(const FlatSurface& flat, const Fans& fans, std::uint32_t p, std::uint32_t q,
-           std::vector<char>& road) {
-  const auto at = [&](std::uint32_t v) { return Eigen::Vector2d(flat.vertices_m[v].head<2>()); };
-  const double width = (at(q) - at(p)).norm();
-  Eigen::Vector2d ahead((at(q) - at(p)).y(), -(at(q) - at(p)).x());
-  ahead.normalize();
-  std::vector<std::uint32_t> passed;
-  std::uint32_t behind = fans.left(p, q);
-  if (behind == kNoIndex) return;
-  while (true) {
-    const std::uint32_t t = fans.left(q, p);
-    if (t == kNoIndex || road[t]) return;
-    const std::uint32_t x = fans.apex(t, q, p);
-    // The new front is (p, x) or (x, q): the one along which the side left behind goes straight
-    // ahead.
-    const Eigen::Vector2d from_q = (at(x) - at(q)).normalized();
-    const Eigen::Vector2d from_p = (at(x) - at(p)).normalized();
-    const bool moves_q = from_q.dot(ahead) > from_p.dot(ahead);
-    const Eigen::Vector2d along = moves_q ? from_q : from_p;
-    const std::uint32_t next_p = moves_q ? p : x;
-    const std::uint32_t next_q = moves_q ? x : q;
-    // Width across the direction of travel: a diagonal front is longer than the road is wide.
-    const Eigen::Vector2d chord = at(next_q) - at(next_p);
-    const double across = std::abs(chord.x() * along.y() - chord.y() * along.x());
-    const bool folded = normal_of(flat, t).dot(normal_of(flat, behind)) < kHill;
-    behind = t;
-    if (folded || along.dot(ahead) < 0.5 || std::abs(across - width) > 0.1 * width) {
-      for (const std::uint32_t s : passed) road[s] = 0;
-      return;
-    }
-    passed.push_back(t);
-    road[t] = 1;
-    ahead = (0.5 * ahead + 0.5 * along).normalized();
-    p = next_p;
-    q = next_q;
-  }
-}
-
-std::vector<Triangle> triangles_of(const FlatSurface& flat,
-                                   const std::vector<std::uint32_t>& indices) {
-  std::vector<Triangle> out;
-  out.reserve(indices.size());
-  for (const std::uint32_t t : indices) out.push_back(flat.triangles[t]);
-  return out;
-}
-
-/// The open ends of the road that span its whole width.
-std::vector<End> road_ends(const FlatSurface& flat, const std::vector<char>& road, double width_m,
-                           const std::unordered_set<std::uint64_t>& sides) {
-  std::vector<Triangle> triangles;
-  for (std::uint32_t t = 0; t < flat.triangles.size(); ++t) {
-    if (road[t]) triangles.push_back(flat.triangles[t]);
-  }
-  std::vector<End> ends = open_ends(triangles, flat.vertices_m, 1.3 * width_m);
-  std::erase_if(ends, [&](const End& end) {
-    // Two kinks of one side of the road look like an end, too.
-    bool on_side = false;
-    for (std::size_t i = 0; i + 1 < end.vertices.size(); ++i) {
-      on_side = on_side || sides.contains(undirected(end.vertices[i], end.vertices[i + 1]));
-    }
-    return on_side || end.width_m < 0.9 * width_m;
-  });
-  return ends;
-}
 
 double most_rings(const std::vector<Strip>& of) {
   std::size_t most = 0;
   for (const Strip& strip : of) most = std::max(most, strip.rings);
   return static_cast<double>(most);
-}
-
-struct Strips {
-  std::vector<Strip> steady, smooth, joined;  // joined: with all columns in one plane
-};
-
-Strips strips_of(const FlatSurface& flat, const Fans& fans, const std::vector<Chain>& chains) {
-  std::vector<Band> bands;  // two for every chain: left, right
-  for (std::size_t i = 0; i < chains.size(); ++i) {
-    bands.push_back(band_beside(flat, fans, chains, i, true));
-    bands.push_back(band_beside(flat, fans, chains, i, false));
-  }
-  const auto long_enough = [&](std::size_t b) {
-    return bands[b].length_m >= kShortestChain_m && bands[b].width_m <= kWidestRoad_m;
-  };
-  const auto steady = [&](std::size_t b) {
-    return long_enough(b) && bands[b].steady >= kSteadyShare;
-  };
-  const auto smooth = [&](std::size_t b) {
-    return long_enough(b) && bands[b].smooth >= kSteadyShare;
-  };
-  return {strips_of_bands(flat, fans, chains, bands, steady, Columns::as_wide),
-          strips_of_bands(flat, fans, chains, bands, smooth, Columns::as_wide),
-          strips_of_bands(flat, fans, chains, bands, smooth, Columns::any)};
 }
 
 /// All that may be road: the steady strips, unless the merely smooth ones join many more cross
@@ -136,23 +43,6 @@ std::vector<Strip> likely_strips(Strips strips) {
              ? std::move(strips.smooth)
          : strips.steady.empty() ? std::move(strips.joined)  // columns narrower than any road
                                  : std::move(strips.steady);
-}
-
-/// All, of those that are alike the first one.
-std::vector<Strip> all_strips(Strips strips) {
-  std::vector<Strip> all = std::move(strips.steady);
-  std::vector<Strip> others = std::move(strips.smooth);
-  others.insert(others.end(), strips.joined.begin(), strips.joined.end());
-  for (Strip& strip : others) {
-    const bool known = std::any_of(all.begin(), all.end(), [&](const Strip& other) {
-      std::vector<std::uint32_t> common;
-      std::set_intersection(strip.triangles.begin(), strip.triangles.end(), other.triangles.begin(),
-                            other.triangles.end(), std::back_inserter(common));
-      return 2 * common.size() > strip.triangles.size();
-    });
-    if (!known) all.push_back(std::move(strip));
-  }
-  return all;
 }
 
 /// The road has the most cross sections, or nearly; of these strips the long ones.
@@ -235,84 +125,6 @@ Eigen::Vector2d place_on(const FlatSurface& flat, const Strip& strip) {
   return place_m;
 }
 
-/// The road grown so far, and what else there is to go on with.
-class GrowingRoad {
- public:
-  GrowingRoad(const FlatSurface& flat, const Fans& fans, const std::vector<Chain>& chains,
-              const std::vector<Strip>& strips, const Strip& chosen)
-      : flat_(flat),
-        fans_(fans),
-        chains_(chains),
-        strips_(strips),
-        width_m_(chosen.width_m()),
-        road_(flat.triangles.size(), 0),
-        ends_of_strip_(strips.size()),
-        joined_(strips.size(), 0) {
-    add(chosen);
-    for (std::size_t k = 0; k < strips.size(); ++k) {
-      if (&strips[k] == &chosen || std::abs(strips[k].width_m() - width_m_) > kSameWidth * width_m_)
-        continue;
-      ends_of_strip_[k] =
-          open_ends(triangles_of(flat, strips[k].triangles), flat.vertices_m, 1.3 * width_m_);
-    }
-  }
-
-  /// Goes on where the chains broke: along the open columns, then over to other strips of this
-  /// width whose end faces one of the road's. Gives back a mark for every triangle.
-  std::vector<char> grow() {
-    for (bool changed = true; changed;) {
-      for (const End& end : road_ends(flat_, road_, width_m_, sides_)) {
-        for (std::size_t i = 0; i + 1 < end.vertices.size(); ++i)
-          march(flat_, fans_, end.vertices[i], end.vertices[i + 1], road_);
-      }
-      const std::vector<End> ends = road_ends(flat_, road_, width_m_, sides_);
-      changed = false;
-      for (std::size_t k = 0; k < strips_.size(); ++k) {
-        if (joined_[k] || ends_of_strip_[k].empty() || !faces(k, ends)) continue;
-        add(strips_[k]);
-        joined_[k] = 1;
-        changed = true;
-      }
-    }
-    return std::move(road_);
-  }
-
- private:
-  void add(const Strip& strip) {
-    for (const std::size_t c : strip.chains) {
-      for (std::size_t i = 0; i < chains_[c].edges(); ++i)
-        sides_.insert(undirected(chains_[c].at(i), chains_[c].at(i + 1)));
-    }
-    for (const std::uint32_t t : strip.triangles) road_[t] = 1;
-  }
-
-  /// Whether an end of strip k faces one of the road's ends, across a gap and not beside the road.
-  bool faces(std::size_t k, const std::vector<End>& ends) const {
-    std::vector<End> both = ends;
-    both.insert(both.end(), ends_of_strip_[k].begin(), ends_of_strip_[k].end());
-    const auto of_road = [&](const End& end) {
-      return std::any_of(ends.begin(), ends.end(),
-                         [&](const End& other) { return other.vertices == end.vertices; });
-    };
-    const std::vector<Gap> gaps = facing_ends(both, kLongestGap_m);
-    // One end of each; a strip that already is road faces itself.
-    return std::any_of(gaps.begin(), gaps.end(), [&](const Gap& gap) {
-      return of_road(gap.a) != of_road(gap.b) &&
-             !(beside_road(flat_, fans_, road_, strips_[k]) > 0.3);
-    });
-  }
-
-  const FlatSurface& flat_;
-  const Fans& fans_;
-  const std::vector<Chain>& chains_;
-  const std::vector<Strip>& strips_;
-  double width_m_;
-  std::vector<char> road_;
-  std::unordered_set<std::uint64_t> sides_;
-  std::vector<std::vector<End>> ends_of_strip_;
-  std::vector<char> joined_;
-};
-
 }  // namespace
 
 ShapeClasses classify_by_shape(const FlatSurface& flat, const std::optional<StripPlace>& place) {
@@ -339,7 +151,7 @@ ShapeClasses classify_by_shape(const FlatSurface& flat, const std::optional<Stri
   if (chosen == nullptr) return out;
   out.road_length_m = chosen->length_m();
   out.road_width_m = chosen->width_m();
-  std::vector<char> road = GrowingRoad(flat, fans, chains, strips, *chosen).grow();
+  std::vector<char> road = grow_road(flat, fans, chains, strips, *chosen);
   if (!out.is_told)
     if (const Strip* twin = twin_of(flat, fans, strips, *chosen, road))
       out.twin_m = place_on(flat, *twin);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <unordered_map>
 
@@ -72,9 +73,9 @@ class Corridor {
   double area_m2_ = 0.0;
 };
 
-/// How much of the way from p to q lies on some triangles, within `reach_m` in height; those
-/// between the two ends are added to `carrying`. `bulge_m`: how far to the left of the straight
-/// line the middle of the way lies.
+/// How much of the way from p to q lies on some triangles, within `reach_m` in height, over half of
+/// the road's width; those between the two ends are added to `carrying`. `bulge_m`: how far to the
+/// left of the straight line the middle of the way lies.
 double carried(const Mesh& mesh, const std::vector<std::uint32_t>& triangles,
                const Eigen::Vector3d& p, const Eigen::Vector3d& q, double bulge_m,
                double half_width_m, std::vector<std::uint32_t>& carrying) {
@@ -82,7 +83,8 @@ double carried(const Mesh& mesh, const std::vector<std::uint32_t>& triangles,
   const Eigen::Vector2d along = (q - p).head<2>() / length_m, left(-along.y(), along.x());
   const auto offset_m = [&](double t) { return 4.0 * bulge_m * t * (1.0 - t); };
   constexpr int kPlaces = 40;
-  std::array<bool, kPlaces> on{};
+  constexpr double kAside[] = {-0.5, 0.0, 0.5};  // of the half width
+  std::array<std::array<bool, kPlaces>, std::size(kAside)> on{};
   for (const std::uint32_t i : triangles) {
     bool near = true;
     for (int c = 0; c < 3 && near; ++c) {
@@ -96,25 +98,32 @@ double carried(const Mesh& mesh, const std::vector<std::uint32_t>& triangles,
     if (!near) continue;
     carrying.push_back(i);
     const Eigen::Vector3d &a = mesh.vertex(i, 0), &b = mesh.vertex(i, 1), &c = mesh.vertex(i, 2);
-    for (std::size_t k = 0; k < kPlaces; ++k) {
-      const double t = (static_cast<double>(k) + 0.5) / kPlaces;
-      const Eigen::Vector2d at = p.head<2>() + length_m * t * along + offset_m(t) * left;
+    for (std::size_t n = 0; n < on.size() * kPlaces; ++n) {
+      bool& is_on = on[n / kPlaces][n % kPlaces];
+      const double t = (static_cast<double>(n % kPlaces) + 0.5) / kPlaces;
+      const double aside_m = offset_m(t) + kAside[n / kPlaces] * half_width_m;
+      const Eigen::Vector2d at = p.head<2>() + length_m * t * along + aside_m * left;
       const auto side = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
         return (to - from).x() * (at.y() - from.y()) - (to - from).y() * (at.x() - from.x());
       };
       const double ab = side(a, b), bc = side(b, c), ca = side(c, a);
-      on[k] = on[k] || (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
+      is_on = is_on || (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
     }
   }
-  return static_cast<double>(std::count(on.begin(), on.end(), true)) / kPlaces;
+  auto least = kPlaces;
+  for (const auto& lane : on)
+    least = std::min(least, static_cast<int>(std::count(lane.begin(), lane.end(), true)));
+  return static_cast<double>(least) / kPlaces;
 }
 
-/// Flat triangles of every object.
-std::vector<std::vector<std::uint32_t>> flat_by_object(const Mesh& mesh,
-                                                       const std::vector<bool>& flat) {
+/// Flat triangles of every object that are no road yet.
+std::vector<std::vector<std::uint32_t>> flat_by_object(
+    const Mesh& mesh, const std::vector<bool>& flat,
+    const std::vector<SurfaceClass>& class_of_triangle) {
   std::vector<std::vector<std::uint32_t>> out(mesh.objects.size());
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
-    if (flat[i]) out[mesh.object_of_triangle[i]].push_back(i);
+    if (flat[i] && class_of_triangle[i] != SurfaceClass::road)
+      out[mesh.object_of_triangle[i]].push_back(i);
   return out;
 }
 
@@ -247,7 +256,8 @@ std::vector<Bridge> fill_gaps_between_ends(const Mesh& mesh, const RoadGraph& gr
                                            std::vector<SurfaceClass>& class_of_triangle,
                                            CleanReport& facts) {
   std::vector<Bridge> bridges;
-  const std::vector<std::vector<std::uint32_t>> of_object = flat_by_object(mesh, flat);
+  const std::vector<std::vector<std::uint32_t>> of_object =
+      flat_by_object(mesh, flat, class_of_triangle);
   for (const RoadBranch& gap : graph.branches) {
     // Shorter ones are crossed where the line is traced; what carries it there may be anything.
     if (!gap.is_gap || gap.gap_m < 3.0 * gap.half_width_m.front()) continue;

@@ -8,7 +8,9 @@
 #include "base/statistics.h"
 #include "cleaning.h"
 #include "fork.h"
+#include "mesh/ray_surface.h"
 #include "road/road_graph.h"
+#include "strip_ends.h"
 
 namespace road {
 namespace {
@@ -31,6 +33,9 @@ constexpr double kAllOfIt = 0.9;
 constexpr double kRingSlimness = 0.1;
 // Of a ring this wide a road by its shape may be a lane.
 constexpr double kWideRing_m = 16.0;
+// A strip of at least this share of the ring's length that ends where the ground does is open for
+// want of ground.
+constexpr double kMostOfRing = 0.5, kBeyondEnd_m = 1.0, kWidestOpen_m = 60.0, kWholeEnd = 0.8;
 
 constexpr std::size_t kWaysLookedAt = 4;
 
@@ -47,6 +52,17 @@ double road_m2(const Soup& soup) {
   for (std::size_t i = 0; i < soup.triangles.size(); ++i)
     if (soup.surface_class[i] == SurfaceClass::road) sum_m2 += soup.area_vector_of(i).norm();
   return sum_m2;
+}
+
+/// Whether a strip ends, over its width, only where the ground does.
+bool ends_with_the_ground(const Soup& strip, double width_m, const Soup& ground) {
+  const RaySurface rays(surface_of(ground));
+  std::vector<End> ends = open_ends(road_triangles(strip), strip.vertices_m, kWidestOpen_m);
+  std::erase_if(ends, [&](const End& end) { return end.width_m < kWholeEnd * width_m; });
+  return !ends.empty() && std::all_of(ends.begin(), ends.end(), [&](const End& end) {
+    const Eigen::Vector2d at = end.middle.head<2>() + kBeyondEnd_m * end.outward;
+    return !rays.nearest_hit(at.x(), at.y(), end.middle.z(), kBeyondEnd_m).has_value();
+  });
 }
 
 }  // namespace
@@ -96,7 +112,9 @@ base::Answer<Cleaning> clean_by_shape(const Mesh& mesh, const Triangles& triangl
   const bool is_ring =
       ground.closed && ground.share > kAllOfIt && ground.width_m < kRingSlimness * ground.length_m;
   const RoadShown strip = shaped ? road_shown(shaped->soup) : RoadShown{};
-  if (is_ring && !strip.closed) {
+  const bool has_gaps = is_ring && strip.length_m > kMostOfRing * ground.length_m &&
+                        ends_with_the_ground(shaped->soup, strip.width_m, whole->soup);
+  if (is_ring && !strip.closed && !has_gaps) {
     whole->facts.remarks.push_back(fmt::format(
         "all of the flat ground is one closed road of about {:.0f} m, {:.1f} m wide; its shape "
         "alone tells no narrower road on it",
