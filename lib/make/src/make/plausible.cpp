@@ -354,7 +354,10 @@ std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& 
   const bool confirmed =
       report.by_names && (!report.road_agreement || *report.road_agreement >= kAgreement);
   if (!confirmed && !report.by_guide) nothing_confirms(line, mesh, report, doubts);
-  const RaySurface ground(mesh);
+  std::optional<RaySurface> of_mesh;  // where all of it is road they are the same
+  if (road.triangles.size() != mesh.triangles.size() || !report.left_out.empty())
+    of_mesh.emplace(mesh);
+  const RaySurface& ground = of_mesh ? *of_mesh : surface;
   below_another(line, ground, report, doubts);
   if (!report.by_names && !report.by_colour && !report.by_guide && !report.by_place &&
       doubts.empty())
