@@ -21,6 +21,7 @@ namespace question_test {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 constexpr double kLength_m = support::kRingLength_m;
 
@@ -272,6 +273,29 @@ TEST_F(Question, UnitAndWayUpAreAskedForAtOnce) {
   EXPECT_NEAR(built.answers[0].width_m, 12.0, 0.1);
 }
 
+TEST_F(Question, CentimetresOfNoKnownWayUpAreAskedForAtOnce) {
+  road::Mesh mesh = reflected(ring(0.12), -1.0, 1.0);
+  for (Eigen::Vector3d& v : mesh.vertices_m) v /= 0.01;
+  const Built built = build(mesh);  // 20 km across: nothing refuses that as metres
+  ASSERT_GE(built.answers.size(), 3u) << built.asked;
+  EXPECT_EQ(built.answers[0].flags, "--unit cm --up z --mirror");
+  EXPECT_NEAR(built.answers[0].width_m, 12.0, 0.1);
+}
+
+TEST_F(Question, AShortPieceBeyondAGapAtAnEndIsNotLost) {
+  const auto z_up = [](road::Recipe& recipe) { recipe.read.up = road::UpAxis::z; };
+  const auto with_gap = [&](double gap_m) {  // nameless, 40 m beyond it
+    road::Mesh mesh;
+    support::add_ring_strip(mesh, "", -5.0, 5.0, 0.0, 0.0, 0.0, 360.0);
+    support::add_ring_strip(mesh, "", -5.0, 5.0, 0.0, 0.0, 360.0 + gap_m, 400.0 + gap_m);
+    mesh.objects.resize(1);
+    std::fill(mesh.object_of_triangle.begin(), mesh.object_of_triangle.end(), 0);
+    return build(mesh, z_up).summary;
+  };
+  EXPECT_NEAR(with_gap(5.0)["reference_line"]["length_m"].get<double>(), 405.0, 2.0);
+  EXPECT_THAT(with_gap(20.0)["validation"]["failures"].dump(), HasSubstr("--bridge-gap-m 27"));
+}
+
 TEST_F(Question, AnAnswerBridgesTheGapsOnItsWay) {
   road::Mesh mesh;
   support::add_ring_strip(mesh, "road", -5.0, 5.0, 0.0, 0.0, 0.0, 550.0);
@@ -284,7 +308,7 @@ TEST_F(Question, AnAnswerBridgesTheGapsOnItsWay) {
   }
 }
 
-TEST_F(Question, TheOnlyStripOfAnOpenRoadIsAnAnswer) {
+TEST_F(Question, TheOnlyStripOfAnOpenRoadIsAnAnswerUnlessItIsShort) {
   road::Mesh mesh;
   support::add_ring_strip(mesh, "", -4.0, 4.0, 0.0, 0.0, 0.0, 400.0);
   support::add_ring_strip(mesh, "", -95.0, -4.0, -30.0, -2.0, 0.0, 400.0);
@@ -294,6 +318,9 @@ TEST_F(Question, TheOnlyStripOfAnOpenRoadIsAnAnswer) {
   ASSERT_GE(built.answers.size(), 1u) << built.asked;
   EXPECT_THAT(built.answers[0].flags, HasSubstr("--near-m"));
   EXPECT_NEAR(built.answers[0].width_m, 8.0, 0.1);
+  for (Eigen::Vector3d& v : mesh.vertices_m) v /= 20.0;
+  for (const road::Candidate& answer : build(mesh).answers)
+    EXPECT_THAT(answer.flags, Not(HasSubstr("--near-m"))) << "20 m of a plate";
 }
 
 }  // namespace question_test

@@ -19,10 +19,21 @@ struct MissingPiece {
 /// most a tenth of its length away and about as high; empty for any other.
 std::optional<MissingPiece> missing_piece(const Centreline& line);
 
-/// A doubt about a line with a missing piece, with the way out that was tried: the bridge that
-/// closes the road, else a guide. `options` are those that the line was found with. Empty where the
-/// line is closed, its ends do not face each other, or somebody said which road is meant (a guide,
-/// a route).
+/// The road with its gaps bridged, tried.
+struct LongerRoad {
+  double bridge_m = 0.0, length_m = 0.0;
+  bool closed = false;
+};
+
+/// Where an open line is longer with gaps bridged: the closed road where a piece is missing, else
+/// with the shortest of some bridges up to 40 m that makes it longer by 3 % or closed. `options`
+/// are those that the line was found with. Empty where it is not, and where somebody said which
+/// road is meant (a guide, a route).
+std::optional<LongerRoad> longer_road(const Centreline& line, const Mesh& mesh,
+                                      const CleanOptions& options);
+
+/// A doubt about a line with a missing piece, or with a longer road, with the way out that was
+/// tried. Empty where there is neither.
 std::optional<std::string> doubt_about_ends(const Centreline& line, const Mesh& mesh,
                                             const CleanOptions& options);
 

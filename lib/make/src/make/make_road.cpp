@@ -116,6 +116,9 @@ Mesh read_or_ask(Prepared& prepared, BuildSummary& summary) {
     answers = candidates_of_up(prepared.recipe, unknown.could_be());
     // Where the road contradicts the faces, the plan may be mirrored.
     const bool is_told = answers.told && (is_minus(*answers.told) || prepared.recipe.read.mirror);
+    if (!is_told)
+      answers.candidates =
+          likelier_units(prepared.recipe, unknown.could_be(), std::move(answers.candidates));
     if (!is_told && answers.candidates.empty()) throw;
     if (!is_told) throw Question(unknown.what(), std::move(answers.candidates));
   } catch (const UnknownUnit& unknown) {
@@ -159,7 +162,8 @@ Found found_or_asked(base::Answer<Found> found, const Mesh& mesh, double metres_
 }
 
 /// Where shape alone told the road, and something speaks against it: asks which of the
-/// strips; where an open one is the only one, whether it is the road.
+/// strips; where an open one is the only one, whether it is the road. A way up that the road told
+/// is part of the answer: another strip may not tell it.
 void ask_for_strip(const std::vector<std::string>& doubts, const MadeRoad& built,
                    const Recipe& recipe, const std::string& picture_path) {
   const CleanReport& report = built.summary.clean;
@@ -167,6 +171,9 @@ void ask_for_strip(const std::vector<std::string>& doubts, const MadeRoad& built
       recipe.clean.near_m)
     return;
   std::vector<Candidate> could_be = candidates_of_strips(built.mesh, recipe);
+  if (recipe.read.up != built.summary.recipe.read.up)
+    for (Candidate& strip : could_be)
+      strip.flags = fmt::format("--up {} {}", name_of(recipe.read.up), strip.flags);
   // A closed road that is doubted and has no rival is another doubt than which of several.
   if (could_be.size() > (built.centreline.closed ? 1u : 0u))
     ask(doubts.front(), built.mesh, recipe, std::move(could_be), picture_path);

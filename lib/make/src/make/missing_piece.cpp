@@ -36,23 +36,6 @@ std::optional<Centreline> bridged(const Mesh& mesh, CleanOptions options, double
   return line ? std::optional<Centreline>(*std::move(line)) : std::nullopt;
 }
 
-/// That an open road goes on over gaps at its ends, tried.
-std::optional<std::string> doubt_about_next_piece(const Centreline& line, const Mesh& mesh,
-                                                  const CleanOptions& options) {
-  if (line.closed) return std::nullopt;
-  std::optional<std::string> doubt;
-  for (const double gap_m : kGapsTried_m) {  // the shortest that helps is told
-    if (gap_m <= options.max_gap_m) break;
-    const auto longer = bridged(mesh, options, gap_m);
-    if (!longer || (!longer->closed && longer->length_m < kGoesOn * line.length_m)) break;
-    doubt = fmt::format(
-        "the road is open, {:.0f} m long, and goes on over a gap: with --bridge-gap-m {:.0f} it is "
-        "{} road of {:.0f} m, plane over the gap; if it ends there, say so with --line-is-right",
-        line.length_m, gap_m, longer->closed ? "a closed" : "an open", longer->length_m);
-  }
-  return doubt;
-}
-
 }  // namespace
 
 std::optional<MissingPiece> missing_piece(const Centreline& line) {
@@ -68,23 +51,45 @@ std::optional<MissingPiece> missing_piece(const Centreline& line) {
   return MissingPiece{gap_m, 0.5 * (line.points_m.front() + line.points_m.back())};
 }
 
+std::optional<LongerRoad> longer_road(const Centreline& line, const Mesh& mesh,
+                                      const CleanOptions& options) {
+  if (line.closed || options.guide || !options.route_m.empty()) return std::nullopt;
+  std::optional<LongerRoad> found;
+  if (const auto piece = missing_piece(line)) {
+    const double bridge_m = std::ceil(kTrialsMargin * piece->length_m);
+    if (bridge_m <= kLongestBridge_m)
+      if (const auto closed = bridged(mesh, options, bridge_m); closed && closed->closed)
+        found = {bridge_m, closed->length_m, true};
+    return found;
+  }
+  for (const double gap_m : kGapsTried_m) {  // the shortest that helps is told
+    if (gap_m <= options.max_gap_m) break;
+    const auto longer = bridged(mesh, options, gap_m);
+    if (!longer || (!longer->closed && longer->length_m < kGoesOn * line.length_m)) break;
+    found = {gap_m, longer->length_m, longer->closed};
+  }
+  return found;
+}
+
 std::optional<std::string> doubt_about_ends(const Centreline& line, const Mesh& mesh,
                                             const CleanOptions& options) {
   if (options.guide || !options.route_m.empty()) return std::nullopt;
   const auto piece = missing_piece(line);
-  if (!piece) return doubt_about_next_piece(line, mesh, options);
-  const std::string seen = fmt::format(
-      "the road is open, {:.0f} m long, and its ends face each other over {:.1f} m at ({:.1f}, "
-      "{:.1f}): a piece of a closed road seems to be missing",
-      line.length_m, piece->length_m, piece->middle_m.x(), piece->middle_m.y());
-  constexpr const char* kElse = "if it is open all the same, say so with --line-is-right";
-  const double bridge_m = std::ceil(kTrialsMargin * piece->length_m);
-  if (bridge_m <= kLongestBridge_m)
-    if (const auto closed = bridged(mesh, options, bridge_m); closed && closed->closed)
-      return fmt::format(
-          "{}; with --bridge-gap-m {:.0f} it is a closed road of {:.0f} m, plane over the gap; {}",
-          seen, bridge_m, closed->length_m, kElse);
-  return fmt::format("{}; put it into the mesh; {}", seen, kElse);
+  const auto longer = longer_road(line, mesh, options);
+  if (!piece && !longer) return std::nullopt;
+  std::string text = fmt::format("the road is open, {:.0f} m long, and ", line.length_m);
+  text += piece ? fmt::format(
+                      "its ends face each other over {:.1f} m at ({:.1f}, {:.1f}): a piece "
+                      "of a closed road seems to be missing; ",
+                      piece->length_m, piece->middle_m.x(), piece->middle_m.y())
+                : "goes on over a gap: ";
+  text += longer ? fmt::format(
+                       "with --bridge-gap-m {:.0f} it is {} road of {:.0f} m, plane over "
+                       "the gap",
+                       longer->bridge_m, longer->closed ? "a closed" : "an open", longer->length_m)
+                 : "put it into the mesh";
+  return text + (piece ? "; if it is open all the same, say so with --line-is-right"
+                       : "; if it ends there, say so with --line-is-right");
 }
 
 }  // namespace road

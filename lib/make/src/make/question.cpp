@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "base/statistics.h"
+#include "make/missing_piece.h"
 #include "make/plausible.h"
 #include "mesh/ray_surface.h"
 #include "report/question_map.h"
@@ -24,6 +25,7 @@ constexpr double kShortestShare =
     0.1;  // of the longest way: shorter ones are no roads to ask about
 constexpr std::size_t kMostTrianglesToTry = 1'000'000;  // some 30 s for each axis
 constexpr std::size_t kMostStrips = 5;
+constexpr double kShortestOpen_m = 30.0;  // an arena has shorter strips
 constexpr double kSameHalf = 0.06, kSameLane = 0.005;
 constexpr double kGapStep_m = 0.25, kLongestBridged_m = 15.0;
 constexpr double kWholeWidth_m = 99.0;  // wider than any strip: all of the ground
@@ -78,9 +80,12 @@ std::optional<Found> doubted_road_with(const Mesh& mesh, const Recipe& recipe, b
   if (!line || !try_fit_reference_line(*line, recipe.reference_line)) return std::nullopt;
   const RaySurface surface(road->mesh);
   const double gap_m = longest_gap_m(*line, surface);
-  if (gap_m > recipe.clean.max_gap_m && gap_m <= kLongestBridged_m) {
-    Recipe bridging = recipe;
+  Recipe bridging = recipe;
+  if (gap_m > recipe.clean.max_gap_m && gap_m <= kLongestBridged_m)
     bridging.clean.max_gap_m = std::ceil(gap_m) + 1.0;
+  else if (const auto longer = longer_road(*line, mesh, recipe.clean))
+    bridging.clean.max_gap_m = longer->bridge_m;
+  if (bridging.clean.max_gap_m > recipe.clean.max_gap_m) {
     auto bridged = doubted_road_with(mesh, bridging, ask_for_up);
     if (bridged) {
       bridged->flags += fmt::format(" --bridge-gap-m {:.0f}", bridging.clean.max_gap_m);
@@ -208,6 +213,7 @@ std::vector<Candidate> candidates_of_strips(const Mesh& mesh, const Recipe& reci
     tried.clean.guide_width_m = width_m;
     const auto road = road_with(mesh, tried);
     if (!road || !road->report.by_place) return;
+    if (!road->line.closed && road->line.length_m < kShortestOpen_m) return;
     Candidate candidate = candidate_of(flags, road->line);
     if (width_m) candidate.flags += fmt::format(" --guide-width-m {:.1f}", candidate.width_m);
     candidate.flags += road->flags;

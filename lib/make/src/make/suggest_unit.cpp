@@ -63,10 +63,18 @@ std::optional<FoundRoad> road_in(const Mesh& mesh, double factor, const CleanOpt
 
 double typical_width_m(const Centreline& line) { return 2.0 * base::median(line.half_width_m); }
 
-double extent_m(const Mesh& mesh) {
+/// Whether a mesh, times a factor, has ground for a road, and is no larger than meshes may be.
+bool could_be_road(const Mesh& mesh, double factor) {
+  double area = 0.0;  // of all faces: a road has no more
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    area += (mesh.vertex(t, 1) - mesh.vertex(t, 0))
+                .cross(mesh.vertex(t, 2) - mesh.vertex(t, 0))
+                .norm() /
+            2.0;
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& v : mesh.vertices_m) box.extend(v);
-  return box.sizes().head<2>().maxCoeff();
+  return area * factor * factor >= kLeastWidth_m * kShortest_m &&
+         box.sizes().head<2>().maxCoeff() * factor <= kLargestExtent_m;
 }
 
 bool has_size_of_road(const Candidate& road) {
@@ -104,16 +112,8 @@ std::vector<Candidate> roads_in(const Mesh& mesh,
                                 const Recipe& recipe) {
   std::vector<Candidates> found, doubted;
   const CleanOptions options = anywhere(recipe.clean);
-  double area = 0.0;  // of all faces: a road has no more
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    area += (mesh.vertex(t, 1) - mesh.vertex(t, 0))
-                .cross(mesh.vertex(t, 2) - mesh.vertex(t, 0))
-                .norm() /
-            2.0;
-  const double extent = extent_m(mesh);
   for (const auto& [flag, factor] : flag_and_factor) {
-    if (area * factor * factor < kLeastWidth_m * kShortest_m || extent * factor > kLargestExtent_m)
-      continue;
+    if (!could_be_road(mesh, factor)) continue;
     auto road = road_in(mesh, factor, options);
     if (!road) continue;
     Centreline& line = road->line;
@@ -205,6 +205,25 @@ std::vector<Candidate> candidates_of_unit(const Recipe& recipe, const std::vecto
       units.emplace_back(fmt::format("--unit {}", unit.name),
                          unit.metres / metres_per(could_be.front()));
   return roads_in(mesh, units, recipe);
+}
+
+std::vector<Candidate> likelier_units(const Recipe& recipe, const std::vector<UpAxis>& ups,
+                                      std::vector<Candidate> found) {
+  if (recipe.read.unit != Unit::automatic || recipe.read.scale != 1.0 ||
+      std::any_of(found.begin(), found.end(), has_size_of_road))
+    return found;
+  Recipe first = recipe;
+  first.read.up = ups.front();
+  MeshReadReport report;
+  const Mesh mesh = read_mesh(recipe.mesh_path, read_to_clean(first.read, recipe.clean), &report);
+  if (mesh.triangles.size() > kMostTriangles) return found;
+  std::vector<Unit> could_be;
+  for (const NamedUnit& unit : kUnits)
+    if (const double factor = unit.metres / report.metres_per_unit; could_be_road(mesh, factor))
+      could_be.push_back(unit.unit);
+  std::vector<Candidate> likely = in_units_and_ways_up(recipe, could_be, ups);
+  likely.insert(likely.end(), std::move_iterator(found.begin()), std::move_iterator(found.end()));
+  return likely;
 }
 
 void refuse_in_this_unit(const std::string& refused, const Mesh& mesh, double metres_per_unit,

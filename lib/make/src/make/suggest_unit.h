@@ -21,6 +21,12 @@ namespace road {
 /// takes long.
 std::vector<Candidate> candidates_of_unit(const Recipe& recipe, const std::vector<Unit>& could_be);
 
+/// `found`, the roads of a mesh of which nothing tells which of some axes points up; where none of
+/// them has a road's size and nobody said the unit, after those in the units in which one has, with
+/// flags that tell both.
+std::vector<Candidate> likelier_units(const Recipe& recipe, const std::vector<UpAxis>& ups,
+                                      std::vector<Candidate> found);
+
 /// Asks for the unit (throws a Question) where what was `refused` is a road in another one, or
 /// enlarged: the mesh is cleaned and the road traced as a build would. Where none has a road, but
 /// the mesh as it is has one wider or narrower than any, refuses with that (Error). Does nothing
