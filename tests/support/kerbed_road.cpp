@@ -10,15 +10,15 @@
 namespace support {
 namespace {
 
-constexpr double kRowStep_m = 0.25, kRange_m = 45.0, kWallHeight_m = 1.0;
+constexpr double kRowStep_m = 0.25, kRange_m = 45.0, kWallHeight_m = 1.0, kStepEvery_m = 2.0;
 
 double lift_m(double x_m) { return 0.05 * std::sin(0.11 * x_m); }
 
-/// Without lift. `lower_m`: of the left kerb's outer edge.
-double profile_m(double v_m, double lower_m) {
-  const double out_m = std::abs(v_m), crown_m = -0.01 * std::min(out_m, KerbedRoad::kRoad_m);
+/// Without lift. `lower_m`, `step_m`: of the left kerb's outer edge, of both kerbs' edges.
+double profile_m(double v_m, double fall, double lower_m, double step_m) {
+  const double out_m = std::abs(v_m), crown_m = -fall * std::min(out_m, KerbedRoad::kRoad_m);
   if (out_m <= KerbedRoad::kRoad_m) return crown_m;
-  const double top_m = KerbedRoad::kKerb_m - (v_m > 0.0 ? lower_m : 0.0);
+  const double top_m = KerbedRoad::kKerb_m + step_m - (v_m > 0.0 ? lower_m : 0.0);
   if (out_m <= KerbedRoad::kKerbEnd_m) return crown_m + (out_m - KerbedRoad::kRoad_m) * top_m;
   return crown_m + std::max(KerbedRoad::kVerge_m, top_m - (out_m - KerbedRoad::kKerbEnd_m) * 0.5);
 }
@@ -104,13 +104,16 @@ double car_range_m(const Beam& beam, const RoadSpot& middle) {
 /// What a beam meets before the ground at `range`, with grass, walls, cars and rain.
 double met_m(const KerbedDrive& drive, const Ground& ground_m, const Beam& beam, double range,
              const std::vector<RoadSpot>& cars, base::Random& random) {
-  if (std::abs(beam.spot(range).v_m) > KerbedRoad::kKerbEnd_m && drive.grass_m > 0.0) {
+  const double v_m = beam.spot(range).v_m;
+  if (drive.paint_m > 0.0 && std::abs(std::abs(v_m) - 4.7) < 0.1) range -= drive.paint_m;
+  if ((drive.left_only ? v_m : std::abs(v_m)) > KerbedRoad::kKerbEnd_m && drive.grass_m > 0.0) {
     const double high_m =
         -0.5 * drive.grass_m * std::log((1.0 - random.uniform()) * (1.0 - random.uniform()));
     range -= std::min(high_m / -beam.along.z(), 1.5);
   }
   if (drive.wall_m > 0.0)
     for (const double wall_v_m : {drive.wall_m, -drive.wall_m}) {
+      if (drive.left_only && wall_v_m < 0.0) continue;
       const double wall = wall_range_m(beam, wall_v_m);
       if (wall < range && beam.at(wall).z() < ground_m(beam.spot(wall)) + kWallHeight_m)
         range = wall;
@@ -123,7 +126,7 @@ double met_m(const KerbedDrive& drive, const Ground& ground_m, const Beam& beam,
 
 /// Those that follow, 8 m from one to the next, and one that comes towards the sensor.
 std::vector<RoadSpot> cars_at(const KerbedDrive& drive, const RoadSpot& sensor, double time_s) {
-  std::vector<RoadSpot> cars;
+  std::vector<RoadSpot> cars = drive.parked;
   for (int k = 0; k < drive.convoy; ++k)
     cars.push_back({sensor.u_m - 8.0 * (k + 1) - 0.5 * std::sin(0.9 * time_s + k), sensor.v_m});
   if (drive.oncoming)
@@ -134,18 +137,17 @@ std::vector<RoadSpot> cars_at(const KerbedDrive& drive, const RoadSpot& sensor, 
 }  // namespace
 
 double KerbedRoad::height_m(double x_m, double v_m) const {
-  return lift_m(x_m) + profile_m(v_m, 0.0);
+  const double on_m = std::fmod(std::max(0.0, x_m), 2.0 * kStepEvery_m),
+               share = on_m < kStepEvery_m
+                           ? std::min(1.0, on_m / kRowStep_m)
+                           : 1.0 - std::min(1.0, (on_m - kStepEvery_m) / kRowStep_m);
+  return lift_m(x_m) + profile_m(v_m, crown, 0.0, (share - 0.5) * step_m);
 }
 
 double KerbedRoad::base_height_m(double x_m, double v_m) const {
   const double from_end = std::min(x_m, length_m - x_m) / length_m;
   const double share = std::clamp((from_end - 0.25) / 0.1, 0.0, 1.0);
-  return lift_m(x_m) + profile_m(v_m, kLowered_m) - share * tilt * v_m;
-}
-
-double KerbedRoad::correction_slope(double v_m) const {
-  const bool by_kerb = v_m > kRoad_m - 0.01 && v_m < kKerbEnd_m + 0.3;  // two nodes beyond it
-  return std::abs(tilt) + (by_kerb ? kLowered_m / (kKerbEnd_m - kRoad_m) : 0.0);
+  return lift_m(x_m) + profile_m(v_m, kCrown, kLowered_m, 0.0) - share * tilt * v_m;
 }
 
 crg::Crg KerbedRoad::base() const {
@@ -214,18 +216,33 @@ KerbedScans scans_of(const KerbedRoad& road, const KerbedDrive& drive) {
 
 namespace {
 
-/// Across the nodes of a row that rest on the base, of what was added to it.
+/// Across the nodes of a row that rest on the base, of what was added to it, beyond the steepest
+/// that it lacks there: from one measured node to the other, or two nodes on where none is beyond.
 double ramp_over_correction(const KerbedRoad& road, const crg::Grid& refined, const crg::Grid& base,
                             const crg::Grid& source, std::size_t row) {
+  const std::size_t columns = refined.columns();
+  const double u_m = kRowStep_m * static_cast<double>(row);
+  const auto slope = [&](std::size_t j, const auto& height_m) {
+    return std::abs(height_m(j + 1) - height_m(j)) / (refined.v_m[j + 1] - refined.v_m[j]);
+  };
+  const auto lacks_m = [&](std::size_t j) {
+    return road.height_m(u_m, refined.v_m[j]) - road.base_height_m(u_m, refined.v_m[j]);
+  };
+  const auto added_m = [&](std::size_t j) {
+    return static_cast<double>(refined.at(row, j) - base.at(row, j));
+  };
+  const auto measured = [&](std::size_t j) { return is_measured(source.at(row, j)); };
   double most = 0.0;
-  for (std::size_t j = 0; j + 1 < refined.columns(); ++j) {
-    if (is_measured(source.at(row, j)) && is_measured(source.at(row, j + 1))) continue;
-    const auto added_m = [&](std::size_t k) {
-      return static_cast<double>(refined.at(row, k) - base.at(row, k));
-    };
-    most = std::max(most,
-                    std::abs(added_m(j + 1) - added_m(j)) / (refined.v_m[j + 1] - refined.v_m[j]) -
-                        road.correction_slope(refined.v_m[j]));
+  for (std::size_t j = 0; j + 1 < columns; ++j) {
+    if (measured(j) && measured(j + 1)) continue;
+    std::size_t from = j, to = j + 1;
+    while (from > 0 && !measured(from)) --from;
+    while (to + 1 < columns && !measured(to)) ++to;
+    if (!measured(from)) from = to - std::min<std::size_t>(to, 2);
+    if (!measured(to)) to = std::min(from + 2, columns - 1);
+    double steepest = 0.0;
+    for (std::size_t k = from; k < to; ++k) steepest = std::max(steepest, slope(k, lacks_m));
+    most = std::max(most, slope(j, added_m) - steepest);
   }
   return most;
 }

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 #include "cloud/map.h"
 
@@ -17,15 +18,16 @@ struct RoadSpot {
 /// Across: asphalt, 1 m of kerb, a verge. The base has the left kerb's outer edge 25 mm too low.
 struct KerbedRoad {
   static constexpr double kRoad_m = 5.0, kKerbEnd_m = 6.0, kKerb_m = 0.055, kVerge_m = 0.03;
-  static constexpr double kLowered_m = 0.025;
+  static constexpr double kLowered_m = 0.025, kCrown = 0.01;
   double length_m = 110.0;
   double radius_m = 0.0;  ///< of its bend to the left; 0: it is straight
   double tilt = 0.0;      ///< cross slope that the base lacks in the middle half of the length
+  double crown = kCrown;  ///< fall to both sides; the base has kCrown
+  double step_m =
+      0.0;  ///< by so much the kerbs' edges rise, and fall, every 2 m; the base has none
 
   double height_m(double x_m, double v_m) const;
   double base_height_m(double x_m, double v_m) const;
-  /// Steepest cross slope of what the base lacks there: of the left kerb 25 mm in 1 m more.
-  double correction_slope(double v_m) const;
   crg::Crg base() const;  ///< every 0.25 m along, 0.125 m across, 10 m to both sides
 };
 
@@ -35,10 +37,13 @@ struct KerbedDrive {
   std::uint64_t seed = 1;
   double rain =
       0.0;  ///< share of the points that lie on their way to the ground, up to 2 m over it
-  double wall_m = 0.0;    ///< from the middle to walls of 1 m on both sides; 0: none
-  double drift = 1.0;     ///< times 20 mm and 1 mrad; 0: the trajectory is true
-  int convoy = 0;         ///< cars that follow, 8 m from one to the next, in every pass
-  bool oncoming = false;  ///< a car comes along the right lane every eight seconds
+  double wall_m = 0.0;     ///< from the middle to walls of 1 m on both sides; 0: none
+  double drift = 1.0;      ///< times 20 mm and 1 mrad; 0: the trajectory is true
+  int convoy = 0;          ///< cars that follow, 8 m from one to the next, in every pass
+  bool oncoming = false;   ///< a car comes along the right lane every eight seconds
+  bool left_only = false;  ///< grass and wall are on the left side alone
+  double paint_m = 0.0;    ///< lines 0.2 m wide, 4.7 m to both sides, are seen so much too near
+  std::vector<RoadSpot> parked = {};  ///< middles of cars that stand in all passes
   /// What the ground of a pass has in addition.
   std::function<double(int pass, double x_m, double v_m)> new_layer_m;
 };
