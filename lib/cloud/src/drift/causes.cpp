@@ -313,13 +313,16 @@ void want_one_clock(const CloudSource& scans, const Sections& sections,
 }
 
 std::string likely_causes(const CloudSource& scans, const RoadFrame& frame,
-                          const Trajectory& trajectory, const MapOptions& options) {
+                          const Trajectory& trajectory, const MapOptions& options,
+                          const Trajectory* found) {
   Samples samples = samples_of(scans);
   if (samples.list.size() < 1000) return {};
   if (std::string text = about_times(samples, trajectory); !text.empty()) return text;
+  const AsIs as_is =
+      as_it_is(Bench(samples, frame, found != nullptr ? *found : trajectory, options));
   const Bench bench(std::move(samples), frame, trajectory, options);
-  const AsIs as_is = as_it_is(bench);
   const std::vector<Cause> causes = much_better(try_all(bench), as_is);
+  if (causes.empty() && found != nullptr) return {};
   std::string text = fmt::format(
       "tried with {} points: the sensor turned in yaw, roll and pitch or mirrored, its place by "
       "1 m, the frame by 2 m, the clock by 5 s, other laps, units, other ways to write poses",

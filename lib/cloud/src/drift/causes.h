@@ -17,9 +17,11 @@ namespace cloud {
 /// written in other ways. One sentence: what makes the points lie closer on the base, best first,
 /// or that nothing of it does. The measure: median distance from the base, after a plane per 10 m
 /// driven (none for roll, pitch, units and the like). Times that are no clock are told first. Reads
-/// the scans once. Empty where there is nothing to try with.
+/// the scans once. Empty where there is nothing to try with. `found`: the poses with the drift
+/// taken out; then what is told is better than these, and empty where nothing is.
 std::string likely_causes(const CloudSource& scans, const RoadFrame& frame,
-                          const Trajectory& trajectory, const MapOptions& options);
+                          const Trajectory& trajectory, const MapOptions& options,
+                          const Trajectory* found = nullptr);
 
 /// Where all points seem to come from one sweep, but the trajectory is longer: throws Error if they
 /// are of many, each with a clock of its own. Reads the scans once more then.

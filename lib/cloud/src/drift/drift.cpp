@@ -10,7 +10,7 @@
 namespace cloud {
 namespace {
 
-constexpr int kDriftRounds = 24;    // steps shrink by a third each; grass too low to tell needs 20
+constexpr int kDriftRounds = 32;    // steps shrink by a third each; grass too low to tell needs 20
 constexpr int kRoundsRefined = 16;  // at least, after that
 constexpr int kRoundsWithoutBase = 40, kLeastWithoutBase = 20;  // long roads bend slowly
 // Without a base nothing damps the steps: slopes of the road, which lag behind by one, swing.
@@ -24,8 +24,11 @@ constexpr int kSchedule = std::size(kBaseScales_m);
 /// As long as the points do not say that the base as a whole is tilted, it is by no more than this
 /// part of what it may be. (The stated deviations know that it may.)
 constexpr double kTilted = 0.03;
-constexpr double kNearly_m = 0.001;  // poses that move by less in a round are nearly right
-constexpr double kRoad_m = 10.0;     // over this width a tilt may be all of what the base is off by
+/// Poses that move by less in a round are nearly right. Where a part of the base is tilted what is
+/// believed of it moves on by metres a round, and the poses by millimetres, until it may be tilted.
+constexpr double kNearly_m = 0.005;
+constexpr double kStillAside_m = 0.01;  // along a road without grade nothing holds them
+constexpr double kRoad_m = 10.0;  // over this width a tilt may be all of what the base is off by
 constexpr double kLeastBaseStddev_m = 0.0001;
 constexpr double kMostAssumed = 2.0;  // of variances: one view in a cell, and a base without errors
 
@@ -149,7 +152,7 @@ void step_back(const std::vector<Correction>& last, std::vector<Correction>& now
 
 /// How far the poses of a section moved in a round.
 struct Move {
-  double height_m = 0.0, turn_rad = 0.0;
+  double aside_m = 0.0, height_m = 0.0, turn_rad = 0.0;
 };
 
 /// The largest of all sections with data. `apart_from_common`: nothing holds what all poses have in
@@ -165,6 +168,7 @@ Move largest_move(const Sections& sections, const std::vector<Correction>& last,
   for (std::size_t i = 0; i < now.size(); ++i) {
     if (!sections.list[i].has_data()) continue;
     const Correction change = now[i] - last[i] - common;
+    move.aside_m = std::max(move.aside_m, change.head<2>().norm());
     move.height_m = std::max(move.height_m, std::abs(change[2]));
     move.turn_rad = std::max({move.turn_rad, std::abs(change[3]), std::abs(change[4])});
   }
@@ -174,7 +178,9 @@ Move largest_move(const Sections& sections, const std::vector<Correction>& last,
 /// Sections of a registered cloud share no ground: a roll of theirs and a cross slope that the base
 /// lacks look alike, and by a twentieth a round the one goes on taking from the other.
 bool is_still(const Move& move, bool registered, const MapOptions& options) {
-  if (options.trust_base) return move.height_m < 2e-4 && move.turn_rad < (registered ? 1e-4 : 2e-5);
+  if (options.trust_base)
+    return move.aside_m < kStillAside_m && move.height_m < 2e-4 &&
+           move.turn_rad < (registered ? 1e-4 : 2e-5);
   return move.height_m < std::max(2e-4, kMovesWithoutBase * options.drift_m_per_100m) &&
          move.turn_rad < std::max(2e-5, kMovesWithoutBase * options.drift_rad_per_100m);
 }
