@@ -17,7 +17,7 @@ constexpr double kAsADefault_m = 0.005;      // a good sensor's range noise, whe
 constexpr std::size_t kEnough = 30;          // pairs of points of a class: 12 % either way
 constexpr double kSlopeHeld = 0.1;           // as few nodes, one step away, do that are level
 constexpr std::size_t kLeastAround = 4;      // nodes with points, of eight
-constexpr double kAlong_m = 1.0;             // to a node before, and to one behind
+constexpr double kAlong_m = 2.5;             // to a node before, and to one behind
 constexpr std::size_t kMostNodes = 200'000;  // of all classes
 
 /// Deviation of one point by what nine of ten pairs in a node lie apart: 90 % intervals hold then,
