@@ -134,6 +134,21 @@ TEST(SlowRoadEdge, ATiltedPartInALongBendConvergesSoon) {
   EXPECT_LT(seen.road_rmse_m, 0.0005);
 }
 
+// Of a base that falls less to both sides than the road one side was believed, here the left, there
+// the right: 7 to 40 mm off, and not converged.
+TEST(SlowRoadEdge, ACrownThatTheBaseLacksIsNoRoll) {
+  support::KerbedRoad road = bend();
+  road.tilt = -0.0114, road.crown = 0.0204;
+  support::KerbedDrive drive;
+  drive.seed = 9;
+  const MapResult result = refine(road, drive);
+  const support::KerbedError seen = error_of(road, result);
+  EXPECT_TRUE(seen.converged);
+  EXPECT_NEAR(result.report.base_crown, -0.0104, 0.0003);
+  EXPECT_LT(seen.road_rmse_m, 0.0015);
+  EXPECT_LT(seen.measured_kerb_p95_m, 0.005);
+}
+
 /// Ground that lies higher since the second pass.
 struct Patch {
   double u_m = 35.0, length_m = 40.0, v_m = -1.0, width_m = 6.0, layer_m = 0.03;

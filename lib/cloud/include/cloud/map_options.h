@@ -62,6 +62,7 @@ struct MapReport {
   double inlier_share = 0.0;                       ///< cells whose base is believed
   double base_stddev_m = 0.0;                      ///< of those, found
   double base_tilt = 0.0, base_tilt_stddev = 0.0;  ///< cross slope that the whole base lacks
+  double base_crown = 0.0;          ///< what it lacks in rise to both sides of its line, m/m
   double view_stddev_factor = 1.0;  ///< scatter of a cell's views over what was assumed
   double base_together = 1.0, view_together = 1.0;  ///< cells whose errors come as one
   /// One pass of each stretch against the others: nodes, and the share in the 90 % intervals that

@@ -191,7 +191,7 @@ void report_fit(const JointProblem& problem, const JointFacts& facts, const Join
   report.rms_after_m = facts.residual_m, report.pass_rms_after_m = facts.between_passes_m;
   report.inlier_share = facts.believed;
   report.base_tilt = problem.common_slope(),
-  report.base_tilt_stddev = problem.common_slope_stddev();
+  report.base_tilt_stddev = problem.common_slope_stddev(), report.base_crown = problem.crown();
   report.base_stddev_m = scales.base_stddev_m, report.base_together = scales.base_together;
   report.view_stddev_factor = std::sqrt(scales.view_factor),
   report.view_together = scales.view_together;

@@ -87,58 +87,71 @@ Eigen::Vector4d JointProblem::within_cell(const View& view, const CellNodes& nod
   return {-on, (1.0 - nodes.share) * beside - on * there, on, nodes.share * beside + on * there};
 }
 
+void JointProblem::linearise(std::size_t s, const std::vector<Correction>& at) {
+  const Section& section = sections_.list[s];
+  const Mover move(sections_, at, s);
+  for (std::size_t k = 0; k < section.cells.size(); ++k) {
+    const SectionCell& cell = section.cells[k];
+    View& view = views_[first_[s] + k];
+    view.cell = View::kNone, view.section = static_cast<std::uint32_t>(s);
+    if (cell.beyond || cell.beside || cell.apart) continue;
+    const Eigen::Vector3d p = move(cell);
+    const std::optional<GridPlace> place = frame_.project(p.x(), p.y(), section.row);
+    if (!place) continue;
+    const double a = place->row / cell_rows_,
+                 b = (place->v_m - frame_.v_m().front()) / kSectionCell_m;
+    if (!(a >= 0.0 && b >= 0.0 && b < static_cast<double>(across_))) continue;
+    const double base =
+        frame_.height(*place) + crown_ * std::min(std::abs(place->v_m), crown_out_m_);
+    Eigen::Vector2d g = frame_.gradient(*place, kGradientReach_m);
+    if (!std::isfinite(base) || !g.allFinite() || g.norm() > 0.5) continue;
+    const std::size_t i = std::min(static_cast<std::size_t>(a), along_ - 1),
+                      j = static_cast<std::size_t>(b);
+    // Where the road has another shape than the base, its cells have a slope of their own: views
+    // stand for the middle of the cell.
+    const Eigen::Vector2d slope = slope_of(i, j);
+    const double on = a - static_cast<double>(i) - 0.5, beside = b - static_cast<double>(j) - 0.5;
+    const double beyond = (slope.x() * on + slope.y() * beside) * kSectionCell_m;
+    view.beside_m = view.on = 0.0f;
+    if (fine_) {
+      view.beside_m = static_cast<float>(beside * kSectionCell_m);
+      view.on = static_cast<float>(on / (0.5 * static_cast<double>(rows_per_stretch_)));
+    }
+    const Eigen::Vector2d ahead = frame_.ahead(place->row);
+    g += slope.x() * ahead +
+         (slope.y() +
+          (std::abs(place->v_m) < crown_out_m_ ? std::copysign(crown_, place->v_m) : 0.0) +
+          (fine_ ? even_slope(i) : 0.0)) *
+             Eigen::Vector2d(-ahead.y(), ahead.x());
+    const Eigen::Vector3d normal(-g.x(), -g.y(), 1.0),
+        arm = p - section.position_m - at[s].head<3>();
+    const Eigen::Vector3d moment = arm.cross(normal);
+    const Eigen::Vector3d turn = section.axes.transpose() * moment;
+    for (int n = 0; n < 3; ++n)
+      view.jacobian[n] = static_cast<float>(normal[n]),
+      view.jacobian[n + 3] = static_cast<float>(turn[n]);
+    view.residual_m = static_cast<float>(p.z() - frame_.z_origin_m() - base - beyond);
+    view.weight =
+        static_cast<float>(1.0 / (kPointNoise_m * kPointNoise_m / static_cast<double>(cell.points) +
+                                  kCellNoise_m * kCellNoise_m));
+    view.cell = static_cast<std::uint32_t>(i * across_ + j);
+  }
+}
+
 void JointProblem::linearise(const std::vector<Correction>& at) {
+  const auto all = [&] {
+    base::parallel_for(sections_.list.size(), 1, options_.threads,
+                       [&](std::size_t from, std::size_t to) {
+                         for (std::size_t s = from; s < to; ++s) linearise(s, at);
+                       });
+  };
+  const bool first = at_.empty();
   at_ = at;
-  base::parallel_for(
-      sections_.list.size(), 1, options_.threads, [&](std::size_t from, std::size_t to) {
-        for (std::size_t s = from; s < to; ++s) {
-          const Section& section = sections_.list[s];
-          const Mover move(sections_, at, s);
-          for (std::size_t k = 0; k < section.cells.size(); ++k) {
-            const SectionCell& cell = section.cells[k];
-            View& view = views_[first_[s] + k];
-            view.cell = View::kNone, view.section = static_cast<std::uint32_t>(s);
-            if (cell.beyond || cell.beside || cell.apart) continue;
-            const Eigen::Vector3d p = move(cell);
-            const std::optional<GridPlace> place = frame_.project(p.x(), p.y(), section.row);
-            if (!place) continue;
-            const double a = place->row / cell_rows_,
-                         b = (place->v_m - frame_.v_m().front()) / kSectionCell_m;
-            if (!(a >= 0.0 && b >= 0.0 && b < static_cast<double>(across_))) continue;
-            const double base = frame_.height(*place);
-            Eigen::Vector2d g = frame_.gradient(*place, kGradientReach_m);
-            if (!std::isfinite(base) || !g.allFinite() || g.norm() > 0.5) continue;
-            const std::size_t i = std::min(static_cast<std::size_t>(a), along_ - 1),
-                              j = static_cast<std::size_t>(b);
-            // Where the road has another shape than the base, its cells have a slope of their own:
-            // views stand for the middle of the cell.
-            const Eigen::Vector2d slope = slope_of(i, j);
-            const double on = a - static_cast<double>(i) - 0.5,
-                         beside = b - static_cast<double>(j) - 0.5;
-            const double beyond = (slope.x() * on + slope.y() * beside) * kSectionCell_m;
-            view.beside_m = view.on = 0.0f;
-            if (fine_) {
-              view.beside_m = static_cast<float>(beside * kSectionCell_m);
-              view.on = static_cast<float>(on / (0.5 * static_cast<double>(rows_per_stretch_)));
-            }
-            const Eigen::Vector2d ahead = frame_.ahead(place->row);
-            g += slope.x() * ahead + (slope.y() + (fine_ ? even_slope(i) : 0.0)) *
-                                         Eigen::Vector2d(-ahead.y(), ahead.x());
-            const Eigen::Vector3d normal(-g.x(), -g.y(), 1.0),
-                arm = p - section.position_m - at[s].head<3>();
-            const Eigen::Vector3d moment = arm.cross(normal);
-            const Eigen::Vector3d turn = section.axes.transpose() * moment;
-            for (int n = 0; n < 3; ++n)
-              view.jacobian[n] = static_cast<float>(normal[n]),
-              view.jacobian[n + 3] = static_cast<float>(turn[n]);
-            view.residual_m = static_cast<float>(p.z() - frame_.z_origin_m() - base - beyond);
-            view.weight = static_cast<float>(
-                1.0 / (kPointNoise_m * kPointNoise_m / static_cast<double>(cell.points) +
-                       kCellNoise_m * kCellNoise_m));
-            view.cell = static_cast<std::uint32_t>(i * across_ + j);
-          }
-        }
-      });
+  all();
+  if (first && options_.trust_base) {
+    find_crown();
+    if (crown_ != 0.0) all();
+  }
   std::vector<std::uint32_t> begin(along_ * across_ + 1, 0);
   for (const View& view : views_)
     if (view.cell != View::kNone) ++begin[view.cell + 1];

@@ -85,6 +85,9 @@ class JointProblem {
   bool is_fine() const { return fine_; }
   double common_slope() const { return common_slope_; }
   double common_slope_stddev() const { return common_slope_stddev_; }
+  /// What the base lacks in fall to both sides of the line, m/m: no pose looks like that. 0 where
+  /// the first look does not tell.
+  double crown() const { return crown_; }
   /// Share of a section's views that lie on cells whose base is believed.
   double believed_share(std::size_t section) const;
 
@@ -132,6 +135,10 @@ class JointProblem {
   /// Of all cells, by the heights of the step before. Where the base has another shape, as of a
   /// kerb, some height agrees with it wherever the poses lie: that moved them aside.
   void find_slants();
+  /// Residuals and Jacobians of the views of a section, without what the base's crown lacks.
+  void linearise(std::size_t section, const std::vector<Correction>& at);
+  /// Of the first look at all views.
+  void find_crown();
   /// How the even error at a view's own place differs from that at the middle of its cell, by the
   /// height and slope of the node before and of the node after.
   static Eigen::Vector4d within_cell(const View& view, const CellNodes& nodes);
@@ -196,8 +203,9 @@ class JointProblem {
   std::vector<std::uint32_t> order_;        ///< of views by cell
   std::vector<std::size_t> stretch_begin_;  ///< into order_
   std::vector<Cell> cells_;
-  std::vector<Node> nodes_;    ///< every half stretch; linear between them
-  double common_slope_ = 0.0;  ///< of the base's even error: the whole road tilted
+  std::vector<Node> nodes_;                 ///< every half stretch; linear between them
+  double common_slope_ = 0.0;               ///< of the base's even error: the whole road tilted
+  double crown_ = 0.0, crown_out_m_ = 0.0;  ///< and how far out from the line
   std::vector<Correction> at_, before_;
   bool weighed_ = false, fine_ = false;
   double common_weight_ = 0.0,

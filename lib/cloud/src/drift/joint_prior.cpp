@@ -1,11 +1,20 @@
 // What is known of a trajectory, and of the base's even error, before the points are looked at.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/statistics.h"
 #include "joint.h"
 
 namespace cloud {
+namespace {
+
+// A base that falls otherwise to both sides of its line everywhere would be believed on one of
+// them.
+constexpr double kCrownReach_m = 4.0, kLeastCrown = 0.0005, kEnoughOfCrown = 40.0;
+constexpr std::size_t kLeastSections = 4;
+
+}  // namespace
 
 void JointProblem::add_prior(std::vector<Eigen::Triplet<double>>& entries) const {
   const auto n = static_cast<std::ptrdiff_t>(sections_.list.size());
@@ -69,6 +78,50 @@ void JointProblem::hold_as_a_whole(std::vector<Correction>& now) const {
       (whole.transpose() * stiff).ldlt().solve(stiff.transpose() * sum);
   const Eigen::VectorXd step = whole * move;
   for (std::size_t i = 0; i < n; ++i) now[i] -= step.segment<6>(static_cast<Eigen::Index>(6 * i));
+}
+
+void JointProblem::find_crown() {
+  const std::size_t sections = sections_.list.size();
+  std::vector<double> found;
+  std::vector<Eigen::Vector3d> fits(sections, Eigen::Vector3d::Zero());
+  for (std::size_t s = 0; s < sections; ++s) {
+    Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    double left = 0.0, all = 0.0;
+    for (std::size_t k = first_[s]; k < first_[s + 1]; ++k) {
+      if (views_[k].cell == View::kNone) continue;
+      const double v_m = nodes_of(views_[k].cell).v_m;
+      if (std::abs(v_m) > kCrownReach_m) continue;
+      const Eigen::Vector3d j(1.0, v_m, std::abs(v_m));
+      matrix += j * j.transpose(), right += static_cast<double>(views_[k].residual_m) * j;
+      left += v_m > 0.0 ? 1.0 : 0.0, all += 1.0;
+    }
+    if (std::min(left, all - left) < kEnoughOfCrown) continue;
+    fits[s] = matrix.ldlt().solve(right), found.push_back(fits[s][2]);
+  }
+  if (found.size() < kLeastSections) return;
+  const double crown = base::median(found);
+  for (double& of_section : found) of_section = std::abs(of_section - crown);
+  if (std::abs(crown) < std::max(kLeastCrown, 4.0 * base::median(found))) return;
+  // How far out it goes on: what lies beyond, as of the road's edge, is moved by as much.
+  std::vector<std::vector<double>> beyond_m(across_);
+  for (std::size_t s = 0; s < sections; ++s)
+    for (std::size_t k = first_[s]; k < first_[s + 1] && fits[s][2] != 0.0; ++k) {
+      if (views_[k].cell == View::kNone) continue;
+      const double v_m = nodes_of(views_[k].cell).v_m;
+      beyond_m[views_[k].cell % across_].push_back(static_cast<double>(views_[k].residual_m) -
+                                                   fits[s][0] - fits[s][1] * v_m);
+    }
+  double least = std::numeric_limits<double>::infinity();
+  for (double out_m = kCrownReach_m; out_m < frame_.v_m().back(); out_m += 0.5 * kSectionCell_m) {
+    double off = 0.0;
+    for (std::size_t j = 0; j < across_; ++j)
+      if (!beyond_m[j].empty())
+        off += std::abs(base::median(beyond_m[j]) -
+                        crown * std::min(std::abs(nodes_of(j).v_m), out_m));
+    if (off < least) least = off, crown_out_m_ = out_m;
+  }
+  crown_ = crown;
 }
 
 void JointProblem::refine() {

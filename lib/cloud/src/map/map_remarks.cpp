@@ -109,6 +109,11 @@ void look_at_views(const MapOptions& options, MapReport& report) {
 void look_at_tilt(const MapOptions& options, MapReport& report) {
   constexpr double kUnknown = 1e-3;
   if (!options.trust_base || !options.correct_drift) return;
+  if (report.base_crown != 0.0)
+    report.remarks.push_back(
+        fmt::format("the base has another crown: {:+.2f} mrad are missing in its rise to both "
+                    "sides of the line; corrected",
+                    1e3 * report.base_crown));
   if (report.base_tilt_stddev > kUnknown)
     report.remarks.push_back(fmt::format(
         "nothing on this stretch tells a base that is tilted as a whole from the sensor's own "

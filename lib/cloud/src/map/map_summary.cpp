@@ -38,6 +38,7 @@ std::string map_summary_json(const MapReport& r) {
                                         {"base_stddev_m", r.base_stddev_m},
                                         {"base_tilt", r.base_tilt},
                                         {"base_tilt_stddev", r.base_tilt_stddev},
+                                        {"base_crown", r.base_crown},
                                         {"base_together", r.base_together},
                                         {"view_stddev_factor", r.view_stddev_factor},
                                         {"view_together", r.view_together},

@@ -33,8 +33,8 @@ void fields(Archive& archive, Value& r) {
   archive(r.looked_at, r.without_pose, r.off_road, r.far_from_base, r.on_obstacles, r.on_grass);
   archive(r.converged, r.iterations, r.last_move_m, r.sections, r.passes, r.rms_before_m,
           r.rms_after_m, r.pass_rms_before_m, r.pass_rms_after_m, r.inlier_share, r.base_stddev_m,
-          r.base_tilt, r.base_tilt_stddev, r.view_stddev_factor, r.base_together, r.view_together,
-          r.typical_stddev, r.unfixed, r.drift, r.changed, r.remarks, r.faults);
+          r.base_tilt, r.base_tilt_stddev, r.base_crown, r.view_stddev_factor, r.base_together,
+          r.view_together, r.typical_stddev, r.unfixed, r.drift, r.changed, r.remarks, r.faults);
 }
 
 template <typename Archive, typename Value>
