@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "base/parallel.h"
+#include "base_noise.h"
 #include "blend.h"
 #include "no_value.h"
 #include "overhang.h"
@@ -263,6 +264,10 @@ void fuse(const RoadSums& road_sums, const RoadFrame& frame, const crg::Grid& ba
   for (std::size_t k = 0; k < rows * columns; ++k)
     if (sums[k].points >= least) seen_row[k / columns] = 1;
   const std::vector<std::uint8_t> wild = wild_nodes(sums, frame, options, noise);
+  const BaseNoise base_noise(base, frame.closed(), [&](std::size_t k) {
+    return sums[k].points >= kFew ? measured(sums[k], noise).mean
+                                  : std::numeric_limits<double>::quiet_NaN();
+  });
   base::parallel_for(rows, 256, options.threads, [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) {
       const StretchDeviation left = drift_left(drift, i, frame);
@@ -294,7 +299,11 @@ void fuse(const RoadSums& road_sums, const RoadFrame& frame, const crg::Grid& ba
           set(z, options.base_stddev_m, node.source);
           continue;
         }
-        node.variance = noise_factor2 * node.variance + grass_m2;
+        // A mean of many points holds a little of the base's own noise, one of neighbours more.
+        const double of_base_m =
+            base_noise.stddev_m() * (node.source == NodeSource::lidar ? 0.1 : 0.8);
+        node.mean -= base_noise.over_mean_m(i, j);
+        node.variance = noise_factor2 * node.variance + grass_m2 + of_base_m * of_base_m;
         const double in_common = variance_in_common(left, frame, i, frame.v_m()[j]);
         // A base that the points contradict is as uncertain as it is wrong.
         const double base_variance = std::max(options.base_stddev_m * options.base_stddev_m,
