@@ -160,6 +160,51 @@ TEST(ExportRoad, OpenDriveIsOneRoadThatNamesItsCrg) {
 }
 
 // At rows and between them; on the left over the foot of a kerb, from column to column and back.
+TEST(ExportRoad, EachPieceOfThePlanEndsWhereTheNextBegins) {
+  // Rows 5 m apart, on an arc of 40 m and with a kink of 0.02 rad at every other node.
+  crg::ReferenceLine line;
+  line.u_step_m = 5.0;
+  double heading_rad = 0.0;
+  line.x_m = line.y_m = {0.0};
+  line.heading_rad = {0.0};
+  crg::Grid grid;
+  grid.u_step_m = line.u_step_m;
+  grid.v_m = {-4.0, 0.0, 4.0};
+  for (int row = 1; row <= 60; ++row) {
+    heading_rad += row < 20 ? 0.125 : row % 2 == 0 ? 0.02 : -0.02;
+    line.x_m.push_back(line.x_m.back() + 5.0 * std::cos(heading_rad));
+    line.y_m.push_back(line.y_m.back() + 5.0 * std::sin(heading_rad));
+    line.heading_rad.push_back(heading_rad);
+  }
+  grid.z_m.assign(line.size() * grid.v_m.size(), 0.0f);
+  pugi::xml_document document;
+  ASSERT_TRUE(document.load_string(
+      road::opendrive(crg::Surface(crg::make_crg(line, grid)), "road", {"road.crg", ""})
+          .text.c_str()));
+  const auto ends = [](const pugi::xml_node& g) {
+    const pugi::xml_node poly = g.child("paramPoly3");
+    const double p = g.attribute("length").as_double(), h = g.attribute("hdg").as_double();
+    const auto of = [&](const char* a, const char* b, const char* c, const char* d) {
+      return poly.attribute(a).as_double() + p * poly.attribute(b).as_double() +
+             p * p * poly.attribute(c).as_double() + p * p * p * poly.attribute(d).as_double();
+    };
+    const double u = of("aU", "bU", "cU", "dU"), v = of("aV", "bV", "cV", "dV");
+    return Eigen::Vector2d(g.attribute("x").as_double() + std::cos(h) * u - std::sin(h) * v,
+                           g.attribute("y").as_double() + std::sin(h) * u + std::cos(h) * v);
+  };
+  pugi::xml_node before;
+  for (const pugi::xml_node& g : document.child("OpenDRIVE").child("road").child("planView")) {
+    if (before) {
+      EXPECT_LT((ends(before) -
+                 Eigen::Vector2d(g.attribute("x").as_double(), g.attribute("y").as_double()))
+                    .norm(),
+                1e-3)
+          << g.attribute("s").value();
+    }
+    before = g;
+  }
+}
+
 TEST(ExportRoad, LanesEndAtTheEdgesOfTheRoadWhereItLies) {
   for (const double bank : {0.0, std::tan(20.0 * kTurn / 360.0)}) {
     const crg::Surface surface(circuit(true, bank));

@@ -55,7 +55,7 @@ void print_objects_in_short(const std::string& input, const RecipeFlags& flags,
   if (terminal.json || terminal.quiet) return;
   const road::ObjectTable table = road::objects_of(make_recipe(input, flags));
   if (table.rows.size() > 1)
-    terminal.print(table_text(table, 6, "crgbuild objects " + command::shell_word(input)));
+    terminal.print(table_text(table, 6, road::command_line("objects", {{"", input}}, flags)));
 }
 
 int run_objects(const ObjectsCommand& command, Terminal& terminal) {

@@ -268,7 +268,7 @@ double rise_at_joint(const std::vector<Step>& steps, bool move, const Crg& first
   const bool moving_helps = meets(worst(median_m), median_m);
   const std::string meet = columns_that_meet(steps, rise_m);
   throw Error(second.source + ": at v = " + shortest(step.v_m) + " m it starts " +
-              shortest(std::abs(step.up_m - rise_m)) + " m " +
+              shortest(1e-4 * std::round(1e4 * std::abs(step.up_m - rise_m))) + " m " +
               (step.up_m > rise_m ? "below" : "above") + " the end of " + first.source +
               ": want at most " + shortest(kLargestStep_m) + " m; " +
               (moving_helps   ? "or let the second road be moved, which raises it to fit"

@@ -26,8 +26,9 @@ struct NamedFiles {
 /// either side, elevation and superelevation, and the CRG attached as "genuine". Elevation and
 /// superelevation are those of the straight line through both edges of each row; `lost` says how
 /// far the surface between lies from it, also in `userData`. Widths lie in the plane that leans, as
-/// t does. The outer edges of the lanes are within 2 mm of the road's, x, y and z, also between
-/// rows. Lanes end at `edges`, as track_widths() has them. A closed road is its own successor.
+/// t does. The outer edges of the lanes are within 2 mm of the road's, x, y and z; between rows too
+/// where the line turns smoothly from row to row. Lanes end at `edges`, as track_widths() has them.
+/// A closed road is its own successor.
 /// Throws Error where the line has no road on it.
 Exported opendrive(const crg::Surface& road, const std::string& name, const NamedFiles& files,
                    const RoadEdges& edges = {});

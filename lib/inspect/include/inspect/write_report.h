@@ -28,7 +28,6 @@ struct ReportSource {
   std::string role, path, sha256;
 };
 
-/// What to report on. Pointers are looked at, not kept; everything but crg_path may stay empty.
 /// What is published of a road, to be compared with it.
 struct Published {
   std::optional<double> length_m;  ///< of the line
@@ -37,6 +36,7 @@ struct Published {
   std::optional<std::string> source;
 };
 
+/// What to report on. Pointers are looked at, not kept; everything but crg_path may stay empty.
 struct ReportRequest {
   std::string crg_path;
   std::string shown_folder;    ///< where crg_path, and what lies beside it, will be when the report

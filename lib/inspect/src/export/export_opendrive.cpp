@@ -27,7 +27,8 @@ struct PlanPiece {
 };
 
 /// A step of a jagged line points elsewhere than the lateral cuts at its ends: where the edges
-/// would feel that, the piece follows the cuts and ends a fraction of a millimetre beside the next.
+/// would feel that, the piece follows the cuts, if it then ends no more than kWithin_m beside the
+/// next.
 PlanPiece plan_piece(const crg::ReferenceLine& line, const std::vector<double>& heading_rad,
                      const std::vector<double>& reach_m, std::size_t begin, std::size_t end) {
   PlanPiece piece;
@@ -37,9 +38,10 @@ PlanPiece plan_piece(const crg::ReferenceLine& line, const std::vector<double>& 
   const double dx = line.x_m[end] - line.x_m[begin], dy = line.y_m[end] - line.y_m[begin];
   const double turn_rad = heading_rad[end] - heading_rad[begin], chord_m = std::hypot(dx, dy);
   Vector2d to(c * dx + s * dy, c * dy - s * dx);
-  if (end == begin + 1 &&
+  const Vector2d by_cuts = chord_m * Vector2d(std::cos(0.5 * turn_rad), std::sin(0.5 * turn_rad));
+  if (end == begin + 1 && (by_cuts - to).norm() < kWithin_m &&
       std::abs(std::atan2(to.y(), to.x()) - 0.5 * turn_rad) * reach_m[begin] > kWithin_m)
-    to = chord_m * Vector2d(std::cos(0.5 * turn_rad), std::sin(0.5 * turn_rad));
+    to = by_cuts;
   piece.along = hermite(0.0, 1.0, to.x(), std::cos(turn_rad), piece.length_m);
   piece.left = hermite(0.0, 0.0, to.y(), std::sin(turn_rad), piece.length_m);
   return piece;

@@ -31,6 +31,11 @@ std::vector<TrackWidth> track_widths(const crg::ReferenceLine& line, const crg::
   const auto begin = v_m.begin();
   const auto left = static_cast<std::size_t>(std::lower_bound(begin, v_m.end(), 0.0) - begin);
   const std::size_t right = v_m[left] == 0.0 ? left : left - 1;
+  if (!edges.empty() && (edges.left_m.size() != grid.rows() || edges.right_m.size() != grid.rows()))
+    throw Error(
+        fmt::format("edges of {} rows seen, {} wanted: summary.json beside the road is not "
+                    "its own; take it away",
+                    edges.left_m.size(), grid.rows()));
   std::vector<TrackWidth> widths;
   widths.reserve(grid.rows());
   for (std::size_t row = 0; row < grid.rows(); ++row) {

@@ -178,8 +178,7 @@ std::string beside(const std::string& recipe_path, const std::string& path) {
 
 /// Values by their keys; what stands in the block `reference` has that word before it.
 void read_values(const YAML::Node& table, const std::string& before, const Place& place,
-                 Recipe& recipe) {
-  std::set<std::string> seen;
+                 std::set<std::string>& seen, Recipe& recipe) {
   for (const auto& entry : table) {
     const std::string name = before + value_text(entry.first, place, "key");
     if (!seen.insert(name).second)
@@ -189,7 +188,7 @@ void read_values(const YAML::Node& table, const std::string& before, const Place
       continue;
     }
     if (name == "reference" && entry.second.IsMap()) {
-      read_values(entry.second, "reference_", place, recipe);
+      read_values(entry.second, "reference_", place, seen, recipe);
       continue;
     }
     const auto& keys = recipe_keys();
@@ -216,7 +215,8 @@ Recipe parse_recipe(const std::string& text, const Place& place) {
 
   Recipe recipe;
   recipe.recipe_path = place.path();
-  read_values(root, "", place, recipe);
+  std::set<std::string> seen;
+  read_values(root, "", place, seen, recipe);
   if (recipe.mesh_path.empty())
     place.fail(YAML::Mark::null_mark(), "the key mesh is missing; add the line mesh: PATH");
   if ((recipe.control_points_path ? 1 : 0) + (recipe.trajectory_path ? 1 : 0) +

@@ -163,7 +163,9 @@ BuiltBeside built_beside(const std::string& crg_path) {
     return values;
   };
   const std::vector<double> right_m = numbers("right_m"), left_m = numbers("left_m");
-  if (every == 0 || left_m.empty() || right_m.size() != left_m.size()) return out;
+  if (every == 0 || left_m.empty() || right_m.size() != left_m.size() ||
+      rows > std::filesystem::file_size(crg_path))
+    return out;
   const auto between = [&](const std::vector<double>& of, std::size_t row) {
     const std::size_t a = std::min(row / every, of.size() - 1), b = std::min(a + 1, of.size() - 1);
     return std::lerp(of[a], of[b], static_cast<double>(row % every) / static_cast<double>(every));
