@@ -41,18 +41,22 @@ Analysis::Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car
     for (std::size_t k = 0; k < kRelationCount && !options.forces; ++k)
       if (!relations()[k].sensors_only) std::fill(of_log.r[k].begin(), of_log.r[k].end(), kNaN);
   rows_ = make_rows(logs, base);
-  if (rows_.row.size() < selection::kLeastRows)
+  if (options.forces && rows_.row.size() < selection::kLeastRows)
     throw vehicle::Error(
         fmt::format("{}: {:.0f} s of usable driving on this road; at least 30 s are wanted",
                     logs.front().name, 0.3 * static_cast<double>(rows_.row.size()) / 4));
   // Laps held out take no part in any choice: their weight is zero.
   for (const Row& row : rows_.row) training_.push_back(options.hold_out.count(row.lap) == 0);
-  if (std::count(training_.begin(), training_.end(), true) <
-      static_cast<std::ptrdiff_t>(selection::kLeastRows))
+  if (options.forces && !enough_rows())
     throw vehicle::Error("the held-out laps leave less than 30 s for the analysis");
   amounts_ = VectorXd::Zero(static_cast<Index>(refit_.size()));
   r_ = stated_rows_ = gather(rows_, base);
   find_what_fine_steps_add();
+}
+
+bool Analysis::enough_rows() const {
+  return std::count(training_.begin(), training_.end(), true) >=
+         static_cast<std::ptrdiff_t>(selection::kLeastRows);
 }
 
 Findings Analysis::begin() const {

@@ -66,6 +66,8 @@ class Analysis {
   /// The car as stated, led along the recordings in steps that are short enough.
   Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car,
            const ExplainOptions& options);
+  /// Whether those that choose are as many as an analysis wants; with forces they are.
+  bool enough_rows() const;
   /// Laps, and remarks about logs and car.
   Findings begin() const;
   /// What the turning of the cars alone says about banking along the lap, where nothing measures

@@ -53,6 +53,7 @@ Findings explain_relations(const std::vector<Signals>& logs, const vehicle::Vehi
                            const ExplainOptions& options) {
   Analysis a(logs, car, options);
   Findings out = a.begin();
+  if (!a.enough_rows()) return out;
   if (!options.mechanisms) {
     a.refit(4);
     a.prove(out);
