@@ -220,8 +220,8 @@ TEST_F(SlowBadInput, WithoutForcesNoCarIsNeeded) {
   for (const explain::Unexplained& u : found.unexplained)
     EXPECT_THAT(u.channel, testing::Not(HasSubstr("force"))) << u.channel;
   EXPECT_FALSE(found.held_out.empty());
-  // Of 8 s the few relations without forces say too little.
-  const Findings few = explain_relations({signals(rows(0, 160))}, car, options);
+  // Of 11 s the few relations without forces say too little.
+  const Findings few = explain_relations({signals(rows(0, 550))}, car, options);
   EXPECT_TRUE(few.findings.empty());
 }
 
