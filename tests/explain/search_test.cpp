@@ -114,6 +114,24 @@ TEST(Search, FindsAndSizesWhatWasPlanted) {
   EXPECT_LT(sum(cross_validate(m, p.families[2].column, prior, none, p.rows)), 6);
 }
 
+TEST(Search, AStretchOfAnyLengthIsNotDilutedByTheLengthsThatAreScanned) {
+  const Problem p(7);
+  for (const int begin : {3, 11, 18})
+    for (const int length : {3, 6, 11}) {
+      VectorXd r = p.noise;
+      for (Index i = 0; i < kRows; ++i)
+        if (const int cell = p.families[8].cell[static_cast<std::size_t>(i)];
+            cell >= begin && cell < begin + length)
+          r[i] += 1.0;
+      const Fitted m = p.fitted(r);
+      const explain::Test t = scan(m, p.families, p.rows, 0, m.e).best[8];
+      EXPECT_EQ(t.begin, begin) << length;
+      EXPECT_EQ(t.end, begin + length) << begin;
+      EXPECT_NEAR(t.amount, 1.0, 3 / std::sqrt(40.0 * length));
+      EXPECT_GE(t.gain, t.z * t.z);
+    }
+}
+
 // Two columns that are nearly the same, like mass and brakes. One is held to a third of what it may
 // be off by: the other takes its error, and its interval has to say so.
 TEST(Search, AnAmountThatIsHeldTooNearMakesTheOthersLessSure) {

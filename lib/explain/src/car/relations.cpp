@@ -50,6 +50,14 @@ Relations::Relations(const Signals& s, const vehicle::Vehicle& car, const Settin
         vehicle::standing_rolling_radius(
             car.files.tyre[i], set.p[P::chassis_mass_kg] * g * (i == 0 ? b : a) / (2 * wheelbase),
             set.p.axle(i, P::front_tyre_pressure_pa));
+  const double load_n = car.parameters[P::chassis_mass_kg] * g * b / (2 * wheelbase);
+  const double stiffness_n =
+      vehicle::tyre_forces(car.files.tyre[0],
+                           vehicle::TyreInput<double>{.fz_n = load_n, .vx_mps = 30.0}, {},
+                           {.moments = false})
+          .slip_stiffness_n;
+  front_slip_per_mps2_ =
+      car.parameters[P::front_wheel_inertia_kgm2] / (radius_[0] * radius_[0] * stiffness_n);
   gears_ = gears_of(s, car, radius_[1]);
   driven_ = where_driven(s);
   pushed_as_led_ = where_pushed_as_led(s, driven_);
@@ -196,7 +204,9 @@ void Relations::compare_kinematics(std::size_t i, const Motion& m, const Slope& 
   const double factor = s_.wheels_in_mps ? set_.wheel_radius[0] : radius_[0];
   const double a = set_.p[P::chassis_cog_behind_front_m];
   const double left_mps = lateral_mps(i, m, road) + a * m.yaw;
-  const double at_wheel = m.vx * std::cos(delta) + left_mps * std::sin(delta);
+  // The tyre that spins its wheel up slips.
+  const double at_wheel =
+      (m.vx * std::cos(delta) + left_mps * std::sin(delta)) * (1 - front_slip_per_mps2_ * m.dvx);
   out_.r[Relation::kFrontWheels][i] = x[kWheelFront][i] * factor - at_wheel;
 }
 

@@ -57,10 +57,11 @@ class Relations {
   Residuals out_;
   Lead by_;
   Gears gears_;
-  std::array<double, 2> radius_{};   ///< in which standing wheels roll
-  std::vector<double> shifted_;      ///< steps where it is the setting's shift further along
-  std::vector<bool> driven_;         ///< what drives is known
-  std::vector<bool> pushed_as_led_;  ///< what drives and brakes is known, or little
+  std::array<double, 2> radius_{};    ///< in which standing wheels roll
+  double front_slip_per_mps2_ = 0.0;  ///< of tyres that spin their wheels up
+  std::vector<double> shifted_;       ///< steps where it is the setting's shift further along
+  std::vector<bool> driven_;          ///< what drives is known
+  std::vector<bool> pushed_as_led_;   ///< what drives and brakes is known, or little
   std::vector<bool> slip_known_;
   std::vector<double> recorded_x_, recorded_y_, recorded_turn_;
   std::vector<double> at_x_, at_y_, upright_, pressed_on_;  ///< of an accelerometer that stands

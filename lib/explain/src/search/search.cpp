@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "base/random.h"
@@ -97,35 +98,59 @@ Sums sums_of(const Fitted& model, const Family& family, const Rows& rows, const 
   return {cells, std::move(cx), std::move(cb), std::move(cc), std::move(ce)};
 }
 
+/// A run of cells; gain 0: none, or the model can do this already.
+Test test_of(const Fitted& model, const Family& family, const Sums& sums, int begin, int end,
+             VectorXd& taken) {
+  Test test;
+  test.begin = begin;
+  test.end = end;
+  double energy = 0, product = 0;
+  VectorXd a = VectorXd::Zero(model.x.cols());
+  for (int k = begin; k < end; ++k)
+    energy += sums.cc[k], product += sums.ce[k], a += sums.cx.col(k);
+  if (!(energy > 0)) return test;
+  taken = model.normal.solve(a);
+  const double left = energy - a.dot(taken);
+  if (!(left > family.least_left * energy) || !(left > 1e-12)) return test;
+  test.amount = product / left;
+  test.z = product / std::sqrt(left);
+  test.gain = test.z * test.z;
+  return test;
+}
+
+/// The best of the runs whose ends lie within half a length of the best that was scanned: the
+/// lengths that are scanned are few, and a run that is too long is weaker than what it holds.
+Test with_better_ends(const Fitted& model, const Family& family, const Sums& sums,
+                      const Test& scanned) {
+  const int reach = (scanned.end - scanned.begin) / 2;
+  VectorXd taken;
+  Test best = scanned;
+  for (int begin = std::max(0, scanned.begin - reach); begin < scanned.end; ++begin)
+    for (int end = begin + 1; end <= std::min(sums.cells, scanned.end + reach); ++end) {
+      const Test moved = test_of(model, family, sums, begin, end, taken);
+      if (!(moved.gain > best.gain) || moved.amount * scanned.amount < 0) continue;
+      std::tie(best.begin, best.end) = std::tie(begin, end);
+      std::tie(best.amount, best.gain) = std::tie(moved.amount, moved.gain);
+    }
+  return best;
+}
+
 /// The tests of all runs of one length; what each block adds to the z of each goes to `shares`.
 /// `block_x`: X'e of each block.
 std::vector<Test> tests_of(const Fitted& model, const Family& family, std::size_t f,
                            const Sums& sums, int length, const MatrixXd& block_x,
                            std::vector<Eigen::VectorXf>& shares) {
-  const auto& [cells, cx, cb, cc, ce] = sums;
-  const Index p = model.x.cols();
   std::vector<Test> here;
-  for (int begin = 0; begin + length <= cells; begin += std::max(1, length / 2)) {
-    double energy = 0, product = 0;
-    VectorXd a = VectorXd::Zero(p);
-    for (int k = begin; k < begin + length; ++k) energy += cc[k], product += ce[k], a += cx.col(k);
-    if (!(energy > 0)) continue;
-    const VectorXd t = model.normal.solve(a);
-    const double left = energy - a.dot(t);
-    if (!(left > family.least_left * energy) || !(left > 1e-12))
-      continue;  // the model can do this already
-    Test test;
+  VectorXd taken;
+  for (int begin = 0; begin + length <= sums.cells; begin += std::max(1, length / 2)) {
+    Test test = test_of(model, family, sums, begin, begin + length, taken);
+    if (test.gain == 0) continue;
     test.family = f;
-    test.begin = begin;
-    test.end = begin + length;
-    test.amount = product / left;
-    test.z = product / std::sqrt(left);
-    test.gain = test.z * test.z;
     if (family.sign > 0 && test.amount < 0) test.gain = 0.0;
     here.push_back(test);
-    VectorXd q = -(block_x.transpose() * t);
-    for (int k = begin; k < begin + length; ++k) q += cb.row(k).transpose();
-    shares.push_back((q / std::sqrt(left)).cast<float>());
+    VectorXd q = -(block_x.transpose() * taken);
+    for (int k = begin; k < begin + length; ++k) q += sums.cb.row(k).transpose();
+    shares.push_back((q * (test.amount / test.z)).cast<float>());
   }
   return here;
 }
@@ -212,6 +237,7 @@ Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& 
         if (t.gain > best.gain) best = t, peers = here;
     }
     best.local_z = best.z / spread_elsewhere(model, family, best, peers);
+    if (!family.cell.empty() && best.gain > 0) best = with_better_ends(model, family, sums, best);
     out.best.push_back(best);
   }
   draw_nulls(shares, blocks, nulls, out);

@@ -42,7 +42,8 @@ struct Family {
 struct Test {
   std::size_t family = 0;
   int begin = 0, end = 0;  ///< cells
-  double amount = 0.0, z = 0.0, gain = 0.0;
+  double amount = 0.0, gain = 0.0;
+  double z = 0.0;  ///< of a run as it was scanned, before its ends were moved
   double local_z =
       0.0;  ///< z over the spread of z of the other places, where that is wider than noise
 };
