@@ -75,7 +75,7 @@ inline constexpr std::array<RoadKind, kRoadKinds> kRoad{{
     {"road.banking", "banking added", "m/m", 0.01, 0.006, false},
     {"road.grade", "grade added", "m/m", 0.01, 0.005, true},
     {"road.vertical_curvature", "curvature added", "1/m", 0.0005, 0.0002, false},
-    {"road.friction", "grip added", "1", 0.03, 0.1, false},
+    {"road.friction", "grip added", "1", 0.03, 0.05, false},
 }};
 
 /// The mechanism of a column that shows too much or too little.

@@ -18,7 +18,7 @@ constexpr Effect kGrip{
 
 void list(const Listing& l) {
   if (!l.lateral) return untestable(l, kId, kNoSlip);
-  candidate(l, kId, {"grip added", "1", 0.03, 0.1},
+  candidate(l, kId, {kRoad[3].name, kRoad[3].unit, kRoad[3].step, kRoad[3].least},
             {"the road has more (or less) grip here", "mu = mu_tyre (1 + change)",
              "brake hard at the place and beside it"},
             [](Setting& s, double v) { s.act(kGrip, v); })

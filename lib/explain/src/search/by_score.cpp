@@ -183,7 +183,8 @@ std::optional<Finding> Analysis::judged(const Trial& trial, const Tried& t) cons
   const bool by_sensors = u.kind == "sensor" && trial.stage == Stage::kSensors;
   const double threshold = trial.scan.threshold * (by_sensors ? 1.0 : selection::kMargin);
   // Where the exact amount was sought it decides, not the straight line to it.
-  if (std::sqrt(t.gain) < threshold) return std::nullopt;
+  if (std::sqrt(t.gain) < threshold || (u.along_road && std::abs(t.test.z) < threshold))
+    return std::nullopt;
   if (u.along_road && !stands_out(trial, t)) return std::nullopt;
   const auto [cv, se] = total(gains(trial, t));
   if (!(cv > selection::kSure * se) &&
