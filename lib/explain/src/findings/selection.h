@@ -93,6 +93,11 @@ inline constexpr double kStable = 0.8;
 /// 4. Shown by: Proofs.
 inline constexpr double kPlaced = 30.0;
 
+/// Standard deviations from what relations without forces say of a stretch's amount at which they
+/// deny it. From: where grip was missing, the tyres' forces asked for a banking that the
+/// accelerometer denied by nine. Shown by: OtherSimulator.
+inline constexpr double kDenied = 4.0;
+
 // ---- A mechanism by what it costs ------------------------------------------------------------
 
 /// Loss that a mechanism of car or air must save where forces count as few. From: in 300 trials

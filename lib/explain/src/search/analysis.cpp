@@ -93,6 +93,19 @@ void Analysis::weigh() {
   spread_ = noise.spread;
 }
 
+void Analysis::leave_exact_rows(MatrixXd& columns) const {
+  auto everywhere = static_cast<Index>(refit_.size()), along = moves_.cols();
+  for (const Accepted& a : accepted_) {
+    const Index begin = has_one_amount(a) ? everywhere++ : along;
+    const Index size =
+        has_one_amount(a) ? std::min<Index>(1, moves_.cols() - begin) : a.columns.cols();
+    along += a.columns.cols();
+    for (Index i = 0; i < columns.rows() && a.kinematic; ++i)
+      if (!relations()[rows_.row[static_cast<std::size_t>(i)].relation].sensors_only)
+        columns.row(i).segment(begin, size).setZero();
+  }
+}
+
 Analysis::Model Analysis::model(const VectorXd& w) const {
   Model m;
   Index columns = moves_.cols();
@@ -107,22 +120,15 @@ Analysis::Model Analysis::model(const VectorXd& w) const {
           1.0 / (width(static_cast<std::size_t>(k)) * width(static_cast<std::size_t>(k)));
       before[k] = amounts_[k];
     }
-  auto everywhere = static_cast<Index>(refit_.size());
-  for (const Accepted& a : accepted_) {
-    if (!has_one_amount(a)) continue;
-    for (Index i = 0; i < x.rows() && a.kinematic && everywhere < moves_.cols(); ++i)
-      if (!relations()[rows_.row[static_cast<std::size_t>(i)].relation].sensors_only)
-        x(i, everywhere) = 0.0;
-    ++everywhere;
-  }
   Index at = moves_.cols();
   for (const Accepted& a : accepted_) {
     if (has_one_amount(a)) continue;
     x.middleCols(at, a.columns.cols()) = a.columns;
     m.precision.segment(at, a.columns.cols()) = a.precision;
-    if (a.shapes.size() > 0) before.segment(at, a.columns.cols()) = a.amounts;
+    if (a.amounts.size() > 0) before.segment(at, a.columns.cols()) = a.amounts;
     at += a.columns.cols();
   }
+  leave_exact_rows(x);
   m.fitted = fit(w.asDiagonal() * x, w.cwiseProduct(r_), m.precision, before);
   return m;
 }
@@ -199,7 +205,7 @@ void Analysis::move_amounts() {
   for (Index k = static_cast<Index>(refit_.size()); k < moves_.cols(); ++k) amounts_[k] += move[k];
   Index place = moves_.cols();
   for (Accepted& a : accepted_) {
-    if (a.shapes.size() > 0) a.amounts += m.fitted.amount.segment(place, a.columns.cols());
+    if (a.amounts.size() > 0) a.amounts += m.fitted.amount.segment(place, a.columns.cols());
     place += a.columns.cols();
   }
 }

@@ -19,19 +19,20 @@ struct DriveSummary;  // explain/summary.h
 /// What was added to the simulation so far.
 struct Accepted {
   std::size_t unknown = 0;
-  double amount = 0.0;  ///< of an unknown that acts everywhere
-  bool kinematic =
-      false;  ///< a sensor that relations without forces judge: they alone say how much
+  double amount = 0.0;        ///< of an unknown that acts everywhere
+  bool kinematic = false;     ///< relations without forces judge it: they alone say how much
   Eigen::MatrixXd columns;    ///< of a road unknown: one per cell or shape, not whitened
   std::vector<int> cells;     ///< of a stretch: those of the columns
   Eigen::VectorXd precision;  ///< 1 / width^2 of the prior of each column
   Eigen::MatrixXd shapes;     ///< of a profile over the whole lap: value at each place per column
-  Eigen::VectorXd amounts;    ///< of its columns, as the setting has them
+  Eigen::VectorXd amounts;    ///< of its columns, as the rows have them; empty: not at all
   bool by_cost = false;       ///< found where forces count as few: so are its limits
 };
 
 /// Acts everywhere with one amount.
 inline bool has_one_amount(const Accepted& a) { return a.columns.cols() == 0; }
+
+inline bool is_kinematic_stretch(const Accepted& a) { return a.kinematic && !a.cells.empty(); }
 
 /// Which rows judge.
 enum class Stage {
@@ -166,6 +167,10 @@ class Analysis {
   Eigen::VectorXd rows_at(const Setting& setting) const;
   std::vector<Eigen::VectorXd> rows_at(const std::vector<Setting>& settings,
                                        const std::function<void(double)>& progress = {}) const;
+  /// Takes what stretches of road do that relations without forces judge.
+  void take_stretches(Eigen::VectorXd& rows) const;
+  /// Leaves to columns of what is kinematic the rows without forces alone.
+  void leave_exact_rows(Eigen::MatrixXd& columns) const;
   /// Of relations that need no forces; the others as they are.
   Eigen::VectorXd rows_without_drive(const Setting& setting) const;
   /// What an earlier run kept at this place, or what `make` gives now, kept if it took long.
@@ -199,6 +204,8 @@ class Analysis {
   void list_evidence(Findings& out, const Trial& trial) const;
   std::optional<Finding> judged(const Trial& trial, const Tried& t) const;
   bool comes_back(const Trial& trial, const Tried& t) const;
+  /// Whether what a road does to motion and sensors is not there, where forces ask for it.
+  bool is_denied(const Trial& trial, const Tried& t) const;
   void add_rivals(Finding& found, const Trial& trial, const Tried& t) const;
   Accepted accepted_of(const Trial& trial, const Tried& t) const;
   double stability(const Fitted& model, const Eigen::VectorXd& column, double amount) const;

@@ -178,6 +178,20 @@ bool Analysis::comes_back(const Trial& trial, const Tried& t) const {
   return !(std::abs(c.dot(m.e)) < selection::kGrouped * groups.norm());
 }
 
+bool Analysis::is_denied(const Trial& trial, const Tried& t) const {
+  if (inventory_.unknowns[t.unknown].kind != "road") return false;
+  double energy = 0, product = 0;
+  for (Index i = 0; i < t.column.size(); ++i) {
+    const Relation relation =
+        static_cast<Relation>(rows_.row[static_cast<std::size_t>(i)].relation);
+    // An ax that is the derivative of the speed would deny every grade.
+    if (!relations()[relation].sensors_only || relation == kAccelX) continue;
+    energy += t.column[i] * t.column[i];
+    product += t.column[i] * trial.model.fitted.e[i];
+  }
+  return std::abs(t.amount * energy - product) > selection::kDenied * std::sqrt(energy);
+}
+
 std::optional<Finding> Analysis::judged(const Trial& trial, const Tried& t) const {
   const Unknown& u = inventory_.unknowns[t.unknown];
   const bool by_sensors = u.kind == "sensor" && trial.stage == Stage::kSensors;
@@ -185,7 +199,7 @@ std::optional<Finding> Analysis::judged(const Trial& trial, const Tried& t) cons
   // Where the exact amount was sought it decides, not the straight line to it.
   if (std::sqrt(t.gain) < threshold || (u.along_road && std::abs(t.test.z) < threshold))
     return std::nullopt;
-  if (u.along_road && !stands_out(trial, t)) return std::nullopt;
+  if (is_denied(trial, t) || (u.along_road && !stands_out(trial, t))) return std::nullopt;
   const auto [cv, se] = total(gains(trial, t));
   if (!(cv > selection::kSure * se) &&
       !(cv > selection::kNearlyWhole * t.gain && cv > selection::kSureEnough * se))
@@ -209,7 +223,9 @@ void Analysis::add_rivals(Finding& found, const Trial& trial, const Tried& t) co
   for (const Tried& other : trial.tried) {
     const Unknown& o = inventory_.unknowns[other.unknown];
     const bool itself = &other == &t || std::tie(o.id, o.channel) == std::tie(u.id, u.channel);
-    if (itself || other.gain < selection::kRival * t.gain || !matters(o, other.amount)) continue;
+    if (itself || other.gain < selection::kRival * t.gain || !matters(o, other.amount) ||
+        is_denied(trial, other))
+      continue;
     const auto same = [&](const Rival& r) { return is_of(r, o); };
     if (std::any_of(found.rivals.begin(), found.rivals.end(), same)) continue;
     const VectorXd d = beyond(trial.model.fitted, other.column);
@@ -237,7 +253,7 @@ Accepted Analysis::accepted_of(const Trial& trial, const Tried& t) const {
   Accepted a;
   a.unknown = t.unknown;
   a.amount = t.amount;
-  a.kinematic = trial.stage == Stage::kSensors && u.kind == "sensor";
+  a.kinematic = trial.stage == Stage::kSensors && (u.kind == "sensor" || u.along_road);
   if (!u.along_road) return a;
   // A profile: every cell near the run that was found, held together by a prior; as secants,
   // because the less grip there is, the more the next piece takes away.
@@ -254,6 +270,7 @@ Accepted Analysis::accepted_of(const Trial& trial, const Tried& t) const {
     if (cell >= begin && cell < end) a.columns(i, cell - begin) = per_unit[i];
   }
   for (int cell = begin; cell < end; ++cell) a.cells.push_back(cell);
+  if (a.kinematic) a.amounts = VectorXd::Zero(end - begin);
   return a;
 }
 

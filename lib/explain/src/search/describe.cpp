@@ -191,7 +191,9 @@ void Analysis::describe_stretch(Finding& f, const Accepted& a, Index column,
   for (std::size_t k = 0; k < a.cells.size(); ++k) {
     const Index j = column + static_cast<Index>(k);
     const double half = selection::k90 * std::sqrt(std::max(0.0, s.covariance(j, j)));
-    const double u_m = (a.cells[k] + 0.5) * kCell_m, amount = s.model.fitted.amount[j];
+    const double u_m = (a.cells[k] + 0.5) * kCell_m,
+                 amount = s.model.fitted.amount[j] +
+                          (a.kinematic ? a.amounts[static_cast<Index>(k)] : 0.0);
     f.profile.push_back({u_m, amount, half});
     if (u_m > where.u_begin_m && u_m < where.u_end_m) mean += amount, count += 1;
   }

@@ -134,8 +134,14 @@ std::vector<VectorXd> Analysis::rows_at(const std::vector<Setting>& settings,
     if (fine_adds_.size() > 0) rows += fine_adds_;
     for (Index i = 0; i < rows.size(); ++i)
       if (!std::isfinite(rows[i])) rows[i] = stated_rows_[i];
+    take_stretches(rows);
   }
   return out;
+}
+
+void Analysis::take_stretches(VectorXd& rows) const {
+  for (const Accepted& a : accepted_)
+    if (is_kinematic_stretch(a)) rows -= a.columns * a.amounts;
 }
 
 MatrixXd Analysis::kept(const std::function<MatrixXd()>& make) const {
@@ -181,6 +187,7 @@ VectorXd Analysis::rows_without_drive(const Setting& setting) const {
     out.push_back(residuals(logs_[k], car_, setting, {.known = &drives_[k], .none = true}));
   VectorXd rows = gather(rows_, out);
   if (fine_adds_.size() > 0) rows += fine_adds_;
+  take_stretches(rows);
   return rows.array().isFinite().select(rows, r_);
 }
 

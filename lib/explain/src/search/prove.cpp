@@ -122,7 +122,7 @@ Eigen::MatrixXd Analysis::all_moves(VectorXd& found) const {
   for (const Accepted& a : accepted_) {
     if (has_one_amount(a)) continue;
     x.middleCols(at, a.columns.cols()) = a.columns;
-    if (a.shapes.size() > 0) found.segment(at, a.columns.cols()) = a.amounts;
+    if (a.amounts.size() > 0) found.segment(at, a.columns.cols()) = a.amounts;
     at += a.columns.cols();
   }
   return x;
@@ -142,6 +142,8 @@ Analysis::Predicted Analysis::predicted() const {
     for (std::size_t k = 0; k < refit_.size(); ++k)
       inventory_.unknowns[refit_[k]].set(without, amounts_[static_cast<Index>(k)]);
     r0 = rows_at(without);
+    for (const Accepted& a : accepted_)
+      if (is_kinematic_stretch(a)) r0 += a.columns * a.amounts;
   }
   // Along the tangent at what was found: what acts by a cosine is not linear from nothing.
   VectorXd found;
@@ -154,8 +156,10 @@ Analysis::Predicted Analysis::predicted() const {
   const bool in_turn = options_.hold_out.empty();
   std::vector<int> laps(options_.hold_out.begin(), options_.hold_out.end());
   for (int lap = 0; in_turn && lap < rows_.laps; ++lap) laps.push_back(lap);
+  MatrixXd tells = x;
+  leave_exact_rows(tells);
   for (const int lap : laps) {
-    MatrixXd kept = x;
+    MatrixXd kept = tells;
     VectorXd y = target, y_found = with_found;
     for (Index i = 0; i < x.rows(); ++i) {
       const auto row = static_cast<std::size_t>(i);
