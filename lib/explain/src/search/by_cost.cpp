@@ -63,7 +63,7 @@ Analysis::Freed Analysis::best_parameter(const Model& m) const {
   f.saved = saved.front().first;
   f.place = saved.front().second;
   for (std::size_t k = 1;
-       k < saved.size() && saved[k].first > saved.front().first - selection::kAsGood; ++k)
+       k < saved.size() && saved[k].first > saved.front().first - selection::kLead; ++k)
     f.rivals.push_back(saved[k].second);
   return f;
 }
