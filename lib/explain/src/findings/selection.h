@@ -104,6 +104,10 @@ inline constexpr double kDenied = 4.0;
 /// without any effect no mechanism did. Shown by: Trials, OtherSimulator.
 inline constexpr double kNamed = 14.0;
 
+/// Mechanisms that save this much alike are not told apart; parameters by kLead below. From: a
+/// factor of 4.5 of likelihoods.
+inline constexpr double kAsGood = 3.0;
+
 /// Of a mechanism's square that curves and parameters must leave to it: below, as with inclined
 /// tyres in most recordings, what the stated curves get wrong passes for it. From: trials. Shown
 /// by: Search.FindsWhatTheModelCanNearlyDoIfAskedTo.
@@ -133,9 +137,6 @@ inline constexpr double kDoubtful = 0.75;
 /// Share of what letting a parameter go saves that it must still save beside a stretch of road that
 /// saves more. From: torque stated 18 % off, beside which a grade saved more. Shown by: Proofs.
 inline constexpr double kStillSaves = 0.5;
-
-/// Parameters that save this much alike are not told apart. From: a factor of 4.5 of likelihoods.
-inline constexpr double kAsGood = 3.0;
 
 /// Standard deviations by which a parameter must lie beyond its prior width to be a finding. From:
 /// on 599 trials 18 false ones and 3 right ones lay between 1.6 and this.

@@ -252,7 +252,7 @@ NamedColumn FleetSearch::best_parameter(const std::vector<CarTests>& tests) cons
       const std::string& own = cars_[k].columns[s.column].id;
       for (const Saving& o : savings)
         if (const std::string& id = cars_[k].columns[o.column].id;
-            id != own && s.saved - o.saved < selection::kAsGood &&
+            id != own && s.saved - o.saved < selection::kLead &&
             std::find(best.rivals.begin(), best.rivals.end(), id) == best.rivals.end())
           best.rivals.push_back(id);
     }
