@@ -186,6 +186,9 @@ void Analysis::summarise(DriveSummary& out) {
     const Unknown* const before = k > 0 ? &inventory_.unknowns[k - 1] : nullptr;
     alike = before != nullptr && before->id == u.id && !u.constants.empty() ? alike + 1 : 0;
     if (alike % 2 == 1) continue;
+    // Beside that of the lateral speed an antenna's arm would say where the centre of mass lies,
+    // which forces alone tell: they would make one of a banking.
+    if (u.id == "sensor.lever_arm" && u.channel.starts_with(first.column[kX] + ",")) continue;
     const auto kind =
         std::find_if(kRoad.begin(), kRoad.end(), [&](const RoadKind& r) { return u.id == r.id; });
     if (kind != kRoad.end()) {
