@@ -1,7 +1,5 @@
 // The drag area from coast-downs and from open throttle, against cars whose truth is known, and
 // another simulator's recordings.
-#include "identify/aero_fit.h"
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +10,7 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/read_file.h"
+#include "identify/drive_fits.h"
 #include "identify/proving_road.h"
 #include "recorded_drive.h"
 #include "recording/channels.h"

@@ -1,6 +1,4 @@
 // Torque of the brakes, of cars whose truth is known and of another simulator's recordings.
-#include "identify/brakes_fit.h"
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +10,7 @@
 #include "base/json_text.h"
 #include "base/read_file.h"
 #include "brake_drive.h"
+#include "identify/drive_fits.h"
 #include "recorded_drive.h"
 #include "support/figure.h"
 #include "support/places.h"

@@ -1,6 +1,4 @@
 // Dampers from loads and travels, of cars whose truth is known and of another simulator's.
-#include "identify/damper_fit.h"
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,6 +7,7 @@
 #include <map>
 
 #include "crg/file.h"
+#include "identify/drive_fits.h"
 #include "recorded_drive.h"
 #include "support/figure.h"
 #include "support/places.h"

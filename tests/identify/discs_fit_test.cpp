@@ -1,6 +1,4 @@
 // Capacities and conductances of brake discs, of cars whose truth is known.
-#include "identify/discs_fit.h"
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,12 +6,13 @@
 #include <cstdlib>
 
 #include "base/random.h"
+#include "identify/drive_fits.h"
 #include "recorded_drive.h"
 #include "recording/channels.h"
-#include "sheet_line.h"
 #include "support/figure.h"
 #include "support/places.h"
 #include "vehicle/vehicle_file.h"
+#include "window_fit.h"
 
 namespace discs_fit_test {
 

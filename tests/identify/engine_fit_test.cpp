@@ -1,6 +1,4 @@
 // Torque maps of engines, of cars whose truth is known and of another simulator's recordings.
-#include "identify/engine_fit.h"
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +10,7 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/read_file.h"
+#include "identify/drive_fits.h"
 #include "identify/proving_road.h"
 #include "recorded_drive.h"
 #include "recording/channels.h"

@@ -1,11 +1,10 @@
 // Throttle and brakes between rows.
-#include "feet.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "base/random.h"
+#include "pedals.h"
 
 namespace feet_test {
 

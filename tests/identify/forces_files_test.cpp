@@ -1,11 +1,11 @@
 // The table of forces, and what is said of its columns.
-#include "identify/forces_files.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
+
+#include "identify/forces.h"
 
 namespace forces_files_test {
 

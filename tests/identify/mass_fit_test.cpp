@@ -1,7 +1,5 @@
 // Mass, its place and lift from wheel loads: cars whose truth is known, driven and logged with
 // noise, and another simulator's recordings.
-#include "identify/mass_fit.h"
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +10,7 @@
 #include "base/error.h"
 #include "base/statistics.h"
 #include "base/write_file.h"
+#include "identify/drive_fits.h"
 #include "identify/proving_road.h"
 #include "recorded_drive.h"
 #include "support/figure.h"

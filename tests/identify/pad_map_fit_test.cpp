@@ -1,6 +1,4 @@
 // Friction of pads over pressure and temperature, of cars whose truth is known.
-#include "identify/pad_map_fit.h"
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,6 +7,7 @@
 #include <map>
 
 #include "brake_drive.h"
+#include "identify/drive_fits.h"
 #include "recorded_drive.h"
 #include "support/figure.h"
 #include "support/places.h"

@@ -1,6 +1,4 @@
 // Noise of pedals that loggers cut off at the stop.
-#include "pedal_stops.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 
 #include "base/random.h"
 #include "base/statistics.h"
+#include "pedals.h"
 
 namespace pedal_stops_test {
 

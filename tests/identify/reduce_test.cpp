@@ -11,7 +11,6 @@
 
 #include "base/error.h"
 #include "identify/proving_road.h"
-#include "identify/reduced_files.h"
 #include "support/figure.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"

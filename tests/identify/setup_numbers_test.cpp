@@ -5,10 +5,7 @@
 
 #include "base/random.h"
 #include "base/statistics.h"
-#include "identify/aero_fit.h"
-#include "identify/brakes_fit.h"
-#include "identify/engine_fit.h"
-#include "identify/mass_fit.h"
+#include "identify/drive_fits.h"
 #include "support/figure.h"
 #include "support/places.h"
 #include "support/recorded_car.h"

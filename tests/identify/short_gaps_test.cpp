@@ -1,10 +1,10 @@
 // Channels of different rates on one clock.
-#include "identify/short_gaps.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
+
+#include "identify/measure.h"
 
 namespace short_gaps_test {
 

@@ -1,6 +1,4 @@
 // Springs and anti-roll bars from loads and travels, of cars whose truth is known.
-#include "identify/suspension_fit.h"
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/statistics.h"
+#include "identify/drive_fits.h"
 #include "identify/proving_road.h"
 #include "recorded_drive.h"
 #include "support/figure.h"

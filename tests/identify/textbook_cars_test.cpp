@@ -9,7 +9,7 @@
 
 #include "base/random.h"
 #include "identify/proving_road.h"
-#include "identify/reduced_files.h"
+#include "identify/reduce.h"
 #include "support/figure.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"

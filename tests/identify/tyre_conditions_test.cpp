@@ -1,9 +1,8 @@
-#include "identify/tyre_conditions.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "identify/tyre_fit.h"
 #include "support/places.h"
 #include "vehicle/tyre_file.h"
 

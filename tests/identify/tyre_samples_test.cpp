@@ -1,11 +1,10 @@
-#include "identify/tyre_samples.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "base/error.h"
+#include "identify/tyre_fit.h"
 
 namespace tyre_samples_test {
 

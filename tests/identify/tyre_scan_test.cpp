@@ -1,8 +1,7 @@
-#include "identify/tyre_scan.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "identify/tyre_fit.h"
 #include "support/places.h"
 #include "vehicle/tyre_file.h"
 

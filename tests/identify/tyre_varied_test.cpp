@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "base/random.h"
-#include "identify/tyre_unknowns.h"
+#include "identify/tyre_fit.h"
 
 namespace tyre_varied_test {
 

@@ -13,7 +13,6 @@
 #include "crg/file.h"
 #include "identify/drive_tyres.h"
 #include "identify/forces.h"
-#include "identify/forces_files.h"
 #include "identify/tyre_fit.h"
 #include "trial_drive.h"
 #include "vehicle/vehicle_file.h"

@@ -13,7 +13,7 @@
 #include "command/terminal.h"
 #include "identify/forces.h"
 #include "identify/measure.h"
-#include "identify/reduced_files.h"
+#include "identify/reduce.h"
 #include "identify/tyre_fit.h"
 
 namespace crgidentify {

@@ -15,7 +15,6 @@
 #include "base/sha256.h"
 #include "base/write_file.h"
 #include "commands.h"
-#include "identify/forces_files.h"
 #include "identify/measure.h"
 #include "vehicle/road_file.h"
 #include "vehicle/vehicle_file.h"

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "identify/drive_fit.h"
+#include "identify/drive_fits.h"
 
 namespace crgidentify {
 

@@ -1,3 +1,5 @@
+#include "identify/reduce.h"
+
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -10,7 +12,6 @@
 #include "base/write_file.h"
 #include "commands.h"
 #include "identify/proving_road.h"
-#include "identify/reduced_files.h"
 #include "vehicle/road_file.h"
 #include "vehicle/vehicle_file.h"
 

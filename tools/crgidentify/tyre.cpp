@@ -43,9 +43,7 @@ bool end_at_the_measured(TyreResult& result) {
 /// At the nominal load, of the upright rolling tyre: dFy/dalpha, dFx/dkappa, dMz/dalpha.
 double stiffness_of(const vehicle::TyreCoefficients& tyre, identify::SlipKind kind,
                     vehicle::AlphaConvention alpha) {
-  vehicle::TyreInput<double> at;
-  at.fz_n = tyre.nominal_load_n;
-  at.vx_mps = tyre.nominal_speed_mps;
+  vehicle::TyreInput<double> at{.fz_n = tyre.nominal_load_n, .vx_mps = tyre.nominal_speed_mps};
   const auto rolling = vehicle::tyre_forces(tyre, at, {}, {.alpha = alpha, .moments = false});
   if (kind == identify::SlipKind::kLateral) return std::abs(rolling.cornering_stiffness_npr);
   if (kind == identify::SlipKind::kLongitudinal) return std::abs(rolling.slip_stiffness_n);

@@ -49,10 +49,8 @@ void add_curves(report::Plot& plot, const TyreResult& result,
   const vehicle::TyreOptions law{.alpha = result.fit.alpha};
   constexpr int kPoints = 100;
   for (int i = -kPoints; i <= kPoints; ++i) {
-    vehicle::TyreInput<double> in;
-    in.fz_n = cell.fz_n;
-    in.gamma_rad = cell.gamma_rad;
-    in.vx_mps = reference.nominal_speed_mps;
+    vehicle::TyreInput<double> in{
+        .fz_n = cell.fz_n, .gamma_rad = cell.gamma_rad, .vx_mps = reference.nominal_speed_mps};
     const double slip = most_slip * i / kPoints;
     (by_alpha(kind) ? in.tan_alpha : in.kappa) = slip;
     const auto band = identify::force_band(result.fit, in);

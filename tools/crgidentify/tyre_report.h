@@ -11,9 +11,7 @@
 
 #include "base/interval90.h"
 #include "identify/drive_tyres.h"
-#include "identify/tyre_conditions.h"
 #include "identify/tyre_fit.h"
-#include "identify/tyre_scan.h"
 
 namespace crgidentify {
 

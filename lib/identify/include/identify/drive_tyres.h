@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "identify/tyre_fit.h"
-#include "identify/tyre_samples.h"
 #include "recording/table.h"
 
 namespace identify {

@@ -5,11 +5,13 @@
 #include <array>
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/progress.h"
 #include "recording/channels.h"
 #include "recording/recording.h"
+#include "recording/table.h"
 #include "vehicle/road.h"
 
 namespace identify {
@@ -117,5 +119,14 @@ inline constexpr ForcesColumn<Estimated Forces::*> kCarColumns[] = {
 /// same inputs give the same bytes for any number of threads.
 Forces estimate_forces(const vehicle::Car<double>& car, const vehicle::Road& road,
                        const recording::Recording& recording, const ForcesOptions& options = {});
+
+/// Rows that have forces: time_s, u_m, v_m, per wheel fx, fy, fz, kappa, alpha, camber, each with
+/// its standard deviation (..._sd_...), vx and tyre temperature of the wheel; per axle fx, fy, fz;
+/// speeds, sideslip and steering of the car.
+recording::Table forces_table(const Forces& forces);
+
+/// Columns, and what their numbers rest on: what was measured, what is the vehicle file's word and
+/// was not observed.
+std::vector<std::pair<std::string, std::string>> forces_basis(const Forces& forces);
 
 }  // namespace identify

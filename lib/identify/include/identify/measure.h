@@ -8,10 +8,7 @@
 #include <vector>
 
 #include "crg/surface.h"
-#include "identify/drive_fit.h"
-#include "identify/drive_windows.h"
-#include "identify/engine_fit.h"
-#include "identify/pad_map_fit.h"
+#include "identify/drive_fits.h"
 #include "vehicle/vehicle_file.h"
 
 namespace identify {
@@ -55,6 +52,11 @@ struct Measured {
   std::optional<PadMapFit> pads;    ///< brakes only
   std::optional<EngineFit> engine;  ///< engine only: its map
 };
+
+/// The recording with empty cells filled where the channel's own samples before and behind are at
+/// most `longest_s` apart and no gap of the rows lies between: by the straight line, the gear as
+/// before. Longer gaps stay empty.
+recording::Recording without_short_gaps(recording::Recording recording, double longest_s = 0.25);
 
 inline constexpr const char* kMeasuredParts[] = {"mass", "aero", "suspension", "brakes", "engine"};
 

@@ -1,8 +1,7 @@
-#include "actuator_descent.h"
-
 #include <Eigen/Dense>
 #include <algorithm>
 
+#include "actuator_parts.h"
 #include "identify/least_squares.h"
 
 namespace identify {

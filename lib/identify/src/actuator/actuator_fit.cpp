@@ -6,9 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "actuator_descent.h"
-#include "actuator_record.h"
-#include "actuator_simulation.h"
+#include "actuator_parts.h"
 #include "base/error.h"
 #include "base/interval90.h"
 #include "base/parallel.h"

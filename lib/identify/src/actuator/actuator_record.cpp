@@ -1,11 +1,10 @@
-#include "actuator_record.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
+#include "actuator_parts.h"
 #include "base/error.h"
 
 namespace identify {

@@ -1,9 +1,9 @@
-#include "actuator_simulation.h"
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <unsupported/Eigen/MatrixFunctions>
+
+#include "actuator_parts.h"
 
 namespace identify {
 namespace {

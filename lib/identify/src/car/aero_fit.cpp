@@ -1,14 +1,13 @@
-#include "identify/aero_fit.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "base/statistics.h"
+#include "identify/drive_fits.h"
 #include "longitudinal.h"
-#include "sheet_line.h"
 #include "vehicle/laws/engine.h"
+#include "window_fit.h"
 
 namespace identify {
 namespace {

@@ -1,5 +1,3 @@
-#include "identify/brakes_fit.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +5,8 @@
 #include <vector>
 
 #include "brakes_rows.h"
-#include "sheet_line.h"
+#include "identify/drive_fits.h"
+#include "window_fit.h"
 
 namespace identify {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "identify/brakes_fit.h"
+#include "identify/drive_fits.h"
 #include "longitudinal.h"
 
 namespace identify {

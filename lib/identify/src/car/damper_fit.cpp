@@ -1,5 +1,3 @@
-#include "identify/damper_fit.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 
 #include "base/statistics.h"
 #include "drive_columns.h"
+#include "identify/drive_fits.h"
 #include "identify/least_squares.h"
 #include "recording/channels.h"
 #include "vehicle/laws/suspension.h"

@@ -1,5 +1,3 @@
-#include "identify/discs_fit.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 
 #include "base/statistics.h"
 #include "drive_columns.h"
+#include "identify/drive_fits.h"
 #include "identify/least_squares.h"
 #include "recording/channels.h"
 #include "vehicle/laws/brake_pads.h"

@@ -1,5 +1,3 @@
-#include "identify/engine_fit.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 
 #include "base/error.h"
 #include "engine_rows.h"
+#include "identify/drive_fits.h"
 
 namespace identify {
 namespace {

@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "identify/engine_fit.h"
-#include "map_places.h"
+#include "identify/drive_fits.h"
+#include "map_fit.h"
 
 namespace identify {
 

@@ -51,11 +51,12 @@ double load_of(const vehicle::Car<double>& car, const DriveWindow& w, std::size_
 double rolling_torque(const vehicle::Car<double>& car, const DriveWindow& w, double mass_kg) {
   double out = 0.0;
   for (std::size_t i = 0; i < kWheels; ++i) {
-    vehicle::TyreInput<double> in;
-    in.fz_n = load_of(car, w, i, mass_kg);
-    in.vx_mps = w.vx_mps;
-    in.pressure_pa = car.parameters.axle(vehicle::axle_of(i), P::front_tyre_pressure_pa);
-    out -= vehicle::tyre_forces(car.files->tyre[vehicle::axle_of(i)], in).my_nm;
+    const std::size_t a = vehicle::axle_of(i);
+    const vehicle::TyreInput<double> in{
+        .fz_n = load_of(car, w, i, mass_kg),
+        .vx_mps = w.vx_mps,
+        .pressure_pa = car.parameters.axle(a, P::front_tyre_pressure_pa)};
+    out -= vehicle::tyre_forces(car.files->tyre[a], in).my_nm;
   }
   return car.terms[Term::rolling_resistance] * out;
 }

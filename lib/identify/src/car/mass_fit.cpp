@@ -1,5 +1,3 @@
-#include "identify/mass_fit.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,8 +7,9 @@
 #include "base/error.h"
 #include "base/statistics.h"
 #include "drive_doubts.h"
+#include "identify/drive_fits.h"
 #include "longitudinal.h"
-#include "sheet_line.h"
+#include "window_fit.h"
 
 namespace identify {
 namespace {

@@ -1,12 +1,11 @@
-#include "identify/pad_map_fit.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "brakes_rows.h"
-#include "map_places.h"
+#include "identify/drive_fits.h"
+#include "map_fit.h"
 #include "recording/channels.h"
 #include "vehicle/laws/brake_pads.h"
 

@@ -1,5 +1,3 @@
-#include "identify/suspension_fit.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,8 +6,8 @@
 
 #include "base/error.h"
 #include "base/statistics.h"
+#include "identify/drive_fits.h"
 #include "recording/channels.h"
-#include "sheet_line.h"
 #include "vehicle/laws/suspension.h"
 #include "window_fit.h"
 

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "noise_sums.h"
-
 namespace identify {
 namespace {
 
@@ -62,7 +60,7 @@ double expected(const Sensor& sensor, const CarPoint& point, const Seen& seen, P
 PlaceVector take(const std::vector<Sensor>& sensors, const SmootherRow& row, const Seen& seen,
                  Passed& passed, PlaceMatrix& covariance) {
   PlaceVector moved = PlaceVector::Zero();
-  for (const Measured& m : row.measured) {
+  for (const Reading& m : row.measured) {
     const Sensor& sensor = sensors[m.sensor];
     Update u;
     u.sensor = m.sensor;
@@ -95,7 +93,7 @@ void move_by(CarPoint& point, const PlaceVector& by) {
 
 bool any_seen(const std::vector<Sensor>& sensors, const SmootherRow& row) {
   return std::any_of(row.measured.begin(), row.measured.end(),
-                     [&](const Measured& m) { return sensors[m.sensor].seen; });
+                     [&](const Reading& m) { return sensors[m.sensor].seen; });
 }
 
 double deviation(double variance) { return std::sqrt(std::max(0.0, variance)); }

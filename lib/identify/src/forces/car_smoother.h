@@ -21,7 +21,7 @@ struct Sensor {
   std::size_t share = kPlaces;   ///< place of the share by which it shows more; kPlaces: none
 };
 
-struct Measured {
+struct Reading {
   std::size_t sensor = 0;
   double value = 0.0;
 };
@@ -29,7 +29,7 @@ struct Measured {
 struct SmootherRow {
   double time_s = 0.0;
   Driven driven;  ///< until the next row
-  std::vector<Measured> measured;
+  std::vector<Reading> measured;
   PlaceVector noise;  ///< variance that came in since the row before
 };
 
@@ -73,6 +73,24 @@ struct NoiseSums {
   std::size_t wild = 0;  ///< measurements further than four deviations: they count less
   void add(const NoiseSums& other);
 };
+
+/// Of their uncertainty, what the filter lets stated numbers have.
+inline constexpr double kHeld = 0.03;
+
+/// What stays as it is over the stretch, by its first row. Of parts without an uncertain rest see
+/// add_parts. `variance`: of the row, the stated numbers being right.
+void add_constants(const CarPoint& point, const PlaceVector& variance, const SmootherBegin& begin,
+                   NoiseSums& sums);
+
+/// Rests that are held, by how the parts are about them.
+void add_parts(const CarPoint& point, const PlaceVector& variance, const SmootherBegin& begin,
+               NoiseSums& sums);
+
+/// What the stretch says of the stated numbers, by its first row: the filter lets them move a
+/// little, and how far they went against how far they might have is what it says. `covariance`: of
+/// the row, before they are held.
+void add_stated(const PlaceVector& moved, const PlaceMatrix& covariance, const SmootherBegin& begin,
+                NoiseSums& sums);
 
 struct Smoothed {
   std::vector<SmoothedRow> row;  ///< empty: the car was lost, left the road or ran away

@@ -7,8 +7,7 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "feet.h"
-#include "pedal_stops.h"
+#include "pedals.h"
 #include "recording/channels.h"
 #include "vehicle/driver.h"
 

@@ -62,7 +62,7 @@ CarPoint begin_of(const Work& work, std::size_t row, vehicle::RoadCursors& curso
   if (!work.yaw_rate_radps.empty()) out.state[vehicle::kYawRate] = work.yaw_rate_radps[row];
   for (const auto& [state, values] : work.kept)
     if (std::isfinite(values[row])) out.state[state] = values[row];
-  for (const Measured& m : work.channels.rows[row].measured) {
+  for (const Reading& m : work.channels.rows[row].measured) {
     const Sensor& s = work.channels.sensors[m.sensor];
     if (!s.seen && s.place >= kPlaceSteer) out.at(s.place) = m.value;
   }

@@ -1,9 +1,9 @@
-#include "identify/forces_files.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "identify/forces.h"
 
 namespace identify {
 namespace {

@@ -1,7 +1,7 @@
-#include "noise_sums.h"
-
 #include <Eigen/Cholesky>
 #include <algorithm>
+
+#include "car_smoother.h"
 
 namespace identify {
 

@@ -55,12 +55,11 @@ void add_rolling_doubt(const vehicle::Car<double>& car, double share,
     for (std::size_t k = 0; k < radius_m[i].size(); ++k) {
       if (!std::isfinite(radius_m[i][k]) || !(w.fz_n.value[k] > 0.0)) continue;
       const double changed = radius_m[i][k] / mean_m - 1.0;
-      vehicle::TyreInput<double> at;
-      at.fz_n = w.fz_n.value[k];
-      at.kappa = w.kappa.value[k];
-      at.tan_alpha = std::tan(w.alpha_rad.value[k]);
-      at.vx_mps = w.vx_mps[k];
-      const double resists = slip_of_resistance(car, a, at);
+      const double resists = slip_of_resistance(car, a,
+                                                {.fz_n = w.fz_n.value[k],
+                                                 .kappa = w.kappa.value[k],
+                                                 .tan_alpha = std::tan(w.alpha_rad.value[k]),
+                                                 .vx_mps = w.vx_mps[k]});
       w.kappa.sd[k] =
           std::hypot(w.kappa.sd[k], share * std::hypot(changed, kWarmth), share * resists);
     }

@@ -70,4 +70,9 @@ PlanarState planar_state(const CarMoment& moment);
 /// A moment whose wheels neither slide far nor hang in the air.
 bool grips(const CarMoment& moment);
 
+/// The lines of control_*.inc as text; CMake puts them into a source.
+extern const char* const kControlCar;     ///< types, curves, loads, differential
+extern const char* const kControlSingle;  ///< control_single_track()
+extern const char* const kControlDouble;  ///< control_double_track()
+
 }  // namespace identify

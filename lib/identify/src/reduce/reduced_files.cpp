@@ -1,11 +1,10 @@
-#include "identify/reduced_files.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
 #include <set>
 
-#include "control_text.h"
+#include "identify/reduce.h"
+#include "reduce_fit.h"
 
 namespace identify {
 namespace {

@@ -1,4 +1,3 @@
-#include "aligning_fit.h"
 
 #include <fmt/format.h>
 

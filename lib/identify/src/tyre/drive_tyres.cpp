@@ -8,7 +8,7 @@
 
 #include "base/error.h"
 #include "base/statistics.h"
-#include "identify/tyre_scan.h"
+#include "identify/tyre_fit.h"
 
 namespace identify {
 namespace {

@@ -1,9 +1,8 @@
-#include "identify/tyre_conditions.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include "base/statistics.h"
+#include "identify/tyre_fit.h"
 #include "tyre_varied.h"
 
 namespace identify {
@@ -20,10 +19,8 @@ std::size_t cell_of(const std::array<double, n>& edges, double value) {
 }
 
 vehicle::TyreInput<double> upright(const TyreFit& fit, double fz_n, bool lateral, double slip) {
-  vehicle::TyreInput<double> in;
-  in.fz_n = fz_n;
+  vehicle::TyreInput<double> in{.fz_n = fz_n, .vx_mps = fit.tyre.nominal_speed_mps};
   (lateral ? in.tan_alpha : in.kappa) = slip;
-  in.vx_mps = fit.tyre.nominal_speed_mps;
   return in;
 }
 
@@ -72,13 +69,13 @@ NextMeasurement next_measurement(const TyreFit& fit, const TyreRange& range, dou
       for (const double a : {0.0, -0.5, 0.5, -1.0, 1.0, -1.5, 1.5})
         for (const double k : {0.0, -0.5, 0.5, -1.0, 1.0, -1.5, 1.5}) {
           if (a == 0.0 && k == 0.0) continue;
-          vehicle::TyreInput<double> in;
-          in.fz_n = range.fz_low_n + (range.fz_high_n - range.fz_low_n) * l / 3.0;
-          in.gamma_rad =
-              range.gamma_low_rad + (range.gamma_high_rad - range.gamma_low_rad) * c / 2.0;
-          in.tan_alpha = a * peak_tan;
-          in.kappa = k * peak_kappa;
-          in.vx_mps = fit.tyre.nominal_speed_mps;
+          const vehicle::TyreInput<double> in{
+              range.fz_low_n + (range.fz_high_n - range.fz_low_n) * l / 3.0,
+              k * peak_kappa,
+              a * peak_tan,
+              range.gamma_low_rad + (range.gamma_high_rad - range.gamma_low_rad) * c / 2.0,
+              fit.tyre.nominal_speed_mps,
+              0.0};
           const SlipKind kind = k == 0.0   ? SlipKind::kLateral
                                 : a == 0.0 ? SlipKind::kLongitudinal
                                            : SlipKind::kCombined;

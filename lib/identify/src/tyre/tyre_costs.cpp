@@ -67,9 +67,8 @@ TyreCost moment_cost(const Unknowns& unknowns, const vehicle::TyreInput<double>&
 TyreCost guard_cost(const Unknowns& unknowns, const TyreCoefficients& reference,
                     const vehicle::TyreInput<double>& condition) {
   constexpr double kLeast = 0.15;  // of the reference's, what friction and stiffness must keep
-  vehicle::TyreInput<double> nominal;
-  nominal.fz_n = reference.nominal_load_n * reference.lfzo;
-  nominal.vx_mps = reference.nominal_speed_mps;
+  const vehicle::TyreInput<double> nominal{.fz_n = reference.nominal_load_n * reference.lfzo,
+                                           .vx_mps = reference.nominal_speed_mps};
   const auto wanted = vehicle::tyre_forces(reference, nominal);
   // Stiffness goes to zero with the load; friction does not.
   const double share = kLeast * std::min(1.0, condition.fz_n / nominal.fz_n);

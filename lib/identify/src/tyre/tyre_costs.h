@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-#include "identify/tyre_unknowns.h"
+#include "identify/tyre_fit.h"
 #include "one_thread.h"
 #include "vehicle/magic_formula.h"
 

@@ -8,7 +8,6 @@
 #include <string_view>
 #include <tuple>
 
-#include "aligning_fit.h"
 #include "base/error.h"
 #include "base/statistics.h"
 #include "tyre_solve.h"
@@ -216,13 +215,10 @@ std::vector<vehicle::TyreInput<double>> guards_for(const TyreSamples& rows,
   const double least = 0.1 * tyre.nominal_load_n, most = std::min(1.5 * load, tyre.fz_max_n);
   std::vector<vehicle::TyreInput<double>> out;
   for (int i = 0; i <= 6; ++i)
-    for (const double camber : {left, 0.5 * (left + right), right}) {
-      vehicle::TyreInput<double> in;
-      in.fz_n = least + (most - least) * i / 6.0;
-      in.gamma_rad = camber;
-      in.vx_mps = tyre.nominal_speed_mps;
-      out.push_back(in);
-    }
+    for (const double camber : {left, 0.5 * (left + right), right})
+      out.push_back({.fz_n = least + (most - least) * i / 6.0,
+                     .gamma_rad = camber,
+                     .vx_mps = tyre.nominal_speed_mps});
   return out;
 }
 
@@ -238,9 +234,7 @@ TyreFit fit_tyre(const TyreSamples& samples, const TyreCoefficients& reference,
   fit.rows = rows.rows();
   // Loads above the file's last one are measured here, so that the formula has to hold there.
   for (const auto& c : samples.conditions) fit.tyre.fz_max_n = std::max(fit.tyre.fz_max_n, c.fz_n);
-  vehicle::TyreOptions law;
-  law.alpha = options.alpha;
-  law.moments = false;
+  const vehicle::TyreOptions law{.alpha = options.alpha, .moments = false};
   const Work work{reference, options, law, guards_for(rows, fit.tyre)};
 
   std::vector<const TyreUnknown*> all, considered;

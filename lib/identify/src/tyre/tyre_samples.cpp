@@ -1,11 +1,10 @@
-#include "identify/tyre_samples.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
 #include <numbers>
 
 #include "base/error.h"
+#include "identify/tyre_fit.h"
 
 namespace identify {
 

@@ -1,9 +1,9 @@
-#include "identify/tyre_scan.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "identify/tyre_fit.h"
 
 namespace identify {
 namespace {
@@ -85,9 +85,7 @@ std::vector<TyreFault> scan_tyre(const vehicle::TyreCoefficients& tyre, const Ty
 double peak_slip(const vehicle::TyreCoefficients& tyre, vehicle::AlphaConvention alpha, double fz_n,
                  bool lateral) {
   constexpr int kPoints = 1000;
-  vehicle::TyreInput<double> in;
-  in.fz_n = fz_n;
-  in.vx_mps = tyre.nominal_speed_mps;
+  vehicle::TyreInput<double> in{.fz_n = fz_n, .vx_mps = tyre.nominal_speed_mps};
   double most = 0.0, at = kMostSlip;
   for (int i = 1; i <= kPoints; ++i) {
     const double slip = kMostSlip * i / kPoints;

@@ -54,4 +54,10 @@ TyreResiduals residuals_of(const std::vector<double>& measured, const std::vecto
 void append_coefficients(TyreFit& fit, const Unknowns& unknowns, const std::vector<double>& p,
                          const Eigen::MatrixXd& covariance);
 
+/// Fits what turns the fitted forces into the measured aligning moments, and appends stage,
+/// coefficients and residuals to the fit. The forces stay: what they are off by is not in the
+/// intervals of these coefficients.
+void fit_aligning(const TyreSamples& rows, const vehicle::TyreCoefficients& reference,
+                  const TyreFitOptions& options, TyreFit& fit);
+
 }  // namespace identify

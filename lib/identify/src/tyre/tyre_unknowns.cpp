@@ -1,4 +1,4 @@
-#include "identify/tyre_unknowns.h"
+#include "identify/tyre_fit.h"
 
 namespace identify {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/statistics.h"
-#include "identify/tyre_unknowns.h"
+#include "identify/tyre_fit.h"
 
 namespace identify {
 namespace {

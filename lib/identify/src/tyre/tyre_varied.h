@@ -4,7 +4,7 @@
 #include <array>
 #include <numbers>
 
-#include "identify/tyre_samples.h"
+#include "identify/tyre_fit.h"
 #include "vehicle/magic_formula.h"
 
 namespace identify {

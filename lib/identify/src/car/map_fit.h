@@ -1,10 +1,16 @@
-// A map over two axes, and a few numbers beside it, from rows that each feel many of its places.
+// A map of the car over two axes, and a few numbers beside it, from rows that each feel many of its
+// places: an engine's from the windows of a drive, or the pads'.
 #pragma once
 
 #include <Eigen/Dense>
 #include <cstddef>
+#include <functional>
+#include <set>
+#include <string>
 #include <utility>
 #include <vector>
+
+#include "longitudinal.h"
 
 namespace identify {
 
@@ -40,5 +46,37 @@ MapFit map_fit(const Eigen::MatrixXd& rows, const Eigen::VectorXd& wanted,
 /// The same with the weights and the noise of `like`: what other rows would have given.
 Eigen::VectorXd map_fit_again(const Eigen::MatrixXd& rows, const Eigen::VectorXd& wanted,
                               const Eigen::MatrixXd& prior, const MapFit& like);
+
+/// rows * deviations = wanted: the first unknowns are the map's places less those it is about.
+struct MapEquations {
+  Eigen::MatrixXd rows;
+  Eigen::VectorXd wanted;
+};
+
+/// A solution with everything that its intervals hold.
+struct MapSolved {
+  MapFit fit;
+  Eigen::MatrixXd granted;  ///< covariance by what was taken for granted
+};
+
+/// 1 and the weighted sum of the unknowns.
+Found map_factor(std::string name, const Eigen::VectorXd& weights, const MapSolved& solved);
+
+/// The places with their intervals; those that the drive was not near are hidden.
+class PlaceFinder {
+ public:
+  /// Seconds are counted in so many `counts`, apart.
+  PlaceFinder(const vehicle::Map2& stated, const MapSolved& solved, std::size_t counts,
+              FoundMap& out);
+  /// The drive was here for so long, at this place of the road.
+  void near(double x, double y, std::size_t count, double seconds, std::size_t block);
+  /// Hides places with less than a second near them, counted by how near, or a 90 % interval wider
+  /// than a tenth of their value or of `least` either way.
+  void hide(double least, const char* of, const char* unit);
+
+ private:
+  FoundMap& out_;
+  std::vector<std::set<std::size_t>> from_;  ///< places of the road
+};
 
 }  // namespace identify

@@ -1,9 +1,16 @@
-// Pedals at their stops in logs that cut the noise there off.
+// The driver's feet: between the rows of a log, and at stops where a logger cut the noise off.
 #pragma once
 
 #include <vector>
 
+#include "force_channels.h"
+
 namespace identify {
+
+/// Throttle and brakes move from row to row as the recorded channels do, as far as these move by
+/// more than their noise over 0.06 s to either side; the variance of what they may move otherwise
+/// is that of these moves. A foot without a channel only has the variance that it has.
+void move_feet(const recording::Recording& recording, ForceChannels& out);
 
 struct AtStop {
   std::vector<bool> row;
