@@ -1,6 +1,6 @@
 #include "leaning_road.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -124,9 +124,8 @@ class Fitting {
   MatrixXd ramps(double ramp_m, const VectorXd& begin_m, const VectorXd& end_m) const {
     return ramps_of(turns_, places_, out.place_m, closed_, {ramp_m, begin_m, end_m});
   }
-  State state(const VectorXd& amount, Index waves) const;
+  State state(const VectorXd& amount, Index waves, bool slopes = true) const;
   Prior prior(Index waves, double size, double alike_m, double outside_m) const;
-  double loss(const State& s, const Prior& p, const VectorXd& weight) const;
   State improve(const VectorXd& amount, Index waves, const Prior& p, const VectorXd& weight,
                 int rounds) const;
   VectorXd find_delay();
@@ -145,7 +144,7 @@ class Fitting {
   MatrixXd waves_;
 };
 
-Fitting::State Fitting::state(const VectorXd& amount, Index waves) const {
+Fitting::State Fitting::state(const VectorXd& amount, Index waves, bool slopes) const {
   const Index n = count();
   const VectorXd leans = amount.segment(kTurnsAt, n).array() + amount[kLeanAt],
                  begin_m = amount.segment(kTurnsAt + n, n).array() + amount[kBeginAt],
@@ -185,6 +184,7 @@ Fitting::State Fitting::state(const VectorXd& amount, Index waves) const {
       turned * (1 - ratio.array()).matrix() +
       went * (pitch.cwiseProduct(leaning) - stated_pitch.cwiseProduct(sine_of(out.turned.bank))) +
       out.windows.errors * amount.segment(error_at(waves), kErrors);
+  if (!slopes) return s;
   const MatrixXd felt = went * leaning.asDiagonal();
   const MatrixXd by_bank =
       turned * VectorXd(-leaning.cwiseProduct(cosine)).asDiagonal() +
@@ -221,41 +221,17 @@ Prior Fitting::prior(Index waves, double size, double alike_m, double outside_m)
   return p;
 }
 
-double Fitting::loss(const State& s, const Prior& p, const VectorXd& weight) const {
-  double sum = p.precision.dot((s.amount - p.centre).cwiseAbs2());
-  const VectorXd e = weight.cwiseProduct(y_ - s.base).cwiseAbs();
-  for (const double x : e) sum += x < 3 ? x * x : 6 * x - 9;
-  return sum;
-}
-
-/// Levenberg and Marquardt; outliers count as three standard deviations.
 Fitting::State Fitting::improve(const VectorXd& amount, Index waves, const Prior& p,
                                 const VectorXd& weight, int rounds) const {
-  State now = state(amount, waves);
-  now.loss = loss(now, p, weight);
-  double damping = 1e-2;
-  for (int round = 0; round < rounds; ++round) {
-    const VectorXd e = y_ - now.base;
-    const VectorXd w =
-        weight.array() *
-        (3 / weight.cwiseProduct(e).cwiseAbs().cwiseMax(1e-9).array()).min(1.0).sqrt();
-    const MatrixXd a = w.asDiagonal() * now.jacobian;
-    MatrixXd normal = a.transpose() * a;
-    normal.diagonal() += p.precision;
-    const VectorXd down =
-        a.transpose() * w.cwiseProduct(e) - p.precision.cwiseProduct(now.amount - p.centre);
-    const double before = now.loss;
-    for (int again = 0; again < 6 && now.loss == before; ++again) {
-      MatrixXd damped = normal;
-      damped.diagonal() *= 1 + damping;
-      State next = state(now.amount + damped.llt().solve(down), waves);
-      next.loss = loss(next, p, weight);
-      damping *= next.loss < now.loss ? 0.2 : 6.0;
-      if (next.loss < now.loss) now = std::move(next);
-    }
-    if (before - now.loss < 1e-3 * std::max(1.0, before)) break;
-  }
-  return now;
+  const Settled found = settle(y_, weight, amount, p.centre, p.precision, rounds,
+                               [&](const VectorXd& at, VectorXd& made, MatrixXd* slopes) {
+                                 State s = state(at, waves, slopes != nullptr);
+                                 made = s.base;
+                                 if (slopes != nullptr) *slopes = std::move(s.jacobian);
+                               });
+  State s = state(found.amount, waves);
+  s.loss = found.loss;
+  return s;
 }
 
 /// By turns that each take a share of their own from the turning: no road is linear in its delay.

@@ -1,5 +1,7 @@
 #include "window_fit.h"
 
+#include <ceres/tiny_solver.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -54,6 +56,49 @@ VectorXd left_out(const MatrixXd& x, const VectorXd& y, const VectorXd& weight,
       if (w.fold[static_cast<std::size_t>(i)] == k) out[i] = e[i];
   }
   return out;
+}
+
+namespace {
+
+/// Rows and amounts as Ceres sees them.
+struct Left {
+  using Scalar = double;
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = Eigen::Dynamic };
+  const VectorXd &y, &weight, &centre;
+  VectorXd firm;  ///< 1 / standard deviation of each amount
+  const Makes& makes;
+
+  int NumResiduals() const { return static_cast<int>(y.size() + firm.size()); }
+  int NumParameters() const { return static_cast<int>(firm.size()); }
+  bool operator()(const double* amounts, double* left, double* slopes) const {
+    const Eigen::Map<const VectorXd> amount(amounts, firm.size());
+    VectorXd made;
+    MatrixXd by;
+    makes(amount, made, slopes != nullptr ? &by : nullptr);
+    constexpr double kFar = 3;
+    const Eigen::ArrayXd e = weight.cwiseProduct(y - made),
+                         far = (kFar * (2 * e.abs() - kFar)).max(kFar * kFar).sqrt();
+    Eigen::Map<VectorXd>(left, NumResiduals())
+        << (e.abs() < kFar).select(e, e.sign() * far).matrix(),
+        firm.cwiseProduct(amount - centre);
+    if (slopes == nullptr) return true;
+    const VectorXd turns = -weight.array() * (e.abs() < kFar).select(1, kFar / far);
+    Eigen::Map<MatrixXd>(slopes, NumResiduals(), NumParameters()) << turns.asDiagonal() * by,
+        MatrixXd(firm.asDiagonal());
+    return true;
+  }
+};
+
+}  // namespace
+
+Settled settle(const VectorXd& y, const VectorXd& weight, VectorXd begin, const VectorXd& centre,
+               const VectorXd& prior, int rounds, const Makes& makes) {
+  ceres::TinySolver<Left> solver;
+  solver.options.max_num_iterations = rounds;
+  solver.options.initial_trust_region_radius = 100;
+  solver.options.function_tolerance = 1e-3 * static_cast<double>(y.size());  // about one a row
+  solver.Solve({y, weight, centre, prior.cwiseSqrt(), makes}, &begin);
+  return {begin, 2 * solver.summary.final_cost};
 }
 
 }  // namespace explain
