@@ -261,6 +261,8 @@ TEST(Mapping, EndingsOfNamesAreUnitsAndOrigins) {
   EXPECT_EQ(of(m, "ax_mps2").scale, 1.0);
   EXPECT_EQ(of(m, "ay_mps2").scale, 9.80665);
   EXPECT_EQ(of(m, "throttle").scale, 0.01);
+  const Mapping plain = propose_mapping(counted({{"time_s", 0.1}, {"throttle", 1}}), "log");
+  EXPECT_EQ(of(plain, "throttle").scale, 0.01) << "others have this name of ours, too";
   EXPECT_EQ(of(m, "brake_fr_pa").column, "pbrake_f");
   EXPECT_EQ(of(m, "brake_rl_pa").column, "pbrake_r");
   EXPECT_EQ(of(m, "engine_radps").column, "nmot");
@@ -349,9 +351,10 @@ TEST(Mapping, WhatIsNoPlaceNoHeadingAndNoPressureIsLeftOut) {
                                              {"Y", 0.01},
                                              {"Heading", 1},
                                              {"Brake (calculated)", 1 / 60.0},
+                                             {"Brake Temperature Front Left (% est.)", 1},
                                              {"Speed (OBD)(km/h)", 1}}),
                                     "log");
-  for (const char* channel : {"x_m", "y_m", "yaw_rad", "brake_pa"})
+  for (const char* channel : {"x_m", "y_m", "yaw_rad", "brake_pa", "brake_disc_fl_k"})
     EXPECT_EQ(column_of(m, channel), "") << channel;
   EXPECT_EQ(column_of(m, "latitude_rad"), "Latitude");
   const Mapping columbus = propose_mapping(counted({{"TIME", 1},

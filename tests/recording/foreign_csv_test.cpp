@@ -43,6 +43,14 @@ TEST(ForeignCsv, TitlesBetweenThePartsAreNoRows) {
   EXPECT_NEAR(of(log, "Offset").rate_hz, 10.0, 1e-9);
 }
 
+TEST(ForeignCsv, AChannelInAFileOfItsOwnHasItsUnit) {
+  const Log log =
+      read("Session, 7 a\ntime, value\ns, V\n0.917000, 4.0\n1.917000, 4.0\n2.917000, 3.9\n");
+  EXPECT_EQ(of(log, "value").unit, "V");
+  EXPECT_THAT(of(log, "value").values, ElementsAre(4.0, 4.0, 3.9));
+  EXPECT_EQ(of(log, "time").unit, "s");
+}
+
 TEST(ForeignCsv, AClockWithTooFewDigitsGivesWayToAFinerOne) {
   std::string rows = "Timestamp (s),Time (s),Lap time (s),RPM\n", alone = "Timestamp (s),RPM\n";
   for (int k = 0; k < 60; ++k) {

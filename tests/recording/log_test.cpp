@@ -311,6 +311,8 @@ TEST(Log, FormatsThatAreNotReadAreNamedWithTheWayOut) {
   EXPECT_THAT(text_refusal("{\r\n \"t\": [0, 1]\r\n}\r\n"), testing::HasSubstr("JSON"));
   EXPECT_THAT(text_refusal("$PVENDOR,1\r\n$GNVTG,84.4,T,,M,38.9,N,72.0,K,A*00\r\n"),
               testing::HasSubstr("NMEA 0183"));
+  EXPECT_THAT(text_refusal("03/15/2010,14:08:45.876,$GPGLL,4506.0,N,00912.0,E,100000.00,A*17\n"),
+              testing::HasSubstr("NMEA 0183"));
   EXPECT_THAT(text_refusal("(1700000000.250000) can1 123#00FF\n(1700000000.260000) can1 124#0\n"),
               testing::HasSubstr("frames of a CAN bus"));
   EXPECT_THAT(text_refusal("FMT, 128, 89, FMT, B, Type\nGPS, 1, 2\n"),

@@ -223,6 +223,8 @@ std::string doubt(const Table& table, std::size_t c, const Guess& guess, const s
   const bool says_epoch = unit.find("1970") != std::string::npos || unit == "utc" || unit == "unix";
   if (guess.quantity == "time" && !unit.empty() && !is_unit(unit) && !says_epoch)
     return fmt::format("'{}' is no unit of time that is known", unit);
+  if (unit.starts_with('%') && guess.quantity == "temperature")  // "% est."
+    return "per cent is no unit of " + guess.channel;
   if (has_quantity(guess) && is_unit(unit) && !unit_scale(guess.quantity, unit))
     return fmt::format("{} is no unit of {}", unit, guess.channel);
   if (guess.channel == "time_s")
@@ -283,7 +285,9 @@ const std::vector<std::string>& analysed_channels() {
 void map_column(const Table& table, std::size_t c, std::set<std::string>& taken, Mapping& mapping) {
   const std::string& column = table.names[c];
   const auto [stem, written] = split_unit(column);
-  const Guess guess = guess_channel(column, stem, written);
+  Guess guess = guess_channel(column, stem, written);
+  // The one of our names that others have, too, and mean per cent by it.
+  if (column == "throttle" && largest(table.columns[c]) > 1.5) guess.quantity = "share";
   const std::string unit = unit_of(column, guess.word, written);
   ColumnMapping m{column, guess.channel};
   const std::string why = guess.word == "yaw" && north_yaw(table) ? "its name says nothing known"

@@ -126,6 +126,9 @@ std::size_t names_among(const std::vector<NumberedLine>& head, std::size_t first
   std::size_t best = first, most = 0;
   for (std::size_t k = first; k < last; ++k) {
     const Look look = look_at(head[k].text, separator);
+    // A preamble is in pairs, too.
+    if (look.cells == 2 && k + 1 < last && look_at(head[k + 1].text, separator).units == 2)
+      return k;
     if (look.numbers + look.words > most) best = k, most = look.numbers + look.words;
   }
   return best;
@@ -186,7 +189,7 @@ bool exported_shape(const std::vector<NumberedLine>& head, Shape& shape) {
     // In "0,00;1,50" the commas are many, too.
     for (const char candidate : {';', '\t', separator}) {
       const Look look = look_at(head[d].text, candidate);
-      if (look.cells < 3 || look.numbers < 2 || look.numbers < look.words) continue;
+      if (look.cells < 2 || look.numbers < 2 || look.numbers < look.words) continue;
       const bool numbered =
           d + 1 < head.size() && numbers_channels(head[d].text, head[d + 1].text, candidate);
       const std::size_t columns =

@@ -63,9 +63,10 @@ constexpr NotRead kTextNotRead[] = {
      "take its rows of fixes with their line of names (grep Fix, LOG | sed 's/^# //')"},
 };
 
-/// "$GPGSA,", "$GNVTG,": a talker and the kind of a sentence.
+/// "$GPGSA,", "$GNVTG,": a talker and the kind of a sentence; some loggers put a date before it.
 bool is_nmea(std::string_view text) {
   const auto is_capital = [](char c) { return c >= 'A' && c <= 'Z'; };
+  text.remove_prefix(std::min(text.substr(0, text.find('\n')).find('$'), text.size()));
   while (text.starts_with('$')) {
     const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
     const std::string_view line = text.substr(0, end);
