@@ -49,11 +49,10 @@ TEST(LeastSquares, ABeginThatIsNotFiniteIsRefused) {
 
 TEST(LeastSquares, WeightsOfColumns) {
   // 2 a - 3 b, columns of sizes far apart, and one that is never there.
-  const std::vector<std::vector<double>> columns{
-      {1.0, 2.0, 3.0, 4.0}, {1e6, -2e6, 1e6, 5e6}, {0.0, 0.0, 0.0, 0.0}};
-  std::vector<double> wanted;
-  for (std::size_t i = 0; i < 4; ++i) wanted.push_back(2.0 * columns[0][i] - 3.0 * columns[1][i]);
-  const std::vector<double> found = identify::linear_fit(columns, wanted);
+  identify::Equation e;
+  for (const auto& [a, b] : {std::pair{1.0, 1e6}, {2.0, -2e6}, {3.0, 1e6}, {4.0, 5e6}})
+    e.add({a, b, 0.0}, 2.0 * a - 3.0 * b);
+  const std::vector<double> found = identify::linear_fit(e);
   EXPECT_NEAR(found[0], 2.0, 1e-6);
   EXPECT_NEAR(found[1], -3.0, 1e-9);
   EXPECT_EQ(found[2], 0.0);

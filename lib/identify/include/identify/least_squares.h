@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "identify/clustered_fit.h"
+
 namespace identify {
 
 struct Unknown {
@@ -30,9 +32,7 @@ using Residuals = std::function<void(const std::vector<double>& values, std::vec
 LeastSquares least_squares(std::vector<Unknown>& unknowns, const Residuals& residuals,
                            int most_rounds = 60, double settled = 1e-6);
 
-/// Weights of given columns that sum up to the wanted values with least squares: `columns[k][row]`.
-/// A column without effect gets weight 0.
-std::vector<double> linear_fit(const std::vector<std::vector<double>>& columns,
-                               const std::vector<double>& wanted);
+/// Weights of an equation's columns by least squares. A column without effect gets weight 0.
+std::vector<double> linear_fit(const Equation& equation);
 
 }  // namespace identify

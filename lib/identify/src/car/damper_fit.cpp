@@ -45,18 +45,16 @@ Piece piece_of(const std::vector<double>& time_s, const std::vector<double>& val
                std::size_t begin, std::size_t end) {
   const double middle_s = 0.5 * (time_s[begin] + time_s[end - 1]),
                n = static_cast<double>(end - begin);
-  std::vector<std::vector<double>> columns(3);
-  std::vector<double> wanted;
+  Equation e;
   for (std::size_t k = begin; k < end; ++k) {
     const double t = time_s[k] - middle_s;
-    for (std::size_t c = 0; const double term : {1.0, t, 0.5 * t * t}) columns[c++].push_back(term);
-    wanted.push_back(value[k]);
+    e.add({1.0, t, 0.5 * t * t}, value[k]);
   }
-  const std::vector<double> f = linear_fit(columns, wanted);
+  const std::vector<double> f = linear_fit(e);
   Piece out{0.0, f[1], f[2], 0.0};
-  for (std::size_t r = 0; r < wanted.size(); ++r) {
-    out.mean += wanted[r] / n;
-    out.off += std::pow(wanted[r] - f[0] - f[1] * columns[1][r] - f[2] * columns[2][r], 2.0);
+  for (std::size_t r = 0; r < e.wanted.size(); ++r) {
+    out.mean += e.wanted[r] / n;
+    out.off += std::pow(e.wanted[r] - f[0] - f[1] * e.columns[1][r] - f[2] * e.columns[2][r], 2.0);
   }
   out.off = std::sqrt(out.off / std::max(1.0, n - 3.0));
   return out;
@@ -158,16 +156,19 @@ double true_share(const Collected& axle, const DriveColumns& c, std::size_t a, d
   return 1.0 - 0.5 * noise * noise / spread / square;
 }
 
+/// `why`: they are not observable, whatever the rows say; empty: the rows are asked.
 void find_dampers(const vehicle::Car<double>& car, const Collected& axle, std::size_t a,
-                  double share, DriveFit& out) {
+                  double share, std::string why, DriveFit& out) {
   const bool by_map = !car.files->damper_n[a].empty();
   const std::string name = recording::kAxleNames[a];
-  const double spread = base::quantile(axle.rate_mps, 0.95) - base::quantile(axle.rate_mps, 0.05);
-  std::string why;
-  if (share < 0.7)
-    why = fmt::format("{:.0f} % of the travels' rates are noise", 100.0 * (1.0 - share));
-  else if (spread < 0.02)
-    why = fmt::format("travels' rates vary by {:.0f} mm/s, wanted 20", 1e3 * spread);
+  double spread = 0.0;
+  if (why.empty()) {
+    spread = base::quantile(axle.rate_mps, 0.95) - base::quantile(axle.rate_mps, 0.05);
+    if (share < 0.7)
+      why = fmt::format("{:.0f} % of the travels' rates are noise", 100.0 * (1.0 - share));
+    else if (spread < 0.02)
+      why = fmt::format("travels' rates vary by {:.0f} mm/s, wanted 20", 1e3 * spread);
+  }
   ClusteredFit fit;
   if (why.empty()) {
     auto fitted = clustered_fit({axle.equation}, axle.block);
@@ -218,15 +219,8 @@ DriveFit fit_dampers(const vehicle::Car<double>& car, const recording::Recording
     if (why.empty() && axles[a].block.size() < 100)
       why = fmt::format("{} pieces of {:.2g} s clear of the stops, wanted 100",
                         axles[a].block.size(), kPiece_s);
-    if (!why.empty()) {
-      const std::string name = recording::kAxleNames[a];
-      out.found.push_back(found_of(name + "_bump_damping_nspm", "N s/m",
-                                   car.parameters.axle(a, P::front_bump_damping_nspm), why));
-      out.found.push_back(found_of(name + "_rebound_damping_nspm", "N s/m",
-                                   car.parameters.axle(a, P::front_rebound_damping_nspm), why));
-      continue;
-    }
-    find_dampers(car, axles[a], a, true_share(axles[a], c, a, recording.step_s), out);
+    const double share = why.empty() ? true_share(axles[a], c, a, recording.step_s) : 0.0;
+    find_dampers(car, axles[a], a, share, why, out);
   }
   if (why.empty())
     out.remarks.push_back(fmt::format(

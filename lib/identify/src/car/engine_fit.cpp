@@ -50,6 +50,10 @@ vehicle::Map2 stated_torque_map(const vehicle::Car<double>& car) {
   return out;
 }
 
+Eigen::Map<const VectorXd> torques_of(const vehicle::Map2& map) {
+  return {map.z.data(), static_cast<Index>(map.z.size())};
+}
+
 struct EngineSolved : MapSolved {
   vehicle::Map2 torque_nm;  ///< that the deviations are from
   std::vector<std::string> doubts;
@@ -141,9 +145,7 @@ std::vector<std::string> contradicted(const Asked& a, const EngineSolved& s,
 /// gears that were driven.
 MatrixXd engine_held_by(const vehicle::Map2& stated, const EngineWindows& windows) {
   const double most = *std::max_element(stated.z.begin(), stated.z.end());
-  VectorXd size(static_cast<Index>(stated.z.size()));
-  for (Index k = 0; k < size.size(); ++k)
-    size(k) = std::abs(stated.z[static_cast<std::size_t>(k)]) + 0.1 * most;
+  const VectorXd size = torques_of(stated).cwiseAbs().array() + 0.1 * most;
   const auto gears = static_cast<Index>(windows.gears);
   MatrixXd out = MatrixXd::Zero(size.size() + gears, size.size() + gears);
   out.topLeftCorner(size.size(), size.size()) = map_covariance(stated.x, stated.y, size);
@@ -172,14 +174,11 @@ EngineSolved solve_engine(const Asked& a, const vehicle::Map2& stated) {
   for (int round = 0; round < 3; ++round) {
     const EngineEquations e = a.equations(s.torque_nm, a.car, a.is);
     // The prior is about the stated map: what the last round added counts as wanted again.
-    for (Index k = 0; k < places; ++k)
-      before(k) =
-          s.torque_nm.z[static_cast<std::size_t>(k)] - stated.z[static_cast<std::size_t>(k)];
+    before.head(places) = torques_of(s.torque_nm) - torques_of(stated);
     s.fit = map_fit(e.rows, e.wanted + e.rows * before, block, held);
     if (round == 2) break;
-    for (Index k = 0; k < places; ++k)
-      s.torque_nm.z[static_cast<std::size_t>(k)] =
-          stated.z[static_cast<std::size_t>(k)] + s.fit.value(k);
+    const VectorXd now = torques_of(stated) + s.fit.value.head(places);
+    s.torque_nm.z.assign(now.begin(), now.end());
   }
   s.granted = granted_of(a, s, held);
   s.doubts = contradicted(a, s, before, held, block);

@@ -68,44 +68,31 @@ ReducedCar plain_numbers(const vehicle::Car<double>& car, double fuel_kg) {
 void fit_loads(ReducedCar& car, const std::vector<CarMoment>& moments,
                std::vector<PartError>& errors) {
   for (std::size_t a = 0; a < 2; ++a) {
-    std::vector<std::vector<double>> lift(7), transfer(4), camber(3);
-    std::vector<double> pressed, moved, leant;
+    Equation lift, transfer, camber;
     for (const CarMoment& m : moments) {
       const PlanarState s = planar_state(m);
       const WheelMoment &l = m.wheel[2 * a], &r = m.wheel[2 * a + 1];
       const double v2 = s.vx_mps * s.vx_mps, q = 0.5 * car.density_kgpm3 * v2;
-      const double columns[] = {1.0,
-                                v2,
-                                s.ax_mps2,
-                                s.an_mps2 - car.gravity_mps2,
-                                std::abs(s.vy_mps) / s.vx_mps,
-                                m.ay_mps2 * m.ay_mps2};
-      for (std::size_t k = 0; k < 6; ++k) lift[k].push_back(q * columns[k]);
-      lift[6].push_back(car.mass_kg * s.ax_mps2 * columns[3]);
-      pressed.push_back(l.fz_n + r.fz_n - axle_loads(car, s, m.ay_mps2)[a]);
-      if (l.fz_n > kLeastLoad_n && r.fz_n > kLeastLoad_n) {
-        transfer[0].push_back(car.mass_kg * m.ay_mps2);
-        transfer[1].push_back(l.fy_n + r.fy_n);
-        transfer[2].push_back(car.mass_kg * m.ay_mps2 * v2);
-        transfer[3].push_back(car.mass_kg * m.ay_mps2 * columns[3]);
-        moved.push_back(0.5 * (r.fz_n - l.fz_n));
-      }
-      for (std::size_t i = 2 * a; i < 2 * a + 2; ++i) {
-        camber[0].push_back(side_of(i));
-        camber[1].push_back(side_of(i) * m.wheel[i].fz_n);
-        camber[2].push_back(m.ay_mps2);
-        leant.push_back(m.wheel[i].camber_rad);
-      }
+      const double more = s.an_mps2 - car.gravity_mps2;
+      lift.add({q, q * v2, q * s.ax_mps2, q * more, q * (std::abs(s.vy_mps) / s.vx_mps),
+                q * (m.ay_mps2 * m.ay_mps2), car.mass_kg * s.ax_mps2 * more},
+               l.fz_n + r.fz_n - axle_loads(car, s, m.ay_mps2)[a]);
+      if (l.fz_n > kLeastLoad_n && r.fz_n > kLeastLoad_n)
+        transfer.add({car.mass_kg * m.ay_mps2, l.fy_n + r.fy_n, car.mass_kg * m.ay_mps2 * v2,
+                      car.mass_kg * m.ay_mps2 * more},
+                     0.5 * (r.fz_n - l.fz_n));
+      for (std::size_t i = 2 * a; i < 2 * a + 2; ++i)
+        camber.add({side_of(i), side_of(i) * m.wheel[i].fz_n, m.ay_mps2}, m.wheel[i].camber_rad);
     }
-    const std::vector<double> areas = linear_fit(lift, pressed);
+    const std::vector<double> areas = linear_fit(lift);
     std::copy_n(areas.begin(), 6, car.lift_m2[a]);
     car.along_pressed[a] = areas[6];
-    const std::vector<double> shares = linear_fit(transfer, moved);
+    const std::vector<double> shares = linear_fit(transfer);
     car.transfer_mass[a] = shares[0];
     car.transfer_force[a] = shares[1];
     car.transfer_speed[a] = shares[2];
     car.transfer_pressed[a] = shares[3];
-    const std::vector<double> lean = linear_fit(camber, leant);
+    const std::vector<double> lean = linear_fit(camber);
     std::copy(lean.begin(), lean.end(), car.camber[a]);
 
     ErrorSum load, across, angle;
@@ -130,22 +117,19 @@ void fit_loads(ReducedCar& car, const std::vector<CarMoment>& moments,
 
 void fit_radius(ReducedCar& car, const std::vector<CarMoment>& moments,
                 std::vector<PartError>& errors) {
-  std::vector<std::vector<double>> columns(2);
-  std::vector<double> wanted;
+  Equation e;
   const double load_n = 0.5 * car.mass_kg * car.gravity_mps2 * car.front_m / car.wheelbase_m;
   car.wheel[1].load_n = load_n;
   for (const CarMoment& m : moments)
     for (const WheelMoment& w : {m.wheel[2], m.wheel[3]}) {
       if (std::abs(w.kappa) > 0.1 || w.fz_n < kLeastLoad_n || w.spin_radps < 1.0) continue;
-      columns[0].push_back(1.0);
-      columns[1].push_back(w.fz_n / load_n - 1.0);
-      wanted.push_back(w.ground_mps * (1.0 + w.kappa) / w.spin_radps);
+      e.add({1.0, w.fz_n / load_n - 1.0}, w.ground_mps * (1.0 + w.kappa) / w.spin_radps);
     }
-  const std::vector<double> found = linear_fit(columns, wanted);
+  const std::vector<double> found = linear_fit(e);
   std::copy(found.begin(), found.end(), car.roll_m);
   ErrorSum sum;
-  for (std::size_t i = 0; i < wanted.size(); ++i)
-    sum.add(wanted[i], found[0] + found[1] * columns[1][i]);
+  for (std::size_t i = 0; i < e.wanted.size(); ++i)
+    sum.add(e.wanted[i], found[0] + found[1] * e.columns[1][i]);
   errors.push_back(sum.as("rear rolling radius", "m"));
 }
 

@@ -89,19 +89,18 @@ LeastSquares least_squares(std::vector<Unknown>& unknowns, const Residuals& resi
   return out;
 }
 
-std::vector<double> linear_fit(const std::vector<std::vector<double>>& columns,
-                               const std::vector<double>& wanted) {
-  const auto rows = static_cast<Eigen::Index>(wanted.size()),
-             n = static_cast<Eigen::Index>(columns.size());
-  Eigen::MatrixXd a(rows, n);
-  for (Eigen::Index k = 0; k < n; ++k)
-    a.col(k) = Eigen::Map<const Eigen::VectorXd>(columns[static_cast<std::size_t>(k)].data(), rows);
+std::vector<double> linear_fit(const Equation& equation) {
+  const auto rows = static_cast<Eigen::Index>(equation.wanted.size());
+  Eigen::MatrixXd a(rows, static_cast<Eigen::Index>(equation.columns.size()));
+  for (Eigen::Index k = 0; const std::vector<double>& column : equation.columns)
+    a.col(k++) = Eigen::Map<const Eigen::VectorXd>(column.data(), rows);
   // A column without effect stays 0 and gets weight 0.
   const Eigen::VectorXd size = a.colwise().norm().transpose().cwiseMax(1e-300);
-  const Eigen::VectorXd found = (a * size.cwiseInverse().asDiagonal())
-                                    .completeOrthogonalDecomposition()
-                                    .solve(Eigen::Map<const Eigen::VectorXd>(wanted.data(), rows))
-                                    .cwiseQuotient(size);
+  const Eigen::VectorXd found =
+      (a * size.cwiseInverse().asDiagonal())
+          .completeOrthogonalDecomposition()
+          .solve(Eigen::Map<const Eigen::VectorXd>(equation.wanted.data(), rows))
+          .cwiseQuotient(size);
   return {found.begin(), found.end()};
 }
 
