@@ -50,7 +50,7 @@ struct Stated {
     using P = vehicle::Parameter;
     for (const P p : {P::chassis_wheelbase_m, P::aero_drag_height_m, P::front_wheel_inertia_kgm2,
                       P::rear_wheel_inertia_kgm2, P::front_spring_npm, P::rear_spring_npm,
-                      P::engine_inertia_kgm2})
+                      P::engine_inertia_kgm2, P::aero_drag_area_m2})
       its.parameters[p] *= 1.0 + 0.5 * prior[static_cast<std::size_t>(p)] * dice.normal();
     const double rolls = 1.0 + 0.15 * dice.normal();
     for (auto& tyre : its.files.tyre) tyre.qsy1 *= rolls, tyre.qsy2 *= rolls;
@@ -63,6 +63,8 @@ struct Stated {
   }
 };
 
+// Measured: 92 to 94 % in six draws; 96 % where the stated drag was exact, since intervals of
+// engine and brakes hold its prior.
 TEST(SlowSetupNumbers, AreInTheirIntervalsWhereTheArmIsUnknown) {
   const std::string folder = places::data() + "/ocd_trials";
   const std::vector<nlohmann::json> trials = support::trials_of(folder);
