@@ -205,7 +205,7 @@ TEST_F(SlowBadInput, AnotherCar) {
   EXPECT_EQ(explain::judge(found), explain::Verdict::kUnknown);
   ASSERT_FALSE(found.remarks.empty());
   EXPECT_THAT(found.remarks.back().text,
-              HasSubstr("is it the file of this car? Nothing about the car is named"));
+              HasSubstr("is it the file of this car? Nothing about the car is named by forces"));
 }
 
 TEST_F(SlowBadInput, WithoutForcesNoCarIsNeeded) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "signal_samples.h"
+#include "turning_drive.h"
 #include "vehicle/error.h"
 #include "vehicle/test_roads.h"
 
@@ -166,6 +167,21 @@ TEST(Signals, SaysThatTheCarDrivesBackwards) {
   std::reverse(t.columns[1].begin(), t.columns[1].end());
   std::reverse(t.columns[2].begin(), t.columns[2].end());
   EXPECT_THAT(refusal(t, road), HasSubstr("against u"));
+}
+
+TEST(Signals, AHeadingToTheNorthEastIsNoCompass) {
+  explain_test::TurningDrive d;
+  d.radius_m = 800;
+  d.speed_mps = 20;
+  d.laps = 0.22;
+  const crg::Surface road(explain_test::LeaningOval(d).flat_road());
+  recording::Table t = explain_test::logged(d);
+  const auto far = static_cast<std::ptrdiff_t>(t.rows() - 330);  // 13 s, about 45 degrees
+  for (std::vector<double>& column : t.columns) column.erase(column.begin(), column.begin() + far);
+  t.add("brake_command_pa", std::vector<double>(t.rows(), 0.0));
+  const std::vector<std::string> said = make_signals(t, identity_mapping(t), road, "x").remarks;
+  EXPECT_THAT(said, testing::ElementsAre("x: 'brake_command_pa' is constant: not used",
+                                         HasSubstr("0.0 laps: what comes back every lap")));
 }
 
 }  // namespace signals_test

@@ -42,7 +42,7 @@ struct Comparison {
 
 /// All that can be said without driving the whole simulated car (docs/crgexplain.md): relations,
 /// short waves, discs, and the verdict. Throws vehicle::Error when it cannot be made: nothing in
-/// common between the channels, less than 30 s of usable driving.
+/// common between the channels, less than 15 s of usable driving.
 Findings explain(const Comparison& comparison, const ExplainOptions& options = {});
 
 /// The relations alone, without a verdict.

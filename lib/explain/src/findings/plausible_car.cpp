@@ -44,7 +44,7 @@ void doubt_the_car(Findings& findings) {
   std::erase_if(findings.findings, [](const Finding& f) { return is_of_the_car(f.kind); });
   findings.remarks.push_back(
       fmt::format("{} are each more than {:.0f} % off what the vehicle file states: is it the file "
-                  "of this car? Nothing about the car is named or written back{}",
+                  "of this car? Nothing about the car is named by forces, or written back{}",
                   two_far ? far.names : less.names,
                   100 * (two_far ? selection::kOtherCar : selection::kOtherCarLess), unnamed));
   findings.doubtful_car = true;

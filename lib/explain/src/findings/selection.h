@@ -31,7 +31,7 @@ inline constexpr double kCurveAcross = 0.01;
 /// itself on two circuits of game meshes with facets, 3 to 16 % at 0.17 to 1.1.
 inline constexpr double kLostBySwing = 0.15;
 
-/// Rows that the analysis wants, about 30 s of driving. From: judgement. Shown by: BadInput.
+/// Rows that the analysis wants, about 15 s of driving. From: judgement. Shown by: BadInput.
 inline constexpr std::size_t kLeastRows = 200;
 
 // ---- Null replicates -------------------------------------------------------------------------

@@ -18,6 +18,13 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace {
+
+/// Of driving in which about four relations hold.
+double seconds_of(std::size_t rows) { return 0.3 * static_cast<double>(rows) / 4; }
+
+}  // namespace
+
 Analysis::Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car,
                    const ExplainOptions& options)
     : logs_(logs), car_(car), options_(options) {
@@ -42,13 +49,15 @@ Analysis::Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car
       if (!relations()[k].sensors_only) std::fill(of_log.r[k].begin(), of_log.r[k].end(), kNaN);
   rows_ = make_rows(logs, base);
   if (options.forces && rows_.row.size() < selection::kLeastRows)
-    throw vehicle::Error(
-        fmt::format("{}: {:.0f} s of usable driving on this road; at least 30 s are wanted",
-                    logs.front().name, 0.3 * static_cast<double>(rows_.row.size()) / 4));
+    throw vehicle::Error(fmt::format(
+        "{}: {:.0f} s of usable driving on this road; at least {:.0f} s are wanted: give a longer "
+        "log, or more with --log",
+        logs.front().name, seconds_of(rows_.row.size()), seconds_of(selection::kLeastRows)));
   // Laps held out take no part in any choice: their weight is zero.
   for (const Row& row : rows_.row) training_.push_back(options.hold_out.count(row.lap) == 0);
   if (options.forces && !enough_rows())
-    throw vehicle::Error("the held-out laps leave less than 30 s for the analysis");
+    throw vehicle::Error(fmt::format("the held-out laps leave less than {:.0f} s for the analysis",
+                                     seconds_of(selection::kLeastRows)));
   amounts_ = VectorXd::Zero(static_cast<Index>(refit_.size()));
   r_ = stated_rows_ = gather(rows_, base);
   find_what_fine_steps_add();

@@ -135,15 +135,18 @@ std::complex<double> course_beside_heading(const Signals& s, const PathSays& pat
 void check_yaw(Channels& channels, const PathSays& path) {
   Signals& s = channels.s;
   if (!s.present[kYaw]) return;
-  const std::complex<double> compass = course_beside_heading(s, path, -1.0);
-  constexpr double kRight = std::numbers::pi / 2;
-  if (std::abs(compass) > 0.9 && std::abs(std::arg(compass) - kRight) < 0.26)
+  const std::complex<double> compass = course_beside_heading(s, path, -1.0),
+                             heading = course_beside_heading(s, path, 1.0);
+  constexpr double kAlike = 0.9, kNear = 0.26, kRight = std::numbers::pi / 2;
+  const double offset = std::arg(heading);
+  // To the north-east both are alike.
+  const bool right = std::abs(heading) > kAlike && std::abs(offset) < kNear;
+  if (!right && std::abs(compass) > kAlike && std::abs(std::arg(compass) - kRight) < kNear)
     channels.leave_out(kYaw,
                        "counts clockwise from north, where counter-clockwise from the x axis "
                        "is wanted: give it scale -1 and offset 1.5708");
   channels.check(kYaw, s.dx[kYaw], {path.turn_radps, 0.02, "the turning", 0.67, 1.5, 0.7});
-  const double offset = std::arg(course_beside_heading(s, path, 1.0));
-  if (s.present[kYaw] && std::abs(offset) > 0.26)
+  if (s.present[kYaw] && std::abs(offset) > kNear)
     channels.leave_out(
         kYaw, fmt::format("has another zero: {:.3f} rad from the course on average", offset));
 }

@@ -288,8 +288,11 @@ void leave_out_constant(Signals& s) {
                         c == kWheelRear || (c == kThrottle && moves_against_throttle(s, 0, s.n)) ||
                         (c == kBrakeFront && !moves(kBrakeRear) && brakes(s)) ||
                         (c == kBrakeRear && !moves(kBrakeFront) && brakes(s));
-      s.remarks.push_back(fmt::format("{}: '{}' is constant: not used{}", s.name, s.column[c],
-                                      dead ? "; take it out of the mapping" : ""));
+      // Both axles may have one column.
+      const std::string remark =
+          fmt::format("{}: '{}' is constant: not used{}", s.name, s.column[c],
+                      dead ? "; take it out of the mapping" : "");
+      if (s.remarks.empty() || s.remarks.back() != remark) s.remarks.push_back(remark);
       s.broken = s.broken || dead;
       s.present[c] = false;
     }
