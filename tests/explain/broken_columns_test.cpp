@@ -481,6 +481,21 @@ TEST_F(BrokenColumns, DevicesWithAClockOfTheirOwnAreMoved) {
   EXPECT_NEAR(all.findings[1].parameters[0].value, imu.delay_s + 0.004, 1e-12);
 }
 
+TEST_F(BrokenColumns, WheelsAndAGyroOffAlikeAreNoClock) {
+  recording::Table t = changed("vx_mps", [](double v) { return 1.009 * v; });
+  for (double& v : column(t, "yaw_rate_radps")) v *= 1.009;
+  EXPECT_THAT(said(t), testing::HasSubstr("the clock runs"));
+  for (const char* wheel : {"fl", "fr", "rl", "rr"}) {
+    *std::find(t.names.begin(), t.names.end(), fmt::format("wheel_{}_radps", wheel)) =
+        fmt::format("wheel_{}_mps", wheel);
+    std::vector<double>& speed = column(t, fmt::format("wheel_{}_mps", wheel));
+    speed = column(t, "vx_mps");
+    for (std::size_t i = 0; i < t.rows(); ++i)  // right and left differ in a turn
+      speed[i] += (wheel[1] == 'r' ? 0.7 : -0.7) * column(t, "yaw_rate_radps")[i];
+  }
+  EXPECT_EQ(said(t), "");
+}
+
 TEST_F(BrokenColumns, AClockThatRunsFastIsRefusedWithItsScale) {
   recording::Table t = changed("time_s", [](double v) { return 1.02 * v; });
   const std::string refusal = said(t);

@@ -105,6 +105,9 @@ TEST(FlatRoad, SaysWhatALogLacks) {
   EXPECT_THAT(refused({"road", path, "-o", folder.path("flat.crg")}),
               AllOf(HasSubstr("no yaw_rate_radps"), HasSubstr("x_m and y_m")));
   EXPECT_THAT(refused({"road", path, "-o", path}), HasSubstr("would overwrite it"));
+  const std::string empty = folder.file("empty.csv", "time_s,x(m),y(m)\n");
+  EXPECT_THAT(refused({"road", empty, "-o", folder.path("flat.crg")}),
+              HasSubstr("0 rows: a log of at least 50 is wanted; give a log"));
 }
 
 /// A recording of others, unpacked; empty: not here.

@@ -136,6 +136,7 @@ TEST(WheelsSay, AnOffsetOfTheSteeringMayBeCoupledWheelsOfDifferentRadius) {
   say_that_wheels_are_coupled(turning_log(0.96), car, other);
   ASSERT_EQ(other.findings.size(), 1U);
   EXPECT_EQ(other.findings[0].mechanism, "vehicle.differential");
+  EXPECT_FALSE(other.findings[0].not_used.empty());
   car.terms[vehicle::Term::locked_differential] = 1;
   other.findings.clear();
   say_that_wheels_are_coupled(turning_log(0.96), car, other);

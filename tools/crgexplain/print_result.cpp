@@ -91,7 +91,7 @@ void print_result(const RunCommand& command, const explain::ExplainedFiles& resu
                                findings.simulated_lap_before_s, findings.simulated_lap_after_s));
   terminal.print(fmt::format("{0}/report.html, {0}/findings.json\n", command.out_path));
   for (const explain::NextStep& step : result.next)
-    terminal.print(fmt::format("{}: {}\n", step.what, step.how));
+    terminal.print(fmt::format("{}: {}\n", step.what, one_line(step.how)));
 }
 
 }  // namespace crgexplain

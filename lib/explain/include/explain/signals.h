@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,7 @@ struct LateColumns {
 /// Signals every kStep_s, from a local quadratic fit, so that delays and filters commute with it.
 struct Signals {
   static constexpr double kStep_s = 0.05;
+  static constexpr double kRolls_mps = 6.0;  ///< its wheels turn as it goes
   std::string name;
   std::size_t n = 0;
   std::array<std::vector<double>, kChannelCount> x, dx;  ///< value and time derivative; NaN: none
@@ -87,5 +89,10 @@ struct Signals {
 /// (then with the rotation and shift that would bring it there, if one is found).
 Signals make_signals(const recording::Table& table, const Mapping& mapping,
                      const crg::Surface& surface, const std::string& name);
+
+/// Mean speed over that of an axle's wheels as they are logged, where the car rolls; 0: not known.
+double speed_over_wheels(const Signals& log, Channel wheels);
+/// The axle whose wheels' speed the logged one is within 0.2 %: their radius and filter are in it.
+std::optional<Channel> wheels_of_speed(const Signals& log);
 
 }  // namespace explain

@@ -12,27 +12,16 @@
 namespace explain {
 namespace {
 
-constexpr double kRolls_mps = 6.0;
-
-/// Mean speed over that of an axle's wheels, where the car rolls.
-double speed_over(const Signals& log, Channel wheels) {
-  double speed = 0.0, rolled = 0.0;
-  for (std::size_t i = 0; i < log.n; ++i)
-    if (log.x[kVx][i] > kRolls_mps && std::isfinite(log.x[wheels][i]))
-      speed += log.x[kVx][i], rolled += log.x[wheels][i];
-  return rolled > 0 ? speed / rolled : 0.0;
-}
-
 /// Share of the driven wheels' speed difference that turning asks for which is not there, beside a
 /// part that goes with the speed; none where the car hardly turns.
 std::optional<FoundParameter> coupled_share(const Signals& log, double track_m) {
   if (!log.present[kWheelRearDifference] || !log.present[kYawRate]) return std::nullopt;
-  const double radius_m = log.wheels_in_mps ? 1.0 : speed_over(log, kWheelRear);
+  const double radius_m = log.wheels_in_mps ? 1.0 : speed_over_wheels(log, kWheelRear);
   Eigen::Matrix4d sums = Eigen::Matrix4d::Zero();
   for (std::size_t i = 0; i < log.n; ++i) {
     const Eigen::Vector4d at(-track_m * log.x[kYawRate][i], log.x[kVx][i], 1.0,
                              radius_m * log.x[kWheelRearDifference][i]);
-    if (log.x[kVx][i] > kRolls_mps && at.allFinite()) sums += at * at.transpose();
+    if (log.x[kVx][i] > Signals::kRolls_mps && at.allFinite()) sums += at * at.transpose();
   }
   const double count = sums(2, 2);
   const Eigen::Matrix3d asked = sums.topLeftCorner<3, 3>();
@@ -63,6 +52,7 @@ void say_that_wheels_are_coupled(const Signals& log, const vehicle::Vehicle& car
     f.physics = "the driven wheels turn alike, by their speeds and the yaw rate alone";
     f.equation = kEquation;
     f.parameters = {*share};
+    f.not_used = "the vehicle file may be that of another car";
     return;
   }
   if (!log.present[kSteer] || log.commanded[kSteer]) return;
@@ -90,28 +80,24 @@ void say_that_wheels_are_coupled(const Signals& log, const vehicle::Vehicle& car
 }
 
 void take_speeds_of_wheels_as_usual(const Signals& log, Findings& findings) {
-  constexpr double kSame = 0.002, kMostGain = 0.03, kMostLate_s = 0.15;
-  if (!log.wheels_in_mps) return;
-  for (const Channel wheels : {kWheelRear, kWheelFront}) {
-    if (!log.present[wheels] || !(std::abs(speed_over(log, wheels) - 1) < kSame)) continue;
-    std::string said;
-    std::erase_if(findings.findings, [&](const Finding& f) {
-      if (f.kind != "sensor" || f.channel != log.column[kVx] || f.parameters.empty()) return false;
-      const FoundParameter& p = f.parameters.front();
-      const bool of_gain = is_about(f, kSensorGain);
-      const bool late = is_about(f, kSensorDelay) || is_about(f, kSensorLowPass);
-      if (!(of_gain || late) || std::abs(p.value) > (of_gain ? kMostGain : kMostLate_s))
-        return false;
-      said += fmt::format("{}{} {:.2g} {}", said.empty() ? "" : ", ", p.name, p.value, p.unit);
-      return true;
-    });
-    if (said.empty()) return;
-    findings.remarks.push_back(
-        fmt::format("'{}' is the speed of '{}': their radius and filter are in it, as is usual "
-                    "({}); it is corrected for the analysis and not written back",
-                    log.column[kVx], log.column[wheels], said));
-    return;
-  }
+  constexpr double kMostGain = 0.03, kMostLate_s = 0.15;
+  const std::optional<Channel> wheels = wheels_of_speed(log);
+  if (!wheels) return;
+  std::string said;
+  std::erase_if(findings.findings, [&](const Finding& f) {
+    if (f.kind != "sensor" || f.channel != log.column[kVx] || f.parameters.empty()) return false;
+    const FoundParameter& p = f.parameters.front();
+    const bool of_gain = is_about(f, kSensorGain);
+    const bool late = is_about(f, kSensorDelay) || is_about(f, kSensorLowPass);
+    if (!(of_gain || late) || std::abs(p.value) > (of_gain ? kMostGain : kMostLate_s)) return false;
+    said += fmt::format("{}{} {:.2g} {}", said.empty() ? "" : ", ", p.name, p.value, p.unit);
+    return true;
+  });
+  if (said.empty()) return;
+  findings.remarks.push_back(
+      fmt::format("'{}' is the speed of '{}': their radius and filter are in it, as is usual "
+                  "({}); it is corrected for the analysis and not written back",
+                  log.column[kVx], log.column[*wheels], said));
 }
 
 }  // namespace explain

@@ -140,10 +140,10 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
   const bool by_satellites = find("latitude_rad") != nullptr && find("longitude_rad") != nullptr &&
                              find("x_m") == nullptr && find("y_m") == nullptr;
   const bool placed = by_satellites || (find("x_m") != nullptr && find("y_m") != nullptr);
-  want_columns(table, placed, mapping);
   if (table.rows() < kFewestRows)
     mapping.missing.push_back(
         fmt::format("{} rows: a log of at least {} is wanted", table.rows(), kFewestRows));
+  want_columns(table, placed, mapping);
   if (!mapping.missing.empty()) return mapping;
   std::vector<double> t = mapped_values(mapping, table, "time_s");
   settle_level_axes(table, t, mapping);

@@ -21,12 +21,13 @@ std::vector<NextStep> next_steps(const ExplainRequest& request, const ExplainedF
                          now.vehicle_path != request.vehicle_path || now.mapping;
   const std::vector<Finding>& findings = result.findings.findings;
   if (!corrected && findings.empty()) return {};
-  if (!corrected)
-    return {{"no inputs are written",
-             std::any_of(findings.begin(), findings.end(),
-                         [](const Finding& f) { return !f.not_used.empty(); })
-                 ? "the whole car is not better with them; --skip-simulation writes them untried"
-                 : "no road, car or mapping holds what was found"}};
+  if (!corrected) {
+    const auto held_back = std::find_if(findings.begin(), findings.end(),
+                                        [](const Finding& f) { return !f.not_used.empty(); });
+    return {{"no inputs are written", held_back != findings.end()
+                                          ? held_back->not_used
+                                          : "no road, car or mapping holds what was found"}};
+  }
   const std::string track = option("--road", now.track_path),
                     vehicle = option("--car", now.vehicle_path),
                     friction = option("--grip", now.friction_path),

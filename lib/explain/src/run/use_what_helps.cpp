@@ -98,6 +98,7 @@ Outcome drive(const Trial& trial, const Chosen& chosen) {
   out.check = trial.stages.get<SimulationCheck>("whole car" + of, check, check_from_bytes,
                                                 [](const auto& c) { return to_bytes(c); });
   out.why_not = why_not_used(out.check, moves_the_car(request, corrected));
+  if (!out.why_not.empty()) out.why_not += "; --skip-simulation writes it untried";
   return out;
 }
 

@@ -327,8 +327,9 @@ void refuse_another_clock(const Signals& s, const PathSays& path) {
   const bool by_heading = heading.known && heading.correlation > 0.992;
   if (!by_heading && !(gyro.known && gyro.correlation > 0.99)) return;
   const double turn = by_heading ? heading.slope : 1 / gyro.slope;
-  if (std::abs(speed - 1) > (by_heading ? 0.007 : 0.012) &&
-      std::abs(turn / speed - 1) < (by_heading ? 0.004 : 0.006))
+  // Radii are a per cent off as often as gyros are.
+  const double least = wheels_of_speed(s) ? 0.015 : by_heading ? 0.007 : 0.012;
+  if (std::abs(speed - 1) > least && std::abs(turn / speed - 1) < (by_heading ? 0.004 : 0.006))
     throw vehicle::Error(fmt::format(
         "{}: the path is {:.3f} times as fast as '{}', and the {} turns {:.3f} times as fast as "
         "'{}': the clock runs {} by {:.1f} %; give time_s the scale {:.4f} in the mapping",

@@ -53,4 +53,20 @@ void refuse_another_unit(const Signals& s) {
         s.name, chords_m / way_m, s.column[kVx], chords_m / way_m));
 }
 
+double speed_over_wheels(const Signals& log, Channel wheels) {
+  double speed = 0.0, rolled = 0.0;
+  for (std::size_t i = 0; i < log.n; ++i)
+    if (log.x[kVx][i] > Signals::kRolls_mps && std::isfinite(log.x[wheels][i]))
+      speed += log.x[kVx][i], rolled += log.x[wheels][i];
+  return rolled > 0 ? speed / rolled : 0.0;
+}
+
+std::optional<Channel> wheels_of_speed(const Signals& log) {
+  constexpr double kSame = 0.002;
+  if (!log.wheels_in_mps) return std::nullopt;
+  for (const Channel wheels : {kWheelRear, kWheelFront})
+    if (log.present[wheels] && std::abs(speed_over_wheels(log, wheels) - 1) < kSame) return wheels;
+  return std::nullopt;
+}
+
 }  // namespace explain
