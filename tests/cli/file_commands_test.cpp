@@ -93,6 +93,16 @@ TEST(FileCommands, LanesAreAsWideAsTheSummaryBesideTheRoadSays) {
         "{" + of_this + R"(, "road_edges": {"every_rows": 2, "right_m": [], "left_m": [1]}})",
         "{" + of_this + R"(, "road_edges": {"every_rows": -2, "right_m": {}, "left_m": "1"}})"})
     EXPECT_NEAR(lane_begins(other), 2.0, 0.02) << other;
+  // The last row, of a circuit the first again, lies between two records.
+  const std::vector<double> right(14, -0.9), left(14, 1.2);
+  std::ofstream(folder / "summary.json") << fmt::format(
+      R"({{{}, "grid": {{"rows": 41}}, "road_edges": {{"every_rows": 3, "right_m": [{}],
+          "left_m": [{}], "changes": {{"row": [0, 40], "right_m": [-0.9, -0.9],
+          "left_m": [1.2, 1.5]}}}}}})",
+      of_this, fmt::join(right, ","), fmt::join(left, ","));
+  const Ran ran = crgbuild({"export", folder / "road.crg", "-o", folder / "line.csv"});
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(read(folder / "line.csv"), ::testing::EndsWith(",0.9000,1.5000\n"));
 }
 
 // A hole beyond the road's edge, which the build that made the road knows.

@@ -162,23 +162,32 @@ BuiltBeside built_beside(const std::string& crg_path) {
       if (value.is_number()) values.push_back(value.get<double>());
     return values;
   };
-  const std::vector<double> right_m = numbers("right_m"), left_m = numbers("left_m");
+  std::vector<double> right_m = numbers("right_m"), left_m = numbers("left_m");
   if (every == 0 || left_m.empty() || right_m.size() != left_m.size() ||
       rows > std::filesystem::file_size(crg_path))
     return out;
-  const auto between = [&](const std::vector<double>& of, std::size_t row) {
-    const std::size_t a = std::min(row / every, of.size() - 1), b = std::min(a + 1, of.size() - 1);
-    return std::lerp(of[a], of[b], static_cast<double>(row % every) / static_cast<double>(every));
+  const std::vector<double> row = numbers("changes/row"), from_right_m = numbers("changes/right_m"),
+                            from_left_m = numbers("changes/left_m");
+  const bool each_row = !row.empty() && row[0] == 0.0 && from_right_m.size() == row.size() &&
+                        from_left_m.size() == row.size();
+  if (each_row &&
+      (rows - 1) % every != 0) {  // the last row lies between: of a circuit it is the first
+    right_m.push_back(from_right_m.back());
+    left_m.push_back(from_left_m.back());
+  }
+  const auto between = [&](const std::vector<double>& of, std::size_t i) {
+    const std::size_t a = std::min(i / every, of.size() - 1), b = std::min(a + 1, of.size() - 1),
+                      begin = a * every, end = std::min(b * every, rows - 1);
+    return end > begin
+               ? std::lerp(of[a], of[b],
+                           static_cast<double>(i - begin) / static_cast<double>(end - begin))
+               : of[a];
   };
   for (std::size_t i = 0; i < rows; ++i) {
     out.smooth.right_m.push_back(between(right_m, i));
     out.smooth.left_m.push_back(between(left_m, i));
   }
-  const std::vector<double> row = numbers("changes/row"), from_right_m = numbers("changes/right_m"),
-                            from_left_m = numbers("changes/left_m");
-  if (row.empty() || row[0] != 0.0 || from_right_m.size() != row.size() ||
-      from_left_m.size() != row.size())
-    return out;
+  if (!each_row) return out;
   for (std::size_t i = 0, k = 0; i < rows; ++i) {
     while (k + 1 < row.size() && row[k + 1] <= static_cast<double>(i)) ++k;
     out.edges.right_m.push_back(from_right_m[k]);
