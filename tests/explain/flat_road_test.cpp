@@ -108,6 +108,15 @@ TEST(FlatRoad, SaysWhatALogLacks) {
   const std::string empty = folder.file("empty.csv", "time_s,x(m),y(m)\n");
   EXPECT_THAT(refused({"road", empty, "-o", folder.path("flat.crg")}),
               HasSubstr("0 rows: a log of at least 50 is wanted; give a log"));
+  std::string ring = "time_s,x_m,y_m\n";
+  for (int i = 0; i < 400; ++i)
+    ring += fmt::format("{},{},{}\n", 0.1 * i, 60 * std::cos(0.02 * i), 60 * std::sin(0.02 * i));
+  const std::string slow = folder.file("ring.csv", ring);
+  const support::ToolRun ran =
+      support::run_tool(places::crgexplain(), Words{"road", slow, "-o", folder.path("ring.crg")});
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.out, AllOf(HasSubstr("wants time_s and vx_mps too"),
+                             testing::Not(HasSubstr("crgexplain run --road"))));
 }
 
 /// A recording of others, unpacked; empty: not here.

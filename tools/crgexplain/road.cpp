@@ -166,8 +166,11 @@ int flat_road(const RoadCommand& command, Terminal& terminal) {
                   report.length_m, report.left_m, report.right_m));
   for (const std::string& remark : remarks) terminal.print(fmt::format("  {}\n", one_line(remark)));
   if (reckoned) terminal.print(fmt::format("log      {}\n", one_line(with_places)));
-  terminal.print(
-      next_step(command, reckoned.has_value(), mapping.path.empty() && !mapping.columns.empty()));
+  if (drive.table.find("time_s") == nullptr || drive.table.find("vx_mps") == nullptr)
+    terminal.print("crgexplain run wants time_s and vx_mps too, which this log has not\n");
+  else
+    terminal.print(
+        next_step(command, reckoned.has_value(), mapping.path.empty() && !mapping.columns.empty()));
   return kOk;
 }
 

@@ -189,11 +189,13 @@ void put_motion(Signals& s, SmoothedChannels& channels) {
     channels.put(c, channels.read(channel));
   for (const Channel c : {kX, kY, kVx})
     if (!s.present[c])
-      throw Error(fmt::format("{}: no {}; position and speed are the least the analysis needs",
+      throw Error(fmt::format("{}: no {}; position and speed are the least the analysis needs{}",
                               s.name,
                               c == kX   ? "x_m"
                               : c == kY ? "y_m"
-                                        : "vx_mps"));
+                                        : "vx_mps",
+                              c == kVx ? ": name its column in the mapping"
+                                       : "; crgexplain road makes places of speed and yaw rate"));
 }
 
 /// Left minus right of an axle, where a car that brakes its wheels one by one makes them differ.
