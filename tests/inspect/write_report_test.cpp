@@ -130,7 +130,7 @@ TEST_F(WriteReport, EveryRuleHasItsLimitAndTheLargestThatWasSeen) {
 TEST_F(WriteReport, TheRoadStandsBesideWhatIsPublished) {
   road::ReportRequest request;
   request.crg_path = write(clean_oval(), "clean.crg");
-  request.published = {950.0, {}, 18.2, "a page"};  // the oval: 977 m, 18 m
+  request.published = {950.0, {}, 18.2, "a page", "A. N., 2026, CC0"};  // the oval: 977 m, 18 m
   const json report = report_of(request);
   EXPECT_EQ(report["verdict"], "usable_with_remarks");
   ASSERT_EQ(report["findings"].size(), 1u);
@@ -139,6 +139,7 @@ TEST_F(WriteReport, TheRoadStandsBesideWhatIsPublished) {
                                       "a page"));
   const std::string facts = report["facts"].dump();
   EXPECT_THAT(facts, ::testing::HasSubstr("18.0 m, 1.1 % less than the 18.2 m of a page"));
+  EXPECT_THAT(facts, ::testing::HasSubstr("A. N., 2026, CC0"));
   EXPECT_THAT(facts, ::testing::Not(::testing::HasSubstr("Climb")));
 }
 

@@ -127,7 +127,7 @@ TEST(Recipe, WhatAKeyShowsItReadsBack) {
   from.friction.picture_path = "wet.png";
   from.friction.zones_path = "zones.csv";
   from.kerb.zones_path = "kerbs.csv";
-  from.published = {4304.0, 2.9, 12.0, "the organiser"};
+  from.published = {4304.0, 2.9, 12.0, "the organiser", "A. N., CC0"};
   from.utm_zone = UtmZone{55, false};
   from.T_global_mesh.emplace();
   from.T_global_mesh->translation_m = {1.0 / 3, 2, 3};
@@ -140,10 +140,12 @@ TEST(Recipe, WhatAKeyShowsItReadsBack) {
 }
 
 TEST(Recipe, ABlockSaysWhatIsPublished) {
-  const RecipeFile file("mesh: a.obj\nreference:\n  length_m: 4304\n  source: a page\n");
+  const RecipeFile file(
+      "mesh: a.obj\nreference:\n  length_m: 4304\n  source: a page\n  mesh: A. N., CC0\n");
   const Recipe recipe = read_recipe(file.path());
   EXPECT_EQ(recipe.published.length_m, 4304.0);
   EXPECT_EQ(recipe.published.source, "a page");
+  EXPECT_EQ(recipe.published.mesh, "A. N., CC0");
   EXPECT_FALSE(recipe.published.climb_m);
   EXPECT_THAT(error_of("mesh: a.obj\nreference:\n  lenght_m: 4304\n"),
               HasSubstr(":3: unknown key 'reference_lenght_m'; the nearest known one is "

@@ -28,12 +28,13 @@ struct ReportSource {
   std::string role, path, sha256;
 };
 
-/// What is published of a road, to be compared with it.
+/// What is published of a road, to be compared with it, and of the mesh that it was made of.
 struct Published {
   std::optional<double> length_m;  ///< of the line
   std::optional<double> climb_m;   ///< from its lowest to its highest point
   std::optional<double> width_m;   ///< of the road, its median
   std::optional<std::string> source;
+  std::optional<std::string> mesh;  ///< whose it is, of what date, under which licence
 };
 
 /// What to report on. Pointers are looked at, not kept; everything but crg_path may stay empty.

@@ -163,6 +163,7 @@ void add_published(const HeightMap& map, const AlongU& along, const ReportReques
   const double median_m = width_m.empty() ? NAN : width_m[width_m.size() / 2];
   add("Width", told.width_m, request.road_width_m ? (*request.road_width_m)[1] : median_m,
       0.1 * told.width_m.value_or(0.0));
+  if (told.mesh) report.facts.push_back({"Whose mesh", *told.mesh});
 }
 
 void add_rules(const FindingOptions& options, const ValidateLimits& limits,

@@ -137,6 +137,10 @@ void add_reference_keys(std::vector<RecipeKey>& keys) {
   keys.push_back(
       words("reference", "reference_source", "words", "where that is published", "a source",
             [](Recipe& r) -> std::optional<std::string>& { return r.published.source; }));
+  keys.push_back(words("reference", "reference_mesh", "words",
+                       "whose the mesh is, its date and licence: on the page and in $CT",
+                       "whose the mesh is",
+                       [](Recipe& r) -> std::optional<std::string>& { return r.published.mesh; }));
 }
 
 }  // namespace

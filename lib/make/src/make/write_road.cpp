@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "base/one_line.h"
 #include "base/sha256.h"
 #include "base/write_file.h"
 #include "crg/file.h"
@@ -64,6 +65,8 @@ void write_road(MadeRoad& built, const base::OutputSet& outputs) {
   if (summary.placement) write_projection(summary.placement->projection, built.line, file);
   summary.wgs84 = geo_ends(file);
   file.comment = source_lines(summary.inputs);
+  if (const auto& mesh = summary.recipe.published.mesh)
+    file.comment.push_back(base::one_line("mesh by: " + *mesh));
   base::write_file(outputs.staged(road_name(summary.recipe)),
                    crg::to_bytes(file, summary.recipe.format));
 }
