@@ -130,6 +130,9 @@ TEST(FileCommands, AReportKnowsWhatTheBuildOfTheRoadSays) {
   EXPECT_THAT(verdict(), HasSubstr("usable with 2 remarks"));
   say(R"("the line may be another road")");
   EXPECT_THAT(verdict(), HasSubstr("not usable, 1 error: the line may be another road"));
+  const Ran checked = crgbuild({"check", folder / "road.crg"});
+  EXPECT_EQ(checked.code, 3);
+  EXPECT_THAT(checked.out, HasSubstr("must not be used: the line may be another road"));
 }
 
 TEST(FileCommands, ALineWithWidthsBecomesTheRoadAgain) {

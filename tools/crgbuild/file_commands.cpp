@@ -12,6 +12,7 @@
 #include "commands.h"
 #include "crg/check.h"
 #include "crg/edit.h"
+#include "make/summary.h"
 #include "settings.h"
 
 namespace crgbuild {
@@ -78,7 +79,10 @@ crg::Crg with_settings(crg::Crg crg, crg::ModifierUse use,
 }
 
 int run_check(const CheckCommand& command, Terminal& terminal) {
-  const crg::CheckReport report = crg::check(crg::read(command.crg));
+  crg::CheckReport report = crg::check(crg::read(command.crg));
+  for (const std::string& failure : road::built_beside(command.crg).failures)
+    report.findings.push_back(
+        {crg::Severity::Error, "build", "the road must not be used: " + failure, {}, 1});
   const std::size_t errors = report.count(crg::Severity::Error);
   if (terminal.json) {
     nlohmann::ordered_json out;
@@ -103,8 +107,10 @@ int run_check(const CheckCommand& command, Terminal& terminal) {
       if (finding.count > 1) text += fmt::format(" ({} times)", finding.count);
       text += '\n';
     }
-    text += fmt::format("{} errors, {} warnings, {} notes\n", errors,
-                        report.count(crg::Severity::Warning), report.count(crg::Severity::Note));
+    text += fmt::format(
+        "{} errors, {} warnings, {} notes\nwhether it can be driven: crgbuild report {}\n", errors,
+        report.count(crg::Severity::Warning), report.count(crg::Severity::Note),
+        shell_word(command.crg));
     terminal.print(text);
   }
   return report.passed() ? kOk : kNotValid;

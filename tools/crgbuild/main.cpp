@@ -409,7 +409,9 @@ void define_edits(CLI::App& app, Commands& c) {
   CLI::App* check =
       app.add_subcommand("check", "does a .crg file keep the rules and agree with itself?");
   add_input(*check, "crg", c.check.crg, "the road")->required();
-  check->footer("Example:\n  crgbuild check out/track.crg\n\nExit code 3 when there are errors.");
+  check->footer(
+      "Example:\n  crgbuild check out/track.crg\n\nExit code 3 when there are errors: of the file,"
+      " or of the build beside it.\nThe road itself is looked at by report.");
 
   add_edit(app, "convert", "writes a .crg in another payload format", c.convert,
            "road.crg -o text.crg --format lrfi");
