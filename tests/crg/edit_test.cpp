@@ -180,7 +180,7 @@ TEST(Edit, AppendMakesNoCliff) {
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), ::testing::HasSubstr("it starts 0.99"));
     EXPECT_THAT(error.what(), ::testing::HasSubstr("m below the end of "));
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("let the second road be moved"));
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("let the second road be moved (--move)"));
   }
   EXPECT_LT(worst_height_difference(road, append(first, low, {.move = true}), 0.3), 1e-5);
   // A height of the grid's own, which the line knows nothing of.

@@ -236,6 +236,9 @@ bool meets(const Step& step, double rise_m) {
   return std::abs(step.up_m - rise_m) <= kLargestStep_m;
 }
 
+/// With four decimals at most.
+std::string short_of(double value) { return shortest(std::round(1e4 * value) / 1e4); }
+
 /// The columns about v = 0 that meet, in words; empty: none.
 std::string columns_that_meet(const std::vector<Step>& steps, double rise_m) {
   auto end = std::find_if(steps.begin(), steps.end(), [](const Step& s) { return s.v_m >= 0.0; });
@@ -268,10 +271,10 @@ double rise_at_joint(const std::vector<Step>& steps, bool move, const Crg& first
   const bool moving_helps = meets(worst(median_m), median_m);
   const std::string meet = columns_that_meet(steps, rise_m);
   throw Error(second.source + ": at v = " + shortest(step.v_m) + " m it starts " +
-              shortest(1e-4 * std::round(1e4 * std::abs(step.up_m - rise_m))) + " m " +
+              short_of(std::abs(step.up_m - rise_m)) + " m " +
               (step.up_m > rise_m ? "below" : "above") + " the end of " + first.source +
               ": want at most " + shortest(kLargestStep_m) + " m; " +
-              (moving_helps   ? "or let the second road be moved, which raises it to fit"
+              (moving_helps   ? "or let the second road be moved (--move), which raises it to fit"
                : meet.empty() ? "the cross sections differ"
                               : "the cross sections differ, crop both to v = " + meet));
 }
@@ -334,9 +337,9 @@ Crg append(Crg first, Crg second, const AppendOptions& options) {
   const Point2 end{a.x_m[last], a.y_m[last]}, start{b.x_m[0], b.y_m[0]};
   double gap_m = 0.0, bend_rad = 0.0;
   if (!options.move && !goes_on(a, b, gap_m, bend_rad))
-    throw Error(second.source + ": starts " + shortest(gap_m) + " m and " + shortest(bend_rad) +
+    throw Error(second.source + ": starts " + short_of(gap_m) + " m and " + short_of(bend_rad) +
                 " rad off the end of " + first.source +
-                ": want the ends to meet; or let the second road be moved");
+                ": want the ends to meet; or let the second road be moved (--move)");
   const double rise =
       rise_at_joint(steps_to(a, first.grid, b, second.grid), options.move, first, second);
   const bool z = !a.z_m.empty() || !b.z_m.empty() || rise != 0.0,
