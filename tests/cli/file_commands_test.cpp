@@ -42,6 +42,7 @@ TEST(FileCommands, CheckSaysWhatIsWrongAndSetsTheExitCode) {
   const Ran good = crgbuild({"check", folder / "road.crg"});
   EXPECT_EQ(good.code, 0) << good.err;
   EXPECT_THAT(good.out, HasSubstr("0 errors, 0 warnings"));
+  EXPECT_THAT(good.out, HasSubstr("crgbuild report " + (folder / "road.crg") + " -o report\n"));
   crg::Crg bad = crg::read(folder / "road.crg");
   set_value(bad.options, "REFLINE_CONTINUATION", 1.0);
   crg::write(bad, folder / "bad.crg", crg::Format::KRBI);

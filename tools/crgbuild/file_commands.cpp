@@ -108,8 +108,9 @@ int run_check(const CheckCommand& command, Terminal& terminal) {
       text += '\n';
     }
     text += fmt::format(
-        "{} errors, {} warnings, {} notes\nwhether it can be driven: crgbuild report {}\n", errors,
-        report.count(crg::Severity::Warning), report.count(crg::Severity::Note),
+        "{} errors, {} warnings, {} notes\nwhether it can be driven: crgbuild report {} -o "
+        "report\n",
+        errors, report.count(crg::Severity::Warning), report.count(crg::Severity::Note),
         shell_word(command.crg));
     terminal.print(text);
   }
