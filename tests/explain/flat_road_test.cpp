@@ -49,13 +49,28 @@ TEST(FlatRoad, OfSpeedAndYawRateAloneComesWithTheLogPlaced) {
   for (double& t : since_1970) t += 1.7e9;
   log.add("time_s", since_1970);
   log.add("vx_mps", drive.vx_mps);
-  log.add("yaw_rate_radps", drive.yaw_rate_radps);
+  std::vector<double> leaning = drive.yaw_rate_radps;
+  for (double& rate : leaning) rate *= 0.94;  // about the upright axis of a car on a banking
+  log.add("yaw_rate_radps", leaning);
+  std::vector<double> yaw_rad(1, 1.1);
+  for (std::size_t i = 1; i < since_1970.size(); ++i)
+    yaw_rad.push_back(yaw_rad.back() +
+                      drive.yaw_rate_radps[i] * (drive.time_s[i] - drive.time_s[i - 1]));
+  log.add("yaw_rad", yaw_rad);
   const std::string path = folder.file("log.csv", recording::format_table(log, 17));
   const json said = road_of(path, folder.path("flat.crg"));
   EXPECT_EQ(said.at("places"), "reckoned");
+  EXPECT_LT(said.at("turn_rad").get<double>(), 0.05);
   EXPECT_NEAR(length_of(folder.path("flat.crg")), drive.lap_m, 0.01 * drive.lap_m);
   const recording::Table placed = recording::read_table(folder.path("flat_log.csv"));
   ASSERT_NE(placed.find("x_m"), nullptr);
+  const std::size_t at = placed.rows() / 2;
+  const auto moved_m = [&](const char* name) {
+    return placed.find(name)->at(at + 1) - placed.find(name)->at(at);
+  };
+  EXPECT_NEAR(std::remainder(std::atan2(moved_m("y_m"), moved_m("x_m")) - yaw_rad[at],
+                             2 * std::numbers::pi),
+              0.0, 0.05);
   EXPECT_EQ(*placed.find("vx_mps"), drive.vx_mps);
   EXPECT_EQ(*placed.find("time_s"), since_1970);
   const support::ToolRun driven =

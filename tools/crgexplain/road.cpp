@@ -1,8 +1,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <complex>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -47,14 +51,57 @@ const std::vector<double>& wanted(const recording::Recording& drive, const RoadC
   return *values;
 }
 
-/// Places by speed and yaw rate, as columns of the recording.
+/// Turns places so that they are driven in the direction of the logged heading, where it follows
+/// them: crgexplain run compares the two.
+void turn_to_heading(const recording::Table& log, road::ReckonedPlaces& places) {
+  const std::vector<double>* const yaw = log.find("yaw_rad");
+  std::complex<double> sum = 0.0;
+  double count = 0.0;
+  for (std::size_t i = 1; yaw != nullptr && i < places.x_m.size(); ++i) {
+    const std::complex<double> step(places.x_m[i] - places.x_m[i - 1],
+                                    places.y_m[i] - places.y_m[i - 1]);
+    if (!(std::abs(step) > 0.0) || !std::isfinite((*yaw)[i])) continue;
+    sum += step / std::abs(step) * std::polar(1.0, -(*yaw)[i]);
+    count += 1.0;
+  }
+  if (!(std::abs(sum) > 0.9 * count)) return;
+  for (std::size_t i = 0; i < places.x_m.size(); ++i) {
+    const std::complex<double> turned =
+        std::complex<double>(places.x_m[i], places.y_m[i]) * std::conj(sum) / std::abs(sum);
+    places.x_m[i] = turned.real();
+    places.y_m[i] = turned.imag();
+  }
+}
+
+/// How the car turns on the map, rad/s: by its heading where that follows the gyro, which turns
+/// less on a road that leans.
+std::vector<double> turning_of(const recording::Table& log, const std::vector<double>& time_s,
+                               const std::vector<double>& yaw_rate_radps) {
+  constexpr double kFollows = 0.25;
+  const std::vector<double>* const yaw = log.find("yaw_rad");
+  if (yaw == nullptr) return yaw_rate_radps;
+  std::vector<double> out(yaw->size(), std::numeric_limits<double>::quiet_NaN());
+  double both = 0.0, gyro = 0.0;
+  for (std::size_t i = 1; i < out.size(); ++i) {
+    out[i] = std::remainder((*yaw)[i] - (*yaw)[i - 1], 2.0 * std::numbers::pi) /
+             (time_s[i] - time_s[i - 1]);
+    const double r = yaw_rate_radps[i];
+    if (std::isfinite(out[i] * r)) both += out[i] * r, gyro += r * r;
+  }
+  return std::abs(both / gyro - 1.0) < kFollows ? out : yaw_rate_radps;
+}
+
+/// Places by speed and turning, as columns of the recording.
 std::optional<road::ReckonedPlaces> add_places(const RoadCommand& command,
                                                recording::Recording& drive) {
   if (drive.table.find("x_m") != nullptr && drive.table.find("y_m") != nullptr) return std::nullopt;
   const std::vector<double>* const left = drive.table.find("vy_mps");
-  road::ReckonedPlaces places = road::reckon_places(
-      command.log_path, wanted(drive, command, "time_s"), wanted(drive, command, "vx_mps"),
-      wanted(drive, command, "yaw_rate_radps"), left != nullptr ? *left : std::vector<double>{});
+  const std::vector<double>& time_s = wanted(drive, command, "time_s");
+  road::ReckonedPlaces places =
+      road::reckon_places(command.log_path, time_s, wanted(drive, command, "vx_mps"),
+                          turning_of(drive.table, time_s, wanted(drive, command, "yaw_rate_radps")),
+                          left != nullptr ? *left : std::vector<double>{});
+  turn_to_heading(drive.table, places);
   drive.table.add("x_m", places.x_m);
   drive.table.add("y_m", places.y_m);
   return places;
@@ -87,9 +134,9 @@ void refuse_overwriting(const RoadCommand& command) {
 
 std::string how_closed(const road::ReckonedPlaces& places) {
   if (places.laps == 0)
-    return "places are reckoned from speed and yaw rate; no lap was found, so the road is open";
+    return "places are reckoned from speed and turning; no lap was found, so the road is open";
   return fmt::format(
-      "places are reckoned from speed and yaw rate: {} laps of {:.1f} m, each closed by turning "
+      "places are reckoned from speed and turning: {} laps of {:.1f} m, each closed by turning "
       "it by up to {:.2f} degrees and moving its end by up to {:.1f} m",
       places.laps, places.lap_m, places.turn_rad * 57.29577951308232, places.gap_m);
 }
