@@ -122,13 +122,13 @@ TEST(FileCommands, AReportKnowsWhatTheBuildOfTheRoadSays) {
   const auto say = [&](const std::string& failures) {
     std::ofstream(folder / "summary.json") << fmt::format(
         R"({{"outputs": [{{"sha256": "{}"}}], "grid": {{"rows": 41}},
-            "validation": {{"failures": [{}]}},
+            "validation": {{"failures": [{}]}}, "recipe": {{"reference_length_m": 900}},
             "road_edges": {{"every_rows": 40, "right_m": [-2, -2], "left_m": [2, 2],
                 "changes": {{"row": [0, 10], "right_m": [-2, -2], "left_m": [2, 0.5]}}}}}})",
         base::sha256_of_file(folder / "road.crg"), failures);
   };
   say("");
-  EXPECT_THAT(verdict(), HasSubstr("usable with 2 remarks"));
+  EXPECT_THAT(verdict(), HasSubstr("usable with 3 remarks")) << "its length is one";
   say(R"("the line may be another road")");
   EXPECT_THAT(verdict(), HasSubstr("not usable, 1 error: the line may be another road"));
   const Ran checked = crgbuild({"check", folder / "road.crg"});

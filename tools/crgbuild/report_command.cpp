@@ -78,6 +78,7 @@ int run_report(const ReportCommand& command, Terminal& terminal) {
   road::BuiltBeside built = road::built_beside(command.crg);
   request.edges = std::move(built.edges);
   request.failures = std::move(built.failures);
+  request.published = std::move(built.published);
   request.against_path = command.against;
   request.before_path = command.before;
   request.grip_path = command.grip;

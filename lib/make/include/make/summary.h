@@ -95,6 +95,7 @@ struct BuiltBeside {
   RoadEdges edges;                    ///< of the file's rows, from node to node
   RoadEdges smooth;                   ///< straight over the metres between
   std::vector<std::string> failures;  ///< why it must not be used
+  Published published;                ///< as its recipe says
 };
 /// Nothing where there is no such summary, or where it is that of another road.
 BuiltBeside built_beside(const std::string& crg_path);

@@ -155,6 +155,14 @@ BuiltBeside built_beside(const std::string& crg_path) {
   BuiltBeside out;
   for (const Json& failure : list("/validation/failures"))
     if (failure.is_string()) out.failures.push_back(failure.get<std::string>());
+  const auto recipe = [&]<class T>(const char* key, T) {
+    const Json::json_pointer at(std::string("/recipe/reference_") + key);
+    const bool told_so = told.contains(at) && (std::is_same_v<T, double> ? told.at(at).is_number()
+                                                                         : told.at(at).is_string());
+    return told_so ? std::optional<T>(told.at(at).get<T>()) : std::nullopt;
+  };
+  out.published = {recipe("length_m", 0.0), recipe("climb_m", 0.0), recipe("width_m", 0.0),
+                   recipe("source", std::string()), recipe("mesh", std::string())};
   const std::size_t every = count("/road_edges/every_rows"), rows = count("/grid/rows");
   const auto numbers = [&](const std::string& of) {
     std::vector<double> values;
