@@ -140,6 +140,7 @@ TEST(RoadProfiles, ARoadThatIsStatedFlatIsFoundAlongTheWholeLap) {
       support::figure("grade_percent", 100 * grade_right);
   EXPECT_GT(bank_right, 0.8);
   EXPECT_GT(grade_right, 0.8);
+  EXPECT_EQ(bank->not_used + grade->not_used, "");
   const Finding* late = found(all, "sensor.low_pass");
   ASSERT_NE(late, nullptr) << findings_json(all);
   EXPECT_EQ(late->channel, "yaw_rate_radps");
@@ -147,6 +148,21 @@ TEST(RoadProfiles, ARoadThatIsStatedFlatIsFoundAlongTheWholeLap) {
   EXPECT_EQ(found(all, "sensor.gain"), nullptr);
   // The logger filters what it has sampled: half a sample that no lever arm is to explain.
   EXPECT_EQ(found(all, "sensor.lever_arm"), nullptr) << findings_json(all);
+}
+
+TEST(RoadProfiles, WhatOneSensorShowsInLapsOfOneSpeedMayBeTheCar) {
+  const recording::Table all_columns = recorded({.bank = 0.08, .grade = 0.0}, {});
+  recording::Table log;
+  for (std::size_t k = 0; k < all_columns.names.size(); ++k)
+    if (const std::string& name = all_columns.names[k]; name != "steer_rad" && name != "throttle")
+      log.add(name, all_columns.columns[k]);
+  const Findings all = explained(log, {});
+  const Finding* bank = found(all, "road.banking");
+  ASSERT_NE(bank, nullptr) << findings_json(all);
+  ASSERT_EQ(bank->rivals.size(), 1u);
+  EXPECT_EQ(bank->rivals.front().channel, "ay_mps2");
+  EXPECT_FALSE(bank->rivals.front().separable);
+  EXPECT_NE(bank->not_used, "");
 }
 
 // Of two laps, by nine draws of the logger's noise.

@@ -195,6 +195,11 @@ inline constexpr double kNarrowerTurning = 0.75, kTurningLimit = 2.33;
 /// From: the straights of ovals lean by up to 12 degrees.
 inline constexpr double kLeanUnseen = 0.1;
 
+/// Share of what one kind of measurement saves that another must save too, or share by which laps
+/// differ in speed: else what the car does in a place passes for its road. From: a sports car on a
+/// flat circuit, whose ay is 2 to 4 % too large: 3 % and 5 %. Shown by: RoadProfiles.
+inline constexpr double kSecondKind = 0.05, kOtherSpeeds = 0.1;
+
 /// A stretch that is shorter is looked for by itself, m. From: the longest that is scanned.
 inline constexpr double kOneStretch_m = 640.0;
 

@@ -252,6 +252,11 @@ class Analysis {
                           const Spread& s) const;
   void describe_amount(Finding& f, const Accepted& a, Index column, const Spread& s) const;
   void describe_stretch(Finding& f, const Accepted& a, Index column, const Spread& s) const;
+  /// A road along the whole lap that one kind of measurement shows, in laps of one speed, is a tie:
+  /// what the car does there comes back every lap as well.
+  void tie_with_the_car(Finding& f, const Fitted& model, const Accepted& a, Index column) const;
+  /// Of the laps in the same places, as a share of it.
+  double spread_of_speeds() const;
   std::vector<Family> structures() const;
   Unexplained leftover(const Fitted& m, const Family& f, const Test& t) const;
   void find_mismatches(Findings& out, const std::vector<Family>& families) const;

@@ -225,13 +225,15 @@ void Analysis::describe(Findings& out) const {
       continue;
     }
     const Index size = a.columns.cols();
-    if (a.shapes.size() > 0)
+    if (a.shapes.size() > 0) {
       describe_profile(f, inventory_.unknowns[a.unknown], a,
                        a.amounts + s.careful.fitted.amount.segment(along, size),
                        s.careful_covariance.block(along, along, size, size), logs_.front().length_m,
                        logs_.front().closed);
-    else
+      tie_with_the_car(f, s.model.fitted, a, along);
+    } else {
       describe_stretch(f, a, along, s);
+    }
     along += size;
   }
 }

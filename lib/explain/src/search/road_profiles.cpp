@@ -1,8 +1,14 @@
 #include "road_profiles.h"
 
-#include <algorithm>
-#include <cmath>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <map>
+
+#include "base/statistics.h"
 #include "road_fit.h"
 
 namespace explain {
@@ -45,6 +51,47 @@ void describe_profile(Finding& f, const Unknown& u, const Accepted& a, const Vec
   std::erase_if(f.where, [&](const Place& p) { return p.u_end_m - p.u_begin_m < kShortest_m; });
   f.parameters = {{u.name + ", most along the lap", u.unit, most.value, most.value - most.ci90,
                    most.value + most.ci90}};
+}
+
+double Analysis::spread_of_speeds() const {
+  std::map<int, std::vector<double>> in_cells;
+  for (const Row& row : rows_.row) {
+    const Signals& log = logs_[row.log];
+    const auto step = static_cast<std::size_t>(std::lround(row.t_s / Signals::kStep_s));
+    const double vx_mps = log.x[kVx][std::min(step, log.n - 1)];
+    if (std::isfinite(vx_mps)) in_cells[static_cast<int>(row.u_m / kCell_m)].push_back(vx_mps);
+  }
+  std::vector<double> spreads;
+  for (const auto& [cell, vx_mps] : in_cells) {
+    const Eigen::Map<const VectorXd> v(vx_mps.data(), static_cast<Index>(vx_mps.size()));
+    spreads.push_back(std::sqrt((v.array() - v.mean()).square().mean()) / v.mean());
+  }
+  return base::median(std::move(spreads));
+}
+
+void Analysis::tie_with_the_car(Finding& f, const Fitted& model, const Accepted& a,
+                                Index column) const {
+  // What kind of measurement a relation is.
+  constexpr std::array<int, kRelationCount> kKind{0, 0, 0, 1, 2, 3, 4, 5, 6,
+                                                  7, 7, 8, 8, 2, 9, 9, 9};
+  const Index size = a.columns.cols();
+  const VectorXd does =
+      model.x.middleCols(column, size) * (a.amounts + model.amount.segment(column, size));
+  std::array<double, 10> saved{};
+  for (Index i = 0; i < does.size(); ++i)
+    saved[static_cast<std::size_t>(kKind[rows_.row[static_cast<std::size_t>(i)].relation])] +=
+        does[i] * (2 * model.e[i] + does[i]);
+  const double ax = saved[3];
+  std::sort(saved.begin(), saved.end(), std::greater<>());
+  if (saved[1] > selection::kSecondKind * saved[0] || spread_of_speeds() > selection::kOtherSpeeds)
+    return;
+  const std::string& shows = logs_.front().column[ax == saved[0] ? kAx : kAy];
+  f.rivals.push_back({kSensorGain, shows,
+                      "drive laps a tenth faster and slower: what the road does stays the same",
+                      0.0, false});
+  f.not_used = fmt::format(
+      "'{}' alone shows it, in laps of one speed: its gain or a body that leans may do the same",
+      shows);
 }
 
 void Analysis::find_road_profiles(Findings& out) {
