@@ -35,8 +35,8 @@ recording::Mapping mapping_of(const RoadCommand& command, const recording::Table
     return {};
   explain::Mapping proposed = explain::propose_mapping(log, command.log_path);
   if (!proposed.missing.empty())
-    throw vehicle::Error(fmt::format("{}: {}; give a log or a mapping that has it", command.log_path,
-                                     proposed.missing.front()));
+    throw vehicle::Error(fmt::format("{}: {}; give a log or a mapping that has it",
+                                     command.log_path, proposed.missing.front()));
   return proposed;
 }
 

@@ -45,6 +45,12 @@ double usual(const Unknown& u) {
   return u.beside_road.rival > 0 ? u.beside_road.rival : u.step;
 }
 
+/// Beside that of the lateral speed it would say where the centre of mass lies, which forces alone
+/// tell: they would make one of a banking.
+bool is_arm_of_antenna(const Unknown& u, const Signals& s) {
+  return u.id == "sensor.lever_arm" && u.channel.starts_with(s.column[kX] + ",");
+}
+
 SummaryColumn column_of(const Unknown& u, double prior_width) {
   SummaryColumn out;
   out.key = key_of(u);
@@ -185,10 +191,7 @@ void Analysis::summarise(DriveSummary& out) {
     // Of those that differ in a constant alone, every second: between them nothing is lost.
     const Unknown* const before = k > 0 ? &inventory_.unknowns[k - 1] : nullptr;
     alike = before != nullptr && before->id == u.id && !u.constants.empty() ? alike + 1 : 0;
-    if (alike % 2 == 1) continue;
-    // Beside that of the lateral speed an antenna's arm would say where the centre of mass lies,
-    // which forces alone tell: they would make one of a banking.
-    if (u.id == "sensor.lever_arm" && u.channel.starts_with(first.column[kX] + ",")) continue;
+    if (alike % 2 == 1 || is_arm_of_antenna(u, first)) continue;
     const auto kind =
         std::find_if(kRoad.begin(), kRoad.end(), [&](const RoadKind& r) { return u.id == r.id; });
     if (kind != kRoad.end()) {
