@@ -83,6 +83,7 @@ inline constexpr const char* kSensorGain = "sensor.gain";
 inline constexpr const char* kSensorDelay = "sensor.delay";
 inline constexpr const char* kSensorLowPass = "sensor.low_pass";
 inline constexpr const char* kSensorBias = "sensor.bias";
+inline constexpr const char* kSensorLeverArm = "sensor.lever_arm";
 inline constexpr const char* kCoupledWheels = "vehicle.differential";
 
 /// All unknowns that these logs can speak about, in a fixed order, and the rest with reasons.

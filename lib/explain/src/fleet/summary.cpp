@@ -48,7 +48,7 @@ double usual(const Unknown& u) {
 /// Beside that of the lateral speed it would say where the centre of mass lies, which forces alone
 /// tell: they would make one of a banking.
 bool is_arm_of_antenna(const Unknown& u, const Signals& s) {
-  return u.id == "sensor.lever_arm" && u.channel.starts_with(s.column[kX] + ",");
+  return u.id == kSensorLeverArm && u.channel.starts_with(s.column[kX] + ",");
 }
 
 SummaryColumn column_of(const Unknown& u, double prior_width) {

@@ -79,12 +79,12 @@ void list_motion(const Listing& l) {
   if (has(l, kYaw)) bias(l, kYaw, "rad", 0.005, 0.002);
   if (has(l, kVy)) bias(l, kVy, "m/s", 0.05, 0.03);
   if (has(l, kVy) && has(l, kYawRate))
-    of_channel(l, kVy, "sensor.lever_arm", {"ahead of the centre of mass", "m", 0.3, 0.1},
+    of_channel(l, kVy, kSensorLeverArm, {"ahead of the centre of mass", "m", 0.3, 0.1},
                "logged = vy + l r", [](Setting& s, double v) { s.vy_ahead += v; })
         .separating = "measure where it is mounted";
   if (has(l, kVy) && has(l, kYaw)) {
     Unknown& antenna =
-        of_channel(l, kX, "sensor.lever_arm", {"ahead of the centre of mass", "m", 0.5, 0.3},
+        of_channel(l, kX, kSensorLeverArm, {"ahead of the centre of mass", "m", 0.5, 0.3},
                    "logged = place + l ahead", [](Setting& s, double v) { s.place_ahead += v; });
     antenna.channel = column(l, kX) + "," + column(l, kY);
     antenna.separating = "measure where the antenna is mounted";
@@ -120,7 +120,7 @@ void list_mounting(const Listing& l) {
   if (!has(l, kAy) || !has(l, kVy))
     untestable(l, kSensorBias, "of ay: ay or the lateral speed is not logged");
   if (!has(l, kAx) || !has(l, kAy) || !has(l, kVy)) {
-    for (const char* id : {"sensor.misalignment", "sensor.lever_arm"})
+    for (const char* id : {"sensor.misalignment", kSensorLeverArm})
       untestable(l, id, "needs ax, ay and the lateral speed");
     return;
   }
@@ -131,7 +131,7 @@ void list_mounting(const Listing& l) {
              "park the car on a known slope, twice, turned by 90 degrees"},
             [](Setting& s, double v) { s.imu_yaw += v; })
       .channel = columns;
-  candidate(l, "sensor.lever_arm", {"ahead of the centre of mass", "m", 0.3, 0.15},
+  candidate(l, kSensorLeverArm, {"ahead of the centre of mass", "m", 0.3, 0.15},
             {"the accelerometer does not sit in the centre of mass",
              "ay logged = ay + l dr/dt, ax logged = ax - l r^2", "measure where it is mounted"},
             [](Setting& s, double v) { s.imu_ahead += v; })
@@ -222,7 +222,7 @@ std::vector<Mechanism> mechanisms() {
           {.id = kSensorDelay, .most = 1.0, .write_mapping = write_delay},
           {.id = kSensorLowPass, .most = 5.0, .write_mapping = write_low_pass},
           {.id = "sensor.misalignment", .most = 0.3, .write_mapping = write_misalignment},
-          {.id = "sensor.lever_arm", .most = 4.0, .write_mapping = write_lever_arm},
+          {.id = kSensorLeverArm, .most = 4.0, .write_mapping = write_lever_arm},
           {.id = "sensor.derived", .most = 1.4, .write_mapping = write_derived}};
 }
 
