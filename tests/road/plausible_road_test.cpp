@@ -12,6 +12,7 @@
 #include "mesh/error.h"
 #include "road/centreline.h"
 #include "road/clean.h"
+#include "road/roads_of.h"
 #include "support/ring_strips.h"
 
 namespace plausible_road_test {
@@ -144,6 +145,23 @@ TEST(PlausibleRoad, AnEdgeThatFallsOnOneSideIsNoCrown) {
   road::clean(crowned(0.06), {}, &report);
   EXPECT_EQ(report.kept["road"], 2u * 629u);
   EXPECT_THAT(report.doubts, Contains(HasSubstr("of two strips side by side")));
+}
+
+TEST(PlausibleRoad, TwoHalvesBetweenVergesAreOneRoadInTheFirstPlace) {
+  Mesh mesh = crowned(0.02);  // banked all along: neither side of its middle falls away
+  for (Eigen::Vector3d& p : mesh.vertices_m)
+    p.z() += 0.08 * (p.head<2>().norm() - support::kRing_m);
+  const std::vector<road::PlaceOfRoad> places = road::places_that_may_be_road(mesh, {});
+  ASSERT_FALSE(places.empty());
+  ASSERT_TRUE(places[0].width_m.has_value());
+  EXPECT_NEAR(*places[0].width_m, 12.0, 0.1);
+  road::CleanOptions options;
+  options.near_m = places[0].near_m;
+  options.guide_width_m = places[0].width_m;
+  road::CleanReport report;
+  road::clean(mesh, options, &report);
+  EXPECT_EQ(report.kept["road"], 2u * 2u * 629u);
+  EXPECT_THAT(report.doubts, ::testing::IsEmpty());
 }
 
 TEST(PlausibleRoad, APlaceTellsWhichStripIsMeantAndAWidthAllOfThem) {

@@ -146,6 +146,18 @@ double unevenness_m(const FlatSurface& flat, const Chain& chain) {
   return base::median_or(0.0, std::move(bends_m));
 }
 
+/// Of two strips beside one the only one that is as wide and even: one half of a road lies between
+/// the other and its verge.
+const Strip* other_half(const FlatSurface& flat, const std::vector<Chain>& chains,
+                        std::vector<const Strip*> beside, const Strip& of) {
+  if (beside.size() != 2) return nullptr;
+  std::erase_if(beside, [&](const Strip* strip) {
+    return std::abs(strip->width_m() - of.width_m()) > kSameHalf * of.width_m() ||
+           is_uneven(unevenness_m(flat, chains, *strip), unevenness_m(flat, chains, of));
+  });
+  return beside.size() == 1 ? beside.front() : nullptr;
+}
+
 }  // namespace
 
 std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
@@ -309,13 +321,7 @@ double close_to_road(const FlatSurface& flat, const std::vector<char>& road, con
 double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vector<Chain>& chains,
                      const std::vector<Strip>& strips, const Strip& chosen) {
   const std::vector<const Strip*> beside = neighbours(flat, fans, strips, chosen);
-  // One half of a road lies between the other and its verge.
-  std::vector<const Strip*> halves = beside;
-  std::erase_if(halves, [&](const Strip* strip) {
-    return std::abs(strip->width_m() - chosen.width_m()) > kSameHalf * chosen.width_m() ||
-           is_uneven(unevenness_m(flat, chains, *strip), unevenness_m(flat, chains, chosen));
-  });
-  if (beside.size() == 2 && halves.size() == 1) return halves.front()->width_m();
+  if (const Strip* half = other_half(flat, chains, beside, chosen)) return half->width_m();
   if (beside.size() != 1) return 0.0;
   const Strip& rival = *beside.front();
   if (rival.width_m() >= kAlikeWidth * chosen.width_m()) return rival.width_m();
@@ -326,6 +332,28 @@ double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vecto
         return strip->width_m() > rival.width_m();
       });
   return between || chosen.width_m() > kUsuallyNarrower_m ? rival.width_m() : 0.0;
+}
+
+std::vector<Strip> roads_of_halves(const FlatSurface& flat, const Fans& fans,
+                                   const std::vector<Chain>& chains,
+                                   const std::vector<Strip>& strips) {
+  std::vector<const Strip*> half_of;
+  for (const Strip& strip : strips)
+    half_of.push_back(other_half(flat, chains, neighbours(flat, fans, strips, strip), strip));
+  std::vector<Strip> roads;
+  for (std::size_t i = 0; i < strips.size(); ++i) {
+    if (half_of[i] == nullptr || half_of[i] < &strips[i] ||
+        half_of[static_cast<std::size_t>(half_of[i] - strips.data())] != &strips[i])
+      continue;
+    Strip road{{}, strips[i].chains, std::max(strips[i].rings, half_of[i]->rings)};
+    std::set_union(strips[i].triangles.begin(), strips[i].triangles.end(),
+                   half_of[i]->triangles.begin(), half_of[i]->triangles.end(),
+                   std::back_inserter(road.triangles));
+    road.chains.insert(road.chains.end(), half_of[i]->chains.begin(), half_of[i]->chains.end());
+    measure(flat, fans, road);
+    roads.push_back(std::move(road));
+  }
+  return roads;
 }
 
 double unevenness_m(const FlatSurface& flat, const std::vector<Chain>& chains, const Strip& strip) {

@@ -60,6 +60,12 @@ double close_to_road(const FlatSurface& flat, const std::vector<char>& road, con
 double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vector<Chain>& chains,
                      const std::vector<Strip>& strips, const Strip& chosen);
 
+/// The roads of two halves that lie edge to edge: each is the only one beside the other that is as
+/// wide and as even, and has something else on its far side.
+std::vector<Strip> roads_of_halves(const FlatSurface& flat, const Fans& fans,
+                                   const std::vector<Chain>& chains,
+                                   const std::vector<Strip>& strips);
+
 /// How rough the heights along the most uneven chain of a strip are from ring to ring, in the
 /// median.
 double unevenness_m(const FlatSurface& flat, const std::vector<Chain>& chains, const Strip& strip);

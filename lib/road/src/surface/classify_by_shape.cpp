@@ -138,7 +138,11 @@ ShapeClasses classify_by_shape(const FlatSurface& flat, const std::optional<Stri
   const Strip* chosen = nullptr;
   if (place) {
     strips = all_strips(std::move(found));
-    if (place->width_m) strips.insert(strips.end(), joined.begin(), joined.end());
+    if (place->width_m) {
+      const std::vector<Strip> roads = roads_of_halves(flat, fans, chains, strips);
+      strips.insert(strips.end(), joined.begin(), joined.end());
+      strips.insert(strips.end(), roads.begin(), roads.end());
+    }
     chosen = strip_at(flat, strips, *place);
     out.is_told = chosen != nullptr;
   } else if (strips = likely_strips(std::move(found)); !strips.empty()) {
@@ -186,6 +190,13 @@ std::vector<StripPlace> places_by_shape(const FlatSurface& flat) {
            std::tuple(is_uneven(b.uneven_m, even_m), b.at_rim, -b.strip->width_m());
   });
   std::vector<StripPlace> found;
+  const std::vector<Strip> of_halves = roads_of_halves(flat, fans, chains, strips);
+  const auto add_of_halves = [&](bool wide) {
+    for (const Strip& road : of_halves)
+      if ((road.width_m() >= kWideRoad_m) == wide)
+        found.push_back({place_on(flat, road), road.width_m()});
+  };
+  add_of_halves(false);
   for (const Ranked& r : ranked) {
     StripPlace place{place_on(flat, *r.strip), {}};
     // Where a narrower one has this place, its width tells that this one is meant.
@@ -198,6 +209,7 @@ std::vector<StripPlace> places_by_shape(const FlatSurface& flat) {
     found.push_back(place);
     if (wider != nullptr && !is_road) found.push_back({place.at_m, wider->width_m()});
   }
+  add_of_halves(true);
   return found;
 }
 
