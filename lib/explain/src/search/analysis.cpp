@@ -35,7 +35,12 @@ Analysis::Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car
     return u.role == Role::kCandidate && (is_of_the_car(u.kind) || u.channel == columns[kSteer] ||
                                           u.channel == columns[kBrakeFront]);
   };
-  if (!options.forces) std::erase_if(inventory_.unknowns, by_forces);
+  if (!options.forces) {
+    std::erase_if(inventory_.unknowns, by_forces);
+    // Where a front wheel runs is said by the centre of mass too, and by the side slip.
+    for (Unknown& u : inventory_.unknowns)
+      u.stays_held = u.stays_held || vehicle::find_parameter(u.name).has_value();
+  }
   for (std::size_t k = 0; k < inventory_.unknowns.size(); ++k)
     (inventory_.unknowns[k].role == Role::kCandidate ? candidate_ : refit_).push_back(k);
   cells_ = static_cast<int>(logs.front().length_m / kCell_m) + 1;
