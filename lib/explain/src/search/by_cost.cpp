@@ -25,7 +25,7 @@ double Analysis::width(std::size_t place) const {
                       : std::hypot(0.5 * u.width, u.form);
 }
 
-double Analysis::limit(const Unknown& u) { return std::max(8 * u.width, 0.4 * std::abs(u.stated)); }
+double Analysis::limit(const Unknown& u) { return std::max(8 * u.width, 0.5 * std::abs(u.stated)); }
 
 Analysis::Freed Analysis::best_parameter(const Model& m) const {
   // A normal prior would share one large error among all parameters that can take a part of it. Few
