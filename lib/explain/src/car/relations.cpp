@@ -10,6 +10,7 @@
 #include "actuator_rows.h"
 #include "base/statistics.h"
 #include "further_along.h"
+#include "standing_car.h"
 #include "vehicle/magic_formula.h"
 #include "where_known.h"
 
@@ -50,14 +51,15 @@ Relations::Relations(const Signals& s, const vehicle::Vehicle& car, const Settin
         vehicle::standing_rolling_radius(
             car.files.tyre[i], set.p[P::chassis_mass_kg] * g * (i == 0 ? b : a) / (2 * wheelbase),
             set.p.axle(i, P::front_tyre_pressure_pa));
-  const double load_n = car.parameters[P::chassis_mass_kg] * g * b / (2 * wheelbase);
   const double stiffness_n =
-      vehicle::tyre_forces(car.files.tyre[0],
-                           vehicle::TyreInput<double>{.fz_n = load_n, .vx_mps = 30.0}, {},
-                           {.moments = false})
+      vehicle::tyre_forces(
+          car.files.tyre[0],
+          vehicle::TyreInput<double>{.fz_n = standing_load_n(car, 0), .vx_mps = 30.0}, {},
+          {.moments = false})
           .slip_stiffness_n;
-  front_slip_per_mps2_ =
-      car.parameters[P::front_wheel_inertia_kgm2] / (radius_[0] * radius_[0] * stiffness_n);
+  if (stiffness_n > 0)
+    front_slip_per_mps2_ =
+        car.parameters[P::front_wheel_inertia_kgm2] / (radius_[0] * radius_[0] * stiffness_n);
   gears_ = gears_of(s, car, radius_[1]);
   driven_ = where_driven(s);
   pushed_as_led_ = where_pushed_as_led(s, driven_);
