@@ -44,6 +44,15 @@ Mean mean_over(const LeaningRoad& f, const std::vector<Index>& places) {
   return m;
 }
 
+/// Half of the interval of a lean whose cosine is known as well as this half says: of a small lean
+/// nothing but its square is seen, down to none.
+double half_of_lean(double bank, double half) {
+  const double lean = std::abs(bank), deficit = 1 - 1 / std::hypot(1, lean);
+  const double of_deficit = lean * half / std::pow(std::hypot(1, lean), 3);
+  return std::max(
+      {half, tangent_of(deficit + of_deficit) - lean, lean - tangent_of(deficit - of_deficit)});
+}
+
 /// What is saved of the loss of each half lap, and of that of the gyro's errors, where the road
 /// does not lean; and how much that varies between half laps.
 struct Saved {
@@ -149,8 +158,9 @@ BankingByTurning banking_by_turning(const std::vector<Turning>& recorded, double
 
   for (Index k = 0; k < f.added.size(); ++k) {
     const auto move = f.moves.row(k);
-    double ci90 = selection::kNarrowerTurning * selection::k90 *
-                  std::sqrt(move.dot(f.covariance * move.transpose()));
+    double ci90 = half_of_lean(f.turned.bank[k] + f.added[k],
+                               selection::kNarrowerTurning * selection::k90 *
+                                   std::sqrt(move.dot(f.covariance * move.transpose())));
     if (!f.turns[static_cast<std::size_t>(k)])  // nothing is seen
       ci90 = std::max(
           {ci90, std::abs(f.turned.bank[k] + f.added[k]), selection::k90 * selection::kLeanUnseen});

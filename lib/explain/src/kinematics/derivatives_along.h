@@ -6,10 +6,8 @@
 
 namespace explain {
 
-Eigen::VectorXd derivative(const Eigen::VectorXd& x, double place_m, bool closed);
-Eigen::VectorXd second_derivative(const Eigen::VectorXd& x, double place_m, bool closed);
-
-/// Rows times the matrix of second_derivative().
-Eigen::MatrixXd times_second_derivative(Eigen::MatrixXd rows, double place_m, bool closed);
+/// Of each column.
+Eigen::MatrixXd derivative(const Eigen::MatrixXd& x, double place_m, bool closed);
+Eigen::MatrixXd second_derivative(const Eigen::MatrixXd& x, double place_m, bool closed);
 
 }  // namespace explain

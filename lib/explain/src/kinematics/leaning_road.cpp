@@ -73,6 +73,7 @@ class Fitting {
     turns_ = turns_of(curvature, out.place_m, closed);
     line_v_m_ = smooth(out.turned.v_m, out.place_m, closed,
                        static_cast<Index>(3 * kSmoothLine_m / out.place_m), kSmoothLine_m);
+    for (const Turning& log : logs) off_.push_back(off_the_line(log, line_v_m_, length_m, closed));
     const auto columns = std::min({static_cast<std::size_t>(2 * length_m / kShortestWave_m) | 1U,
                                    kMostColumns, static_cast<std::size_t>(places_ - 1) | 1U});
     waves_ = waves(static_cast<std::size_t>(places_), columns, closed)
@@ -108,7 +109,7 @@ class Fitting {
   /// Of waves of this size that stay alike over this length.
   VectorXd variances(Index waves, double size, double alike_m) const;
   void cut() {
-    out.windows = turning_windows(logs_, length_m_, closed_, places_, out.delay_s, filter_s_);
+    out.windows = turning_windows(logs_, off_, length_m_, closed_, places_, out.delay_s, filter_s_);
     // The nose that pitches on the stated road.
     const VectorXd pitch = derivative(out.turned.grade), sine = sine_of(out.turned.bank);
     y_ = out.windows.more_rad - out.windows.went_m * pitch.cwiseProduct(sine);
@@ -117,10 +118,10 @@ class Fitting {
     return (1 + bank.array().square()).rsqrt().matrix();
   }
   static VectorXd sine_of(const VectorXd& bank) { return bank.cwiseProduct(cosine_of(bank)); }
-  VectorXd derivative(const VectorXd& x) const {
+  MatrixXd derivative(const MatrixXd& x) const {
     return explain::derivative(x, out.place_m, closed_);
   }
-  VectorXd second(const VectorXd& x) const { return second_derivative(x, out.place_m, closed_); }
+  MatrixXd second(const MatrixXd& x) const { return second_derivative(x, out.place_m, closed_); }
   MatrixXd ramps(double ramp_m, const VectorXd& begin_m, const VectorXd& end_m) const {
     return ramps_of(turns_, places_, out.place_m, closed_, {ramp_m, begin_m, end_m});
   }
@@ -135,6 +136,7 @@ class Fitting {
   WithoutLean without_lean(const VectorXd& precision) const;
 
   const std::vector<Turning>& logs_;
+  std::vector<OffTheLine> off_;
   double length_m_;
   bool closed_;
   Index places_ = 0, wander_ = 0;
@@ -178,22 +180,29 @@ Fitting::State Fitting::state(const VectorXd& amount, Index waves, bool slopes) 
       (line_v_m_.array() - amount[pivot_at(waves)] + amount[pivot_at(waves) + 1] * out.side.array())
           .matrix();
   const VectorXd stated_pitch = derivative(out.turned.grade),
-                 pitch = stated_pitch + second(added.cwiseProduct(beside));
-  const MatrixXd &turned = out.windows.turned_rad, &went = out.windows.went_m;
+                 pitch = stated_pitch + second(added.cwiseProduct(beside)),
+                 slope = derivative(added), bend = second(added);
+  const MatrixXd &turned = out.windows.turned_rad, &went = out.windows.went_m,
+                 &off = out.windows.beside_m2, &off_slope = out.windows.slope_m,
+                 &off_bend = out.windows.bend;
   s.base =
       turned * (1 - ratio.array()).matrix() +
       went * (pitch.cwiseProduct(leaning) - stated_pitch.cwiseProduct(sine_of(out.turned.bank))) +
+      off * bend.cwiseProduct(leaning) + 2 * off_slope * slope.cwiseProduct(leaning) +
+      off_bend * added.cwiseProduct(leaning) +
       out.windows.errors * amount.segment(error_at(waves), kErrors);
   if (!slopes) return s;
   const MatrixXd felt = went * leaning.asDiagonal();
-  const MatrixXd by_bank =
-      turned * VectorXd(-leaning.cwiseProduct(cosine)).asDiagonal() +
-      times_second_derivative(felt, out.place_m, closed_) * beside.asDiagonal() +
-      went * pitch.cwiseProduct(stated).asDiagonal();
+  const MatrixXd by_leaning = went * pitch.asDiagonal() + off * bend.asDiagonal() +
+                              2 * off_slope * slope.asDiagonal() + off_bend * added.asDiagonal();
   s.jacobian.resize(y_.size(), amount.size());
-  s.jacobian << by_bank * s.moves, out.windows.errors, felt * second(-added),
-      felt * second(added.cwiseProduct(out.side)),
-      times_second_derivative(felt, out.place_m, closed_) * added.asDiagonal() * wander;
+  s.jacobian << by_leaning * stated.asDiagonal() * s.moves +
+                    (off_bend - turned * cosine.asDiagonal()) * leaning.asDiagonal() * s.moves +
+                    2 * off_slope * leaning.asDiagonal() * derivative(s.moves) +
+                    off * leaning.asDiagonal() * second(s.moves) +
+                    felt * second(beside.asDiagonal() * s.moves),
+      out.windows.errors, felt * second(-added), felt * second(added.cwiseProduct(out.side)),
+      felt * second(added.asDiagonal() * wander);
   return s;
 }
 
@@ -261,7 +270,8 @@ VectorXd Fitting::find_delay() {
       out.delay_s = std::clamp(out.delay_s + amount[count() + kDelay], -kMostDelay_s, kMostDelay_s);
       // What a filter of the first order is beyond its delay.
       const double square = 0.5 * filter_s_ * filter_s_ + amount[count() + kFilter];
-      filter_s_ = std::clamp(std::sqrt(2 * std::max(0.0, square)), 0.0, kMostFilter_s);
+      filter_s_ = std::min(
+          {std::sqrt(2 * std::max(0.0, square)), std::max(0.0, out.delay_s), kMostFilter_s});
     }
   }
   return leans;

@@ -17,19 +17,6 @@ using Eigen::VectorXd;
 constexpr std::size_t kWindow = 20, kRamp = 10, kAll = kWindow + kRamp;
 constexpr double kSlowest_mps = 6.0;
 
-/// The two places beside u, and the share of the second.
-struct Beside {
-  Index first = 0, second = 0;
-  double share = 0.0;
-};
-
-Beside beside(double u_m, double length_m, bool closed, Index places) {
-  const Index spaces = closed ? places : places - 1;
-  const double at = std::clamp(u_m / length_m, 0.0, 1.0) * static_cast<double>(spaces);
-  const Index k = std::min(static_cast<Index>(at), spaces - 1);
-  return {k, (k + 1) % places, at - static_cast<double>(k)};
-}
-
 double at_time(const std::vector<double>& x, double step) {
   if (!(step >= 0) || step + 1 >= static_cast<double>(x.size()))
     return std::numeric_limits<double>::quiet_NaN();
@@ -41,6 +28,7 @@ double at_time(const std::vector<double>& x, double step) {
 /// One recording being cut into windows.
 struct Cutting {
   const Turning& log;
+  const OffTheLine& off;
   double length_m = 0.0;
   bool closed = false;
   Index places = 0;
@@ -51,20 +39,14 @@ struct Cutting {
 struct Window {
   double more_rad = 0.0;
   std::array<double, kErrors> error{};
-  VectorXd turned_rad, went_m;
+  VectorXd turned_rad, went_m, beside_m2, slope_m, bend;
 };
-
-/// Along the road, over the line of a closed one too.
-double went(const Turning& log, std::size_t i, double length_m, bool closed) {
-  const double way = log.u_m[i + 1] - log.u_m[i];
-  return closed && way < -0.5 * length_m ? way + length_m : way;
-}
 
 bool is_known(const Cutting& c, std::size_t first) {
   for (std::size_t i = first; i <= first + kAll; ++i) {
     const double step = static_cast<double>(i) + c.delay_steps;
     if (!(c.log.speed_mps[i] > kSlowest_mps) ||
-        !std::isfinite(c.log.u_m[i] + c.log.turned_rad[i] + c.log.cosine[i] +
+        !std::isfinite(c.log.u_m[i] + c.log.turned_rad[i] + c.log.cosine[i] + c.off.bend_1pm[i] +
                        at_time(c.log.gyro_radps, step) + at_time(c.log.dgyro_radps2, step)))
       return false;
   }
@@ -73,7 +55,7 @@ bool is_known(const Cutting& c, std::size_t first) {
 
 Window window_at(const Cutting& c, std::size_t first) {
   Window w;
-  w.turned_rad = w.went_m = VectorXd::Zero(c.places);
+  w.turned_rad = w.went_m = w.beside_m2 = w.slope_m = w.bend = VectorXd::Zero(c.places);
   double stated_rad = 0.0, gyro_rad = 0.0;
   for (std::size_t k = 0; k < kAll; ++k) {
     const std::size_t i = first + k;
@@ -84,8 +66,13 @@ Window window_at(const Cutting& c, std::size_t first) {
     stated_rad += 0.5 * (c.log.cosine[i] + c.log.cosine[i + 1]) * turned;
     const Beside b = beside(c.log.u_m[i], c.length_m, c.closed, c.places);
     const double way_m = share * went(c.log, i, c.length_m, c.closed);
-    w.went_m[b.first] += (1 - b.share) * way_m;
-    w.went_m[b.second] += b.share * way_m;
+    for (const auto& [place, part] :
+         {std::pair{b.first, (1 - b.share) * way_m}, {b.second, b.share * way_m}}) {
+      w.went_m[place] += part;
+      w.beside_m2[place] += part * c.off.beside_m[i];
+      w.slope_m[place] += part * c.off.slope[i];
+      w.bend[place] += part * c.off.bend_1pm[i];
+    }
     const double begin = static_cast<double>(i) + c.delay_steps;
     const auto mean = [&](const std::vector<double>& x) {
       return 0.5 * (at_time(x, begin) + at_time(x, begin + 1));
@@ -124,14 +111,28 @@ void number_folds(TurningWindows& w) {
 
 }  // namespace
 
-TurningWindows turning_windows(const std::vector<Turning>& logs, double length_m, bool closed,
-                               Index places, double delay_s, double filter_s) {
+Beside beside(double u_m, double length_m, bool closed, Index places) {
+  const Index spaces = closed ? places : places - 1;
+  const double at = (u_m > 0 ? std::min(u_m / length_m, 1.0) : 0.0) * static_cast<double>(spaces);
+  const Index k = std::min(static_cast<Index>(at), spaces - 1);
+  return {k, (k + 1) % places, at - static_cast<double>(k)};
+}
+
+double went(const Turning& log, std::size_t i, double length_m, bool closed) {
+  const double way = log.u_m[i + 1] - log.u_m[i];
+  return closed && way < -0.5 * length_m ? way + length_m : way;
+}
+
+TurningWindows turning_windows(const std::vector<Turning>& logs, const std::vector<OffTheLine>& off,
+                               double length_m, bool closed, Index places, double delay_s,
+                               double filter_s) {
   std::vector<Window> windows;
   TurningWindows out;
   int laps = 0;
-  for (const Turning& log : logs) {
-    const Cutting c{log,     length_m, closed, places, (delay_s - filter_s) / Signals::kStep_s,
-                    filter_s};
+  for (std::size_t k = 0; k < logs.size(); ++k) {
+    const Turning& log = logs[k];
+    const Cutting c{
+        log, off[k], length_m, closed, places, (delay_s - filter_s) / Signals::kStep_s, filter_s};
     if (log.by == TurningBy::kNone) continue;
     for (std::size_t first = 0; first + kAll < log.u_m.size();) {
       if (!is_known(c, first)) {
@@ -148,13 +149,16 @@ TurningWindows turning_windows(const std::vector<Turning>& logs, double length_m
   }
   const auto rows = static_cast<Index>(windows.size());
   out.more_rad = VectorXd(rows);
-  out.turned_rad = out.went_m = MatrixXd(rows, places);
+  out.turned_rad = out.went_m = out.beside_m2 = out.slope_m = out.bend = MatrixXd(rows, places);
   out.errors = MatrixXd(rows, Index{kErrors});
   for (Index i = 0; i < rows; ++i) {
     const Window& w = windows[static_cast<std::size_t>(i)];
     out.more_rad[i] = w.more_rad;
     out.turned_rad.row(i) = w.turned_rad.transpose();
     out.went_m.row(i) = w.went_m.transpose();
+    out.beside_m2.row(i) = w.beside_m2.transpose();
+    out.slope_m.row(i) = w.slope_m.transpose();
+    out.bend.row(i) = w.bend.transpose();
     for (Index k = 0; k < kErrors; ++k) out.errors(i, k) = w.error[static_cast<std::size_t>(k)];
   }
   number_folds(out);
