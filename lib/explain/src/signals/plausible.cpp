@@ -45,9 +45,17 @@ struct Reference {
   double swing;
   const char* what;
   double low, high, least;
-  // On a road that leans by 20 degrees an accelerometer shows 0.7 of what it does beside it.
-  double change = 1.6;
 };
+
+/// On a road that leans by 20 degrees an accelerometer shows 0.7 of what it does beside it.
+constexpr double kChange = 1.6;
+
+std::string changed(const Change& change, const char* what) {
+  return fmt::format(
+      "is {:.2f} times what {} of the path asks for until about {:.0f} s, and {:.2f} times after "
+      "it",
+      change.before, what, change.time_s, change.after);
+}
 
 struct Channels {
   Signals& s;
@@ -78,10 +86,8 @@ struct Channels {
                                       m.lag_s > 0 ? "late" : "early"));
     if (m.slope < 0)
       return leave_out(c, fmt::format("has the other sign than {} of the path", path.what));
-    if (const auto change = slope_changes(values, path.values, path.swing, m.lag_s, path.change))
-      return leave_out(c, fmt::format("is {:.2f} times what {} of the path asks for until about "
-                                      "{:.0f} s, and {:.2f} times after it",
-                                      change->before, path.what, change->time_s, change->after));
+    if (const auto change = slope_changes(values, path.values, path.swing, m.lag_s, kChange))
+      return leave_out(c, changed(*change, path.what));
     if (m.slope < path.low || m.slope > path.high) return leave_out(c, unit_of(m.slope));
   }
 };
@@ -187,9 +193,16 @@ bool is_slowly_filtered(const std::vector<double>& ax, const std::vector<double>
 
 void check_motion(Channels& channels, const PathSays& path) {
   Signals& s = channels.s;
-  constexpr double kGyroChanges = 1.2;
+  constexpr double kGyroChanges = 1.2, kTurns_radps = 0.02;
   channels.check(kYawRate, s.x[kYawRate],
-                 {path.turn_radps, 0.02, "the turning", 0.67, 1.5, 0.7, kGyroChanges});
+                 {path.turn_radps, kTurns_radps, "the turning", 0.67, 1.5, 0.7});
+  // By what it turns in all: within a window a road that begins to lean is steeper than its cosine.
+  std::vector<double> turns_radps = path.turn_radps;
+  for (double& t : turns_radps)
+    if (std::abs(t) < kTurns_radps) t = kNaN;
+  if (const auto change = ratio_changes(s.x[kYawRate], turns_radps, kGyroChanges);
+      change && s.present[kYawRate])
+    channels.leave_out(kYawRate, changed(*change, "the turning"));
   check_yaw(channels, path);
   check_drift(channels);
   const Match flattened = match(s.x[kAx], path.along_mps2, 0.5);
