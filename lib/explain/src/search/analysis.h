@@ -191,7 +191,7 @@ class Analysis {
   static double limit(const Unknown& u);  ///< of a parameter's change in the refit
   double width(std::size_t place) const;  ///< of the prior in the refit
   bool used(const Unknown& u) const;      ///< already accepted, or settled
-  bool settled(const Unknown& u) const;   ///< with the banking that turning told
+  bool settled(const Unknown& u) const;   ///< by what turning told of the banking
   Finding finding_of(std::size_t unknown) const;
   void accept(Findings& out, Finding found, Accepted a);
 
@@ -289,6 +289,7 @@ class Analysis {
   Eigen::VectorXd amounts_;  ///< of refit_, then of accepted_ that act everywhere
   std::vector<Accepted> accepted_;
   std::optional<Finding> by_turning_;  ///< banking: stays as it was found
+  bool judged_by_turning_ = false;     ///< it was looked for there
   RoadProfiles turning_road_;          ///< that banking, with the grade of the line v = 0
   Eigen::VectorXd r_;                  ///< rows at the current setting, not whitened
   std::vector<KnownDrive> drives_;     ///< of the recordings there

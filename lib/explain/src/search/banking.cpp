@@ -56,7 +56,8 @@ Finding banking_finding(const BankingByTurning& b, const std::string& yaw_rate) 
 }  // namespace
 
 bool Analysis::settled(const Unknown& u) const {
-  if (!by_turning_) return false;
+  // Without forces and without a lateral acceleration only turning tells it, in windows.
+  if (!by_turning_) return judged_by_turning_ && !options_.forces && u.id == kRoad[0].id;
   return u.kind == "road" || (u.id == kSensorGain && u.channel == logs_.front().column[kYawRate]);
 }
 
@@ -66,7 +67,8 @@ void Analysis::find_banking_by_turning(Findings& out) {
   std::vector<Turning> turnings;
   for (const Signals& s : logs_) turnings.push_back(turning_of(s));
   const BankingByTurning b = banking_by_turning(turnings, first.length_m, first.closed);
-  if (b.places.empty()) return;
+  judged_by_turning_ = !b.places.empty();
+  if (!judged_by_turning_) return;
   if (!b.counts) {
     out.remarks.push_back(fmt::format(
         "by {} the road leans by at most {:.0f} degrees more than the file where it turns, if the "
