@@ -230,17 +230,21 @@ TEST(AnotherCarsFile, LeavesWhatNeedsNoForces) {
   for (const char* kind : {"sensor", "parameter", "vehicle", "environment", "road"})
     found.findings.emplace_back().kind = kind;
   found.findings[2].mechanism = "vehicle.fuel_burn";
-  const auto add_parameter = [&](double value) {
+  const auto add_parameter = [&](const char* id, double value) {
     ParameterValue& p = found.parameters.emplace_back();
+    p.id = id;
     p.stated = 1.0;
     p.value = value;
     p.beyond_prior = true;
   };
-  add_parameter(0.6);
+  add_parameter("parameter.downforce", 0.6);
   doubt_the_car(found);
   EXPECT_FALSE(found.doubtful_car) << "one alone may be off";
+  add_parameter("parameter.downforce", 0.65);
+  doubt_the_car(found);
+  EXPECT_FALSE(found.doubtful_car) << "both axles' are off by one cause";
   EXPECT_EQ(found.findings.size(), 5u);
-  add_parameter(1.4);
+  add_parameter("parameter.drag", 1.4);
   doubt_the_car(found);
   EXPECT_TRUE(found.doubtful_car);
   ASSERT_EQ(found.findings.size(), 2u);
@@ -248,11 +252,11 @@ TEST(AnotherCarsFile, LeavesWhatNeedsNoForces) {
   EXPECT_EQ(found.findings[1].kind, "road");
   EXPECT_THAT(found.remarks.back().text, HasSubstr("else it would name vehicle.fuel_burn"));
   found = Findings();
-  add_parameter(0.75);
-  add_parameter(1.23);
+  add_parameter("parameter.drag", 0.75);
+  add_parameter("parameter.mass", 1.23);
   doubt_the_car(found);
   EXPECT_FALSE(found.doubtful_car) << "two by a quarter are two errors";
-  add_parameter(0.77);
+  add_parameter("parameter.tyre_stiffness", 0.77);
   doubt_the_car(found);
   EXPECT_TRUE(found.doubtful_car);
   EXPECT_THAT(found.remarks.back().text, HasSubstr("each more than 20 % off"));

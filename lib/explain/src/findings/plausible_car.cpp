@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <set>
+#include <string>
 
 #include "selection.h"
 
@@ -14,13 +16,17 @@ namespace {
 struct Off {
   std::string names;
   int count = 0;
+  std::set<std::string> kinds;
 };
 
 Off off_by(const Findings& findings, double share) {
   Off off;
   for (const ParameterValue& p : findings.parameters)
-    if ((p.beyond_prior || p.at_limit) && p.stated != 0 && std::abs(p.value / p.stated - 1) > share)
+    if ((p.beyond_prior || p.at_limit) && p.stated != 0 &&
+        std::abs(p.value / p.stated - 1) > share) {
       off.names += (off.count++ > 0 ? ", " : "") + p.name;
+      off.kinds.insert(p.id);
+    }
   return off;
 }
 
@@ -35,6 +41,8 @@ void doubt_the_car(Findings& findings) {
             less = off_by(findings, selection::kOtherCarLess);
   const bool two_far = far.count >= selection::kOtherCarParameters;
   if (!two_far && less.count <= selection::kOtherCarParameters) return;
+  // Both axles' lift or stiffness alone may be one number that is wrong.
+  if (off_by(findings, selection::kOtherCarAtAll).kinds.size() < 2) return;
   // Forces are those of the file's car: what is missing of another one is not found with them. The
   // list of parameters has those that are off.
   std::string unnamed;
