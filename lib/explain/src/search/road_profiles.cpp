@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <utility>
 
 #include "base/statistics.h"
 #include "road_fit.h"
@@ -81,17 +82,27 @@ void Analysis::tie_with_the_car(Finding& f, const Fitted& model, const Accepted&
   for (Index i = 0; i < does.size(); ++i)
     saved[static_cast<std::size_t>(kKind[rows_.row[static_cast<std::size_t>(i)].relation])] +=
         does[i] * (2 * model.e[i] + does[i]);
-  const double ax = saved[3];
+  const auto most =
+      static_cast<std::size_t>(std::max_element(saved.begin(), saved.end()) - saved.begin());
   std::sort(saved.begin(), saved.end(), std::greater<>());
   if (saved[1] > selection::kSecondKind * saved[0] || spread_of_speeds() > selection::kOtherSpeeds)
     return;
-  const std::string& shows = logs_.front().column[ax == saved[0] ? kAx : kAy];
-  f.rivals.push_back({kSensorGain, shows,
-                      "drive laps a tenth faster and slower: what the road does stays the same",
-                      0.0, false});
+  constexpr const char* kSeparating =
+      "drive laps a tenth faster and slower: what the road does stays the same";
+  for (const auto& [relation, channel] :
+       {std::pair{kGyro, kYawRate}, {kAccelX, kAx}, {kAccelY, kAy}, {kAccelZ, kAz}}) {
+    if (most != static_cast<std::size_t>(kKind[relation])) continue;
+    const std::string& shows = logs_.front().column[channel];
+    f.rivals.push_back({kSensorGain, shows, kSeparating, 0.0, false});
+    f.not_used = fmt::format(
+        "'{}' alone shows it, in laps of one speed: its gain or a body that leans may do the same",
+        shows);
+    return;
+  }
   f.not_used = fmt::format(
-      "'{}' alone shows it, in laps of one speed: its gain or a body that leans may do the same",
-      shows);
+      "the stated car's forces alone show it, in laps of one speed: another number of the car may "
+      "do the same; {}",
+      kSeparating);
 }
 
 void Analysis::find_road_profiles(Findings& out) {
