@@ -8,7 +8,7 @@
 namespace cloud {
 namespace {
 
-constexpr float kSteepest = 0.01f;  // of the ramp down to the base
+constexpr float kSteepest = 0.0099f;  // of the ramp down to the base; 1 % is not reached
 constexpr double kAround_m = 2.0;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
@@ -211,6 +211,50 @@ void take_out_steps(const Sweep& sweep, const MapResult& result, std::vector<flo
   for (std::size_t k = 0; k < added_m.size(); ++k) added_m[k] = 0.5f * (low_m[k] + high_m[k]);
 }
 
+/// No steeper than a ramp from the measured nodes at a run's ends, of which there is one or two,
+/// nor from node to node; straight between two that lie closer than that.
+void level_run(const crg::Grid& grid, std::size_t row, std::size_t begin, std::size_t end,
+               bool from_left, bool to_right, std::vector<float>& added_m) {
+  const auto v = [&](std::size_t j) { return static_cast<float>(grid.v_m[j]); };
+  float* const a = added_m.data() + row * grid.columns();
+  const std::size_t left = begin - (from_left ? 1 : 0), right = end - (to_right ? 0 : 1);
+  if (from_left && to_right && std::abs(a[right] - a[left]) > kSteepest * (v(right) - v(left))) {
+    for (std::size_t j = begin; j < end; ++j)
+      a[j] = a[left] + (a[right] - a[left]) * (v(j) - v(left)) / (v(right) - v(left));
+    return;
+  }
+  for (std::size_t j = begin; j < end; ++j) {
+    if (from_left)
+      a[j] = std::clamp(a[j], a[left] - kSteepest * (v(j) - v(left)),
+                        a[left] + kSteepest * (v(j) - v(left)));
+    if (to_right)
+      a[j] = std::clamp(a[j], a[right] - kSteepest * (v(right) - v(j)),
+                        a[right] + kSteepest * (v(right) - v(j)));
+  }
+  std::vector<float> low_m(a + left, a + right + 1), high_m = low_m;
+  const auto limit = [&](std::size_t j, std::size_t from) {
+    const float most = kSteepest * std::abs(v(left + j) - v(left + from));
+    low_m[j] = std::min(low_m[j], low_m[from] + most);
+    high_m[j] = std::max(high_m[j], high_m[from] - most);
+  };
+  for (std::size_t j = 1; j < low_m.size(); ++j) limit(j, j - 1);
+  for (std::size_t j = low_m.size() - 1; j-- > 0;) limit(j, j + 1);
+  for (std::size_t j = begin; j < end; ++j) a[j] = 0.5f * (low_m[j - left] + high_m[j - left]);
+}
+
+/// Across, each row by itself: rows beside it have ends of their own, as noisy as single nodes.
+void level_rows(const MapResult& result, std::vector<float>& added_m) {
+  const std::size_t columns = result.grid.columns();
+  for (std::size_t row = 0; row < result.grid.rows(); ++row)
+    for (std::size_t j = 0; j < columns;) {
+      const std::size_t begin = j;
+      while (j < columns && !is_measured(result, row * columns + j)) ++j;
+      if (j > begin && (begin > 0 || j < columns))
+        level_run(result.grid, row, begin, j, begin > 0, j < columns, added_m);
+      if (j == begin) ++j;
+    }
+}
+
 /// Of all rows. `closed`: the first goes on from the last.
 void blend_rows(const crg::Grid& base, bool closed, float width, float widest, MapResult& result) {
   const auto columns = static_cast<std::ptrdiff_t>(base.columns()),
@@ -233,6 +277,7 @@ void blend_rows(const crg::Grid& base, bool closed, float width, float widest, M
   }
   std::vector<float> added_m = wanted_m;
   take_out_steps(sweep, result, added_m);
+  level_rows(result, added_m);
   for (std::size_t k = 0; k < added_m.size(); ++k) {
     if (!rests_on(result, k, NodeSource::base) || added_m[k] == 0.0f) continue;
     const float wrong = nearest.wrong_m[k],

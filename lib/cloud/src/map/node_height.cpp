@@ -18,6 +18,7 @@ constexpr std::size_t kEnough = 30;          // pairs of points of a class: 12 %
 constexpr double kSlopeHeld = 0.1;           // as few nodes, one step away, do that are level
 constexpr std::size_t kLeastAround = 4;      // nodes with points, of eight
 constexpr double kAlong_m = 2.5;             // to a node before, and to one behind
+constexpr double kUneven_m = 0.005;          // beyond this an edge lies between them
 constexpr std::size_t kMostNodes = 200'000;  // of all classes
 
 /// Deviation of one point by what nine of ten pairs in a node lie apart: 90 % intervals hold then,
@@ -201,6 +202,8 @@ NodeHeight between_neighbours(const NodeSums& sums, std::size_t row, std::size_t
   const double uneven = std::max(0.0, mean2 - mean * mean - own),
                off_plane = std::max(0.0, fit.scatter_m2 / (around - 2.0) - own),
                aside = (place.square() / place2.max(0.1)).sum(), sloped = fit.plane[0] - mean;
+  // On which side of an edge the node lies they do not tell.
+  if (uneven > std::max(2.0 * kUneven_m * kUneven_m, 4.0 * own)) return {};
   return {NodeSource::interpolated, fit.plane[0],
           own / around * (1.0 + aside) + 0.5 * uneven + aside * off_plane + 0.25 * sloped * sloped};
 }
