@@ -293,6 +293,23 @@ TEST(SlowRoadEdge, LowGrassAtAKerbsFootIsNoGround) {
   EXPECT_LT(seen.ramp_over_correction, 0.01);
 }
 
+// The kerb that the base has 25 mm too low moved all poses 0.1 m aside in the first look, and 0.4 m
+// in the end: the other kerb was no longer believed, and nodes on grass passed for ground.
+TEST(SlowRoadEdge, AKerbThatIsTooLowMovesNoPosesAside) {
+  for (const double radius_m : {60.0, 90.0}) {
+    support::KerbedRoad road;
+    road.radius_m = radius_m, road.tilt = -0.015;
+    support::KerbedDrive drive;
+    drive.grass_m = radius_m < 75.0 ? 0.08 : 0.1;
+    const support::KerbedError seen = error_of(road, refine(road, drive));
+    SCOPED_TRACE(radius_m);
+    EXPECT_TRUE(seen.converged);
+    EXPECT_LT(seen.road_rmse_m, 0.003);
+    EXPECT_LT(seen.measured_kerb_p95_m, 0.005);
+    EXPECT_EQ(seen.tallies.verge.nodes, 0.0);
+  }
+}
+
 // Of the edge of a lowered kerb a single pass saw one node in four along the road: from those
 // beside it others were made 16 mm too low, with ramps of 7 %.
 TEST(SlowRoadEdge, AKerbsEdgeThatOnePassHardlySeesLiesOnItsLine) {

@@ -28,6 +28,10 @@ constexpr double kTilted = 0.03;
 /// believed of it moves on by metres a round, and the poses by millimetres, until it may be tilted.
 constexpr double kNearly_m = 0.005;
 constexpr double kStillAside_m = 0.01;  // along a road without grade nothing holds them
+/// Where the first look moves all poses aside by more, another one begins with poses that lie where
+/// they are said to: a kerb that the base has too low moved them to where the other kerb was not
+/// believed either.
+constexpr double kMovedAside_m = 0.05, kHeldAside_m = 0.005;
 constexpr double kRoad_m = 10.0;  // over this width a tilt may be all of what the base is off by
 constexpr double kLeastBaseStddev_m = 0.0001;
 constexpr double kMostAssumed = 2.0;  // of variances: one view in a cell, and a base without errors
@@ -237,6 +241,94 @@ void report_deviations(const Sections& sections, const Drift& drift, const MapOp
   }
 }
 
+/// An estimate, and of a first one the share of the cells whose base is then believed.
+struct Estimate {
+  Drift drift;
+  double believed = 0.0;
+};
+
+/// `hold_aside`: until most of the schedule is through poses lie beside the road where they are
+/// said to.
+Estimate estimate(const Sections& sections, const RoadFrame& frame, const MapOptions& options,
+                  const std::vector<Correction>& before, MapReport& report,
+                  std::optional<double> base_tilt, bool hold_aside) {
+  const bool again = !before.empty();
+  const bool registered = !sections.list.empty() && sections.list.front().ahead.isZero();
+  Estimate out;
+  Drift& drift = out.drift;
+  drift.correction.assign(sections.list.size(), Correction::Zero());
+  JointProblem problem(sections, frame, options, before);
+  if (base_tilt) problem.refine_at(*base_tilt);
+  JointScales scales;
+  const double tilt = options.base_stddev_m / (kRoad_m / std::sqrt(12.0));
+  double measured = 1.0;
+  report.converged = false;
+  // The first estimate need not be settled: a correction that bends within a section is only nearly
+  // taken out of its cells.
+  const int begin = again ? kSchedule - 2 : 0;
+  int end = !again ? kSchedule + 1 : options.trust_base ? kDriftRounds : kRoundsWithoutBase;
+  double done = 0.0;  // rounds, and parts of them
+  problem.on_progress([&](double of_step) {
+    const double rounds = end - begin;
+    if (options.progress) options.progress("drift", std::min(1.0, (done + 0.5 * of_step) / rounds));
+  });
+  for (int round = begin; round < end && !report.converged; ++round) {
+    problem.hold_aside(hold_aside && round + 1 < kSchedule ? kHeldAside_m : kAnywhere_m);
+    problem.linearise(drift.correction);
+    const std::vector<Correction> last = drift.correction;
+    for (int step = 0; step < 2; ++step) {
+      const JointFacts facts = problem.facts(drift.correction, scales);
+      if (!again && round == 0 && step == 0)
+        report.rms_before_m = facts.residual_m, report.pass_rms_before_m = facts.between_passes_m;
+      scales = scales_by(facts, scales, round, options);
+      scales.common_slope = problem.is_fine() ? 3.0 * kTilted * tilt : 1.0;
+      scales.common_slope_stddev = problem.is_fine() ? scales.common_slope / 3.0 : 1e-6;
+      if (round >= kSchedule) {
+        const JointScales old = scales;
+        problem.measure_together(drift.correction, scales);
+        // Without a base they follow every small move of the whole: a mean of what was measured.
+        if (!options.trust_base)
+          scales = nearer_together(old, scales, std::max(0.15, 1.0 / ++measured));
+      }
+      drift.correction = problem.solve(drift.correction, scales);
+      done += 0.5;
+      if (!options.trust_base) problem.hold_as_a_whole(drift.correction);
+    }
+    if (!options.trust_base && round > kSchedule) step_back(last, drift.correction);
+    const Move move = largest_move(sections, last, drift.correction, !options.trust_base);
+    ++report.iterations;
+    report.last_move_m = move.height_m;
+    const bool fine = problem.is_fine() || !options.trust_base || !again;
+    if (again && !fine && round >= kSchedule && move.height_m < kNearly_m)
+      problem.refine(), end = std::max(end, round + kRoundsRefined);
+    report.converged = fine && round > (options.trust_base ? kSchedule : kLeastWithoutBase) &&
+                       is_still(move, registered, options);
+  }
+  if (!again) {
+    scales.base_m = kBaseScales_m[kSchedule - 1];
+    out.believed = problem.facts(drift.correction, scales).believed;
+    return out;
+  }
+  const JointFacts facts = problem.facts(drift.correction, scales);
+  problem.deviations(tilt, assumed_over_seen(facts, scales, options), scales, drift);
+  if (!options.trust_base && before.size() == sections.list.size() &&
+      !sections.list.front().ahead.isZero())
+    take_word_of_trajectory(sections, frame, options, drift);
+  report_fit(problem, facts, scales, report);
+  report_stations(sections, frame, before, drift, problem, report);
+  report_deviations(sections, drift, options, report);
+  return out;
+}
+
+/// How far all poses are moved aside on average.
+double moved_aside_m(const Sections& sections, const Drift& drift) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double count = 0.0;
+  for (std::size_t s = 0; s < drift.correction.size(); ++s)
+    if (sections.list[s].has_data()) sum += drift.correction[s].head<2>(), count += 1.0;
+  return count > 0.0 ? sum.norm() / count : 0.0;
+}
+
 }  // namespace
 
 Correction correction_at(const Sections& sections, const std::vector<Correction>& corrections,
@@ -292,66 +384,13 @@ Eigen::Vector3d Mover::operator()(const SectionCell& cell) const {
 Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const MapOptions& options,
                      const std::vector<Correction>& before, MapReport& report,
                      std::optional<double> base_tilt) {
-  const bool again = !before.empty();
-  const bool registered = !sections.list.empty() && sections.list.front().ahead.isZero();
-  Drift drift;
-  drift.correction.assign(sections.list.size(), Correction::Zero());
-  JointProblem problem(sections, frame, options, before);
-  if (base_tilt) problem.refine_at(*base_tilt);
-  JointScales scales;
-  const double tilt = options.base_stddev_m / (kRoad_m / std::sqrt(12.0));
-  double measured = 1.0;
-  report.converged = false;
-  // The first estimate need not be settled: a correction that bends within a section is only nearly
-  // taken out of its cells.
-  const int begin = again ? kSchedule - 2 : 0;
-  int end = !again ? kSchedule + 1 : options.trust_base ? kDriftRounds : kRoundsWithoutBase;
-  double done = 0.0;  // rounds, and parts of them
-  problem.on_progress([&](double of_step) {
-    const double rounds = end - begin;
-    if (options.progress) options.progress("drift", std::min(1.0, (done + 0.5 * of_step) / rounds));
-  });
-  for (int round = begin; round < end && !report.converged; ++round) {
-    problem.linearise(drift.correction);
-    const std::vector<Correction> last = drift.correction;
-    for (int step = 0; step < 2; ++step) {
-      const JointFacts facts = problem.facts(drift.correction, scales);
-      if (!again && round == 0 && step == 0)
-        report.rms_before_m = facts.residual_m, report.pass_rms_before_m = facts.between_passes_m;
-      scales = scales_by(facts, scales, round, options);
-      scales.common_slope = problem.is_fine() ? 3.0 * kTilted * tilt : 1.0;
-      scales.common_slope_stddev = problem.is_fine() ? scales.common_slope / 3.0 : 1e-6;
-      if (round >= kSchedule) {
-        const JointScales old = scales;
-        problem.measure_together(drift.correction, scales);
-        // Without a base they follow every small move of the whole: a mean of what was measured.
-        if (!options.trust_base)
-          scales = nearer_together(old, scales, std::max(0.15, 1.0 / ++measured));
-      }
-      drift.correction = problem.solve(drift.correction, scales);
-      done += 0.5;
-      if (!options.trust_base) problem.hold_as_a_whole(drift.correction);
-    }
-    if (!options.trust_base && round > kSchedule) step_back(last, drift.correction);
-    const Move move = largest_move(sections, last, drift.correction, !options.trust_base);
-    ++report.iterations;
-    report.last_move_m = move.height_m;
-    const bool fine = problem.is_fine() || !options.trust_base || !again;
-    if (again && !fine && round >= kSchedule && move.height_m < kNearly_m)
-      problem.refine(), end = std::max(end, round + kRoundsRefined);
-    report.converged = fine && round > (options.trust_base ? kSchedule : kLeastWithoutBase) &&
-                       is_still(move, registered, options);
-  }
-  if (!again) return drift;
-  const JointFacts facts = problem.facts(drift.correction, scales);
-  problem.deviations(tilt, assumed_over_seen(facts, scales, options), scales, drift);
-  if (!options.trust_base && before.size() == sections.list.size() &&
-      !sections.list.front().ahead.isZero())
-    take_word_of_trajectory(sections, frame, options, drift);
-  report_fit(problem, facts, scales, report);
-  report_stations(sections, frame, before, drift, problem, report);
-  report_deviations(sections, drift, options, report);
-  return drift;
+  Estimate free = estimate(sections, frame, options, before, report, base_tilt, false);
+  if (!before.empty() || !options.trust_base || moved_aside_m(sections, free.drift) < kMovedAside_m)
+    return std::move(free.drift);
+  MapOptions quiet = options;
+  quiet.progress = {};
+  Estimate held = estimate(sections, frame, quiet, before, report, base_tilt, true);
+  return std::move((held.believed > free.believed ? held : free).drift);
 }
 
 }  // namespace cloud

@@ -13,6 +13,9 @@
 
 namespace cloud {
 
+/// Nothing is known of where a pose lies.
+inline constexpr double kAnywhere_m = 3.0;
+
 /// One cell seen from one section: height over the base, and how it answers to the correction.
 struct View {
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
@@ -68,6 +71,8 @@ class JointProblem {
   JointFacts facts(const std::vector<Correction>& now, const JointScales& scales);
   /// Errors that neighbours share: variance of means of 4 m x 4 m over what independent cells give.
   void measure_together(const std::vector<Correction>& now, JointScales& scales) const;
+  /// One standard deviation of where each pose lies beside the stated place, m, before points tell.
+  void hold_aside(double stddev_m) { aside_m_ = stddev_m; }
   /// One step: new weights at `now`, then the corrections that minimise.
   std::vector<Correction> solve(const std::vector<Correction>& now, const JointScales& scales);
   /// Without a base the points tell nothing about where the road lies and how it is turned as a
@@ -208,6 +213,7 @@ class JointProblem {
   double crown_ = 0.0, crown_out_m_ = 0.0;  ///< and how far out from the line
   std::vector<Correction> at_, before_;
   bool weighed_ = false, fine_ = false;
+  double aside_m_ = kAnywhere_m;
   double common_weight_ = 0.0,
          common_slope_stddev_ = 0.0;  ///< of its prior, in the equations; found
   BlockMatrix matrix_;  ///< of the stretches: sections' corrections, nodes, the common slope

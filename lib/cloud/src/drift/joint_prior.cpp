@@ -31,7 +31,8 @@ void JointProblem::add_prior(std::vector<Eigen::Triplet<double>>& entries) const
   // known about the roll that they have in common, however many they are.
   const double root = std::sqrt(std::max(1.0, static_cast<double>(n)));
   const auto own = [&](int k) {
-    if (options_.trust_base) return k < 3 ? 3.0 : k == 3 && fine_ ? root * 0.03 : 0.03;
+    if (options_.trust_base)
+      return k < 2 ? aside_m_ : k == 2 ? kAnywhere_m : k == 3 && fine_ ? root * 0.03 : 0.03;
     return root * (k < 3 ? options_.drift_m_per_100m : options_.drift_rad_per_100m);
   };
   for (std::ptrdiff_t i = 0; i < n; ++i)
