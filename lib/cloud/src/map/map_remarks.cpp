@@ -50,7 +50,12 @@ void check_fit(const Sections& sections, const RoadFrame& frame, const RoadTraje
           "the times of the points are not numbers; seconds on the trajectory's clock wanted");
     const std::vector<double>& t = trajectory->poses.time_s;
     if (sections.time_begin_s >= t.front() && sections.time_end_s <= t.back())
-      if (const std::string rate = about_rate(trajectory->poses); !rate.empty()) throw Error(rate);
+      if (const std::string rate = about_rate(trajectory->poses); !rate.empty())
+        // The causes tell the rate as well, unless the times are in another unit.
+        throw Misfit(options.trust_base
+                         ? fmt::format("{:.0f} % of the points lie between poses too far apart",
+                                       100.0 * static_cast<double>(sections.without_pose) / all)
+                         : rate);
     throw Misfit(
         fmt::format("{:.0f} % of the points lie outside the trajectory's time: points {:.3f} to "
                     "{:.3f} s, trajectory {:.3f} to {:.3f} s; both must use one clock",
