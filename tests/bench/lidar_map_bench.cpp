@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <utility>
 
 #include "inspect/input_file.h"
 #include "make/summary.h"
@@ -70,7 +71,9 @@ int main(int argc, char** argv) {
       [&](const cloud::ChunkSink& sink) {
         for (const std::string& path : cloud::cloud_files(folder))
           cloud::read_chunks(path, per_chunk,
-                             [&](cloud::Cloud&& chunk) { sink(repeated(chunk, times)); });
+                             [&](cloud::Cloud&& chunk) {
+                               sink(times > 1 ? repeated(chunk, times) : std::move(chunk));
+                             });
       },
       roads.base, &trajectory, options);
   const double took = seconds() - before, processor = processor_seconds() - processor_before,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -47,7 +48,15 @@ class RoadFrame {
   double nearest_row(double x_m, double y_m) const;
 
   /// The column left of v and the share on the way to the next; false beyond the sides.
-  bool column_of(double v_m, std::size_t& column, double& share) const;
+  bool column_of(double v_m, std::size_t& column, double& share) const {
+    if (!(v_m >= v_m_.front() && v_m <= v_m_.back())) return false;
+    std::size_t j = column_table_[std::min(column_table_.size() - 1,
+                                           static_cast<std::size_t>(static_cast<std::ptrdiff_t>(
+                                               (v_m - v_m_.front()) / table_step_m_)))];
+    while (j + 2 < v_m_.size() && v_m_[j + 1] < v_m) ++j;
+    column = j, share = (v_m - v_m_[j]) / (v_m_[j + 1] - v_m_[j]);
+    return true;
+  }
   /// Bilinear height above z_origin_m(); NaN on holes and beyond the sides.
   double height(const GridPlace& place) const;
   /// Gradient in map axes over +-reach_m; NaN where a neighbour is missing.
@@ -59,6 +68,9 @@ class RoadFrame {
   struct Row {
     double x_m = 0.0, y_m = 0.0, tx = 0.0, ty = 0.0;
   };
+  /// Between the nodes of a row and the next, so far on from a column; NaN beyond the ends.
+  double height_in(double row, std::size_t column, double share) const;
+
   std::vector<Row> rows_;
   std::vector<double> v_m_;
   std::vector<float> z_m_;

@@ -84,11 +84,13 @@ Fall Collector::fall_of(Placer& placer, const Cloud& chunk, std::size_t i) const
   fall.how = Fall::beside;
   double ahead = point.place.row - section.row;
   const auto period = static_cast<double>(frame_.rows() - 1);
-  if (frame_.closed()) ahead -= period * std::round(ahead / period);
+  if (frame_.closed() && 2.0 * std::abs(ahead) >= period)
+    ahead -= period * std::round(ahead / period);
   const double ahead_m = ahead * frame_.u_step_m() + kReach_m,
                across_m = point.place.v_m - frame_.v_m().front();
-  const double cell = std::floor(ahead_m / kSectionCell_m);
-  if (!(cell >= 0.0 && cell < static_cast<double>(along_))) return fall;
+  if (!(ahead_m >= 0.0 && ahead_m < 2.0 * kReach_m)) return fall;
+  const auto cell = static_cast<double>(static_cast<std::ptrdiff_t>(ahead_m / kSectionCell_m));
+  if (cell >= static_cast<double>(along_)) return fall;
   const auto column = static_cast<std::size_t>(across_m / kSectionCell_m);
   fall.cell = static_cast<std::uint32_t>(static_cast<std::size_t>(cell) * across_ +
                                          std::min(column, across_ - 1));
@@ -244,6 +246,7 @@ LaneScatter Collector::lane_of(const Section& section, const OpenSection& open) 
 std::vector<EdgePoint> Collector::points_in(const OpenSection& open, std::size_t cell,
                                             std::size_t reach) const {
   std::vector<EdgePoint> points;
+  points.reserve(kMostKept * (1 + 2 * reach));
   const std::size_t i = cell / across_;
   const auto gather = [&](std::size_t row) {
     const double ahead_m = (static_cast<double>(row) - static_cast<double>(i)) * kSectionCell_m;

@@ -277,8 +277,9 @@ Estimate estimate(const Sections& sections, const RoadFrame& frame, const MapOpt
     problem.linearise(drift.correction);
     const std::vector<Correction> last = drift.correction;
     for (int step = 0; step < 2; ++step) {
-      const JointFacts facts = problem.facts(drift.correction, scales);
-      if (!again && round == 0 && step == 0)
+      const bool before_all = !again && round == 0 && step == 0;
+      const JointFacts facts = problem.facts(drift.correction, scales, before_all);
+      if (before_all)
         report.rms_before_m = facts.residual_m, report.pass_rms_before_m = facts.between_passes_m;
       scales = scales_by(facts, scales, round, options);
       scales.common_slope = problem.is_fine() ? 3.0 * kTilted * tilt : 1.0;
@@ -306,10 +307,10 @@ Estimate estimate(const Sections& sections, const RoadFrame& frame, const MapOpt
   }
   if (!again) {
     scales.base_m = kBaseScales_m[kSchedule - 1];
-    out.believed = problem.facts(drift.correction, scales).believed;
+    out.believed = problem.facts(drift.correction, scales, false).believed;
     return out;
   }
-  const JointFacts facts = problem.facts(drift.correction, scales);
+  const JointFacts facts = problem.facts(drift.correction, scales, true);
   problem.deviations(tilt, assumed_over_seen(facts, scales, options), scales, drift);
   if (!options.trust_base && before.size() == sections.list.size() &&
       !sections.list.front().ahead.isZero())

@@ -16,35 +16,6 @@ constexpr double kPointNoise_m = 0.002, kCellNoise_m = 0.0004;
 
 }  // namespace
 
-/// Normal equations of the sections that see one stretch of the road.
-struct JointProblem::Stretch {
-  std::vector<std::uint32_t> sections, nodes;
-  Eigen::MatrixXd matrix;  ///< lower triangle
-  Eigen::VectorXd right;
-};
-
-/// Of a cell's height, which is no unknown of the equations: how a section's correction moves it.
-struct JointProblem::Gone {
-  Eigen::Index at = 0;  ///< of the correction among the unknowns
-  Correction of;
-};
-
-void JointProblem::add(const Stretch& stretch) {
-  std::vector<std::pair<std::size_t, Eigen::Index>> groups;  // first unknown, count
-  for (const std::uint32_t section : stretch.sections) groups.emplace_back(6 * section, 6);
-  for (const std::uint32_t node : stretch.nodes)
-    groups.emplace_back(6 * sections_.list.size() + 2 * node, 2);
-  Eigen::Index row = 0;
-  for (std::size_t a = 0; a < groups.size(); row += groups[a++].second) {
-    right_.segment(static_cast<Eigen::Index>(groups[a].first), groups[a].second) +=
-        stretch.right.segment(row, groups[a].second);
-    Eigen::Index column = 0;
-    for (std::size_t b = 0; b <= a; column += groups[b++].second)
-      matrix_.add(groups[a].first, groups[b].first,
-                  stretch.matrix.block(row, column, groups[a].second, groups[b].second));
-  }
-}
-
 JointProblem::JointProblem(const Sections& sections, const RoadFrame& frame,
                            const MapOptions& options, std::vector<Correction> before)
     : sections_(sections), frame_(frame), options_(options), before_(std::move(before)) {
@@ -90,14 +61,16 @@ Eigen::Vector4d JointProblem::within_cell(const View& view, const CellNodes& nod
 void JointProblem::linearise(std::size_t s, const std::vector<Correction>& at) {
   const Section& section = sections_.list[s];
   const Mover move(sections_, at, s);
+  double near = section.row;  // the cells follow each other along the road
   for (std::size_t k = 0; k < section.cells.size(); ++k) {
     const SectionCell& cell = section.cells[k];
     View& view = views_[first_[s] + k];
     view.cell = View::kNone, view.section = static_cast<std::uint32_t>(s);
     if (cell.beyond || cell.beside || cell.apart) continue;
     const Eigen::Vector3d p = move(cell);
-    const std::optional<GridPlace> place = frame_.project(p.x(), p.y(), section.row);
+    const std::optional<GridPlace> place = frame_.project(p.x(), p.y(), near);
     if (!place) continue;
+    near = place->row;
     const double a = place->row / cell_rows_,
                  b = (place->v_m - frame_.v_m().front()) / kSectionCell_m;
     if (!(a >= 0.0 && b >= 0.0 && b < static_cast<double>(across_))) continue;
@@ -221,121 +194,6 @@ double JointProblem::residual_of(const View& view, const CellNodes& nodes,
   const Eigen::Vector4d within = within_cell(view, nodes);
   return r - within[0] * nodes_[nodes.before].height_m - within[1] * nodes_[nodes.before].slope -
          within[2] * nodes_[nodes.after].height_m - within[3] * nodes_[nodes.after].slope;
-}
-
-void JointProblem::unknowns_of(std::size_t stretch, Stretch& out) const {
-  out.sections.clear();
-  std::vector<std::uint8_t> sees(sections_.list.size(), 0);
-  for (std::size_t k = stretch_begin_[stretch]; k < stretch_begin_[stretch + 1]; ++k)
-    sees[views_[order_[k]].section] = 1;
-  for (std::size_t k = 0; k < sees.size(); ++k)
-    if (sees[k] != 0) out.sections.push_back(static_cast<std::uint32_t>(k));
-  out.nodes.clear();
-  for (std::size_t k = 2 * stretch; k <= 2 * stretch + 2; ++k)
-    out.nodes.push_back(frame_.closed() && k > 0 && k * rows_per_stretch_ / 2 >= along_
-                            ? 0
-                            : static_cast<std::uint32_t>(k));
-}
-
-void JointProblem::take_away(const std::vector<Gone>& gone, const Eigen::Vector4d& of_nodes,
-                             Eigen::Index node, double pull, Stretch& out) {
-  for (std::size_t a = 0; a < gone.size(); ++a) {
-    for (std::size_t b = 0; b <= a; ++b)
-      out.matrix.block<6, 6>(gone[a].at, gone[b].at).noalias() -=
-          gone[a].of * gone[b].of.transpose();
-    out.matrix.block<4, 6>(node, gone[a].at).noalias() -= of_nodes * gone[a].of.transpose();
-    out.right.segment<6>(gone[a].at) += pull * gone[a].of;
-  }
-  out.matrix.block<4, 4>(node, node).noalias() -= of_nodes * of_nodes.transpose();
-  out.right.segment<4>(node) += pull * of_nodes;
-}
-
-void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& now,
-                            const JointScales& scales, Stretch& out) {
-  const std::size_t from = stretch_begin_[stretch], to = stretch_begin_[stretch + 1];
-  unknowns_of(stretch, out);
-  const auto first_node = static_cast<Eigen::Index>(6 * out.sections.size());
-  const Eigen::Index dimension = first_node + 6;  // three nodes
-  out.matrix.setZero(dimension, dimension), out.right.setZero(dimension);
-  std::vector<Gone> gone;  // what a cell takes away, of each section that sees it
-  std::vector<double> weights, residuals;
-  const double view_scale = 1.0 / (scales.view_factor * scales.view_together);
-  for (std::size_t k = from; k < to;) {
-    std::size_t end = k;
-    const std::uint32_t index = views_[order_[k]].cell;
-    while (end < to && views_[order_[end]].cell == index) ++end;
-    Cell& cell = cells_[index];
-    const CellNodes nodes = nodes_of(index);
-    weights.clear(), residuals.clear();
-    double sum = 0.0, total = 0.0;
-    for (std::size_t i = k; i < end; ++i) {
-      const View& view = views_[order_[i]];
-      const double r = residual_of(view, nodes, now);
-      double w = static_cast<double>(view.weight);
-      if (weighed_) w *= geman_mcclure(r - static_cast<double>(cell.height_m), scales.view_m);
-      residuals.push_back(r), weights.push_back(w * view_scale);
-      sum += w * r, total += w;
-    }
-    const double mean = total > 0.0 ? sum / total : 0.0;
-    cell.height_m = static_cast<float>(mean);
-    const double even = even_error(index);
-    cell.believed =
-        options_.trust_base ? static_cast<float>(belief(cell, mean - even, scales)) : 0.0f;
-    const double prior = static_cast<double>(cell.believed) /
-                         (scales.base_stddev_m * scales.base_stddev_m * scales.base_together);
-    const double whole = total * view_scale + prior;
-    const double share = nodes.share, v = nodes.v_m;
-    const Eigen::Index node =
-        first_node + 2 * static_cast<Eigen::Index>(nodes.before - 2 * stretch);
-    double pull = 0.0;
-    const double root = std::sqrt(whole);
-    gone.clear();
-    Eigen::Vector4d gone_of_nodes = Eigen::Vector4d::Zero();
-    for (std::size_t i = k; i < end; ++i) {
-      const View& view = views_[order_[i]];
-      const auto at = static_cast<Eigen::Index>(
-          6 * static_cast<std::size_t>(
-                  std::lower_bound(out.sections.begin(), out.sections.end(), view.section) -
-                  out.sections.begin()));
-      Correction j;
-      for (int n = 0; n < 6; ++n) j[n] = static_cast<double>(view.jacobian[n]);
-      const double w = weights[i - k];
-      // A view tells of the base's even error at its own place, not in the middle of its cell.
-      const Eigen::Vector4d within = -within_cell(view, nodes);
-      out.matrix.block<6, 6>(at, at).noalias() += w * j * j.transpose();
-      out.matrix.block<4, 6>(node, at).noalias() += w * within * j.transpose();
-      out.matrix.block<4, 4>(node, node).noalias() += w * within * within.transpose();
-      out.right.segment<6>(at) -= w * residuals[i - k] * j;
-      out.right.segment<4>(node) -= w * residuals[i - k] * within;
-      if (gone.empty() || gone.back().at != at) gone.push_back({at, Correction::Zero()});
-      gone.back().of += w / root * j;
-      gone_of_nodes += w / root * within;
-      pull += w * residuals[i - k];
-    }
-    // The base is one more observer; what it states is off by its even error.
-    Eigen::Vector4d j;
-    j << 1.0 - share, (1.0 - share) * v, share, share * v;
-    out.matrix.block<4, 4>(node, node).noalias() += prior * j * j.transpose();
-    out.right.segment<4>(node) -= prior * even * j;
-    gone_of_nodes += prior / root * j;
-    pull = (pull + prior * even) / root;
-    take_away(gone, gone_of_nodes, node, pull, out);
-    k = end;
-  }
-}
-
-void JointProblem::assemble_all(const std::vector<Correction>& now, const JointScales& scales) {
-  matrix_.set_zero(), right_.setZero(matrix_.unknowns());
-  constexpr std::size_t kAtOnce = 16;
-  std::vector<Stretch> batch(kAtOnce);
-  for (std::size_t first = 0; first < stretches_; first += kAtOnce) {
-    const std::size_t count = std::min(kAtOnce, stretches_ - first);
-    base::parallel_for(count, 1, options_.threads, [&](std::size_t from, std::size_t to) {
-      for (std::size_t k = from; k < to; ++k) assemble(first + k, now, scales, batch[k]);
-    });
-    for (std::size_t k = 0; k < count; ++k) add(batch[k]);
-    if (tell_) tell_(static_cast<double>(first + count) / static_cast<double>(stretches_));
-  }
 }
 
 double JointProblem::value_of(std::size_t unknown, const std::vector<Correction>& now) const {

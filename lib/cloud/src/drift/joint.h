@@ -68,7 +68,8 @@ class JointProblem {
   void on_progress(std::function<void(double share)> tell) { tell_ = std::move(tell); }
   /// Residuals and Jacobians at these corrections.
   void linearise(const std::vector<Correction>& at);
-  JointFacts facts(const std::vector<Correction>& now, const JointScales& scales);
+  /// `for_report`: residual_m and between_passes_m too; 0 without.
+  JointFacts facts(const std::vector<Correction>& now, const JointScales& scales, bool for_report);
   /// Errors that neighbours share: variance of means of 4 m x 4 m over what independent cells give.
   void measure_together(const std::vector<Correction>& now, JointScales& scales) const;
   /// One standard deviation of where each pose lies beside the stated place, m, before points tell.
@@ -98,6 +99,7 @@ class JointProblem {
 
  private:
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  struct Seen;
   struct Stretch;
   struct Gone;
   struct Samples;
@@ -155,8 +157,10 @@ class JointProblem {
   void assemble(std::size_t stretch, const std::vector<Correction>& now, const JointScales& scales,
                 Stretch& out);
   /// Eliminates the height of a cell, by what it takes away of each section and of the nodes.
-  static void take_away(const std::vector<Gone>& gone, const Eigen::Vector4d& of_nodes,
-                        Eigen::Index node, double pull, Stretch& out);
+  static void take_away(const std::vector<Gone>& gone, const Eigen::Vector4d& of_nodes, double pull,
+                        Stretch& out);
+  /// Into the equations of a stretch, and empties it for its next half.
+  static void put_seen(Eigen::Index node, Stretch& out);
   /// All stretches at these corrections, without what is known before; new weights.
   void assemble_all(const std::vector<Correction>& now, const JointScales& scales);
   void add(const Stretch& stretch);

@@ -1,6 +1,7 @@
 // What the residuals tell about the scales, and what the normal equations tell about deviations.
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "base/parallel.h"
@@ -14,6 +15,22 @@ constexpr double kBlock_m = 4.0;
 constexpr double kSurelyRoad_m = 1.2;  // to both sides of the sensor: surely road
 constexpr std::size_t kEnough = 100;   // cells of it
 
+/// base::median_or of values that are not negative: their bits have the same order, so that those
+/// near it are found by counting. 0 of none.
+float median_by_bits(std::vector<float>&& values) {
+  if (values.empty()) return 0.0f;
+  constexpr unsigned kShift = 19;
+  const auto bin_of = [](float value) { return std::bit_cast<std::uint32_t>(value) >> kShift; };
+  std::array<std::uint32_t, 1u << (32 - kShift)> count{};
+  for (const float value : values) ++count[bin_of(value)];
+  std::size_t bin = 0, place = values.size() / 2;
+  while (place >= count[bin]) place -= count[bin++];
+  std::erase_if(values, [&](float value) { return bin_of(value) != bin; });
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(place);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
 }  // namespace
 
 /// What some cells show, to be sorted.
@@ -22,6 +39,7 @@ struct JointProblem::Samples {
   std::array<std::vector<float>, kinds> of;
   std::vector<double> of_cell;  ///< residuals of the cell at hand
   double believed = 0.0, all = 0.0;
+  bool for_report = false;  ///< residuals and passes too, which no scale follows
 
   void add(std::size_t kind, double value) { of[kind].push_back(static_cast<float>(value)); }
   void add(const Samples& other) {
@@ -55,7 +73,7 @@ void JointProblem::sample(std::size_t from, std::size_t to, const std::vector<Co
       pass_sum[pass == first_pass ? 0 : 1] += w * r, pass_weight[pass == first_pass ? 0 : 1] += w;
     if (weighed_) w *= geman_mcclure(r - static_cast<double>(cells_[cell].height_m), scales.view_m);
     sum += w * r, weights += w;
-    out.add(Samples::residuals, std::abs(r - common_slope_ * nodes.v_m));
+    if (out.for_report) out.add(Samples::residuals, std::abs(r - common_slope_ * nodes.v_m));
   }
   const double mean = weights > 0.0 ? sum / weights : 0.0, uneven = mean - even_error(cell);
   out.add(Samples::cells, std::abs(uneven));
@@ -73,18 +91,20 @@ void JointProblem::sample(std::size_t from, std::size_t to, const std::vector<Co
       out.add(Samples::views, e * std::sqrt(static_cast<double>(view.weight)));
       out.add(Samples::views_m, e);
     }
-  if (second_pass >= 0)
+  if (second_pass >= 0 && out.for_report)
     out.add(Samples::passes, std::abs(pass_sum[0] / pass_weight[0] - pass_sum[1] / pass_weight[1]));
   out.believed += belief(cells_[cell], uneven, scales) > 0.25 ? 1.0 : 0.0, out.all += 1.0;
 }
 
-JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointScales& scales) {
+JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointScales& scales,
+                               bool for_report) {
   // A part of the cells is enough for medians.
   const std::size_t every = 1 + order_.size() / 500'000;
   std::vector<Samples> seen(stretches_);
   base::parallel_for(stretches_, 1, options_.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
       std::size_t index = 0;
+      seen[s].for_report = for_report;
       each_cell(s, [&](std::size_t from, std::size_t to) {
         if (++index % every == 0) sample(from, to, now, scales, seen[s]);
       });
@@ -99,10 +119,11 @@ JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointSc
           slopes.push_back(static_cast<float>(std::abs(node.slope - common_slope_)));
   // What lies beside the road, and is not what the base says, must not widen what is believed.
   const bool by_lane = all.of[Samples::lane].size() >= kEnough;
+  if (by_lane) all.of[Samples::cells].clear(), all.of[Samples::noise].clear();
   std::array<double, Samples::kinds> median{};
   base::parallel_for(Samples::kinds, 1, options_.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k)
-      median[k] = static_cast<double>(base::median_or(0.0f, std::move(all.of[k])));
+      median[k] = static_cast<double>(median_by_bits(std::move(all.of[k])));
   });
   constexpr double kOfMad = 1.4826;
   JointFacts facts;

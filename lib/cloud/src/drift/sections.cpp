@@ -15,7 +15,7 @@
 namespace cloud {
 namespace {
 
-constexpr std::size_t kAtOnce = 65'536, kPerThread = 4096;  // points
+constexpr std::size_t kAtOnce = 16'384, kPerThread = 2048;  // points
 
 }  // namespace
 

@@ -102,10 +102,14 @@ void report_nodes(const crg::Grid& base, MapResult& result) {
   report.coverage = static_cast<double>(report.nodes_lidar) /
                     std::max(1.0, static_cast<double>(report.nodes - report.nodes_hole));
   if (changes.empty()) return;
-  std::sort(changes.begin(), changes.end());
-  report.changed_p50_m = static_cast<double>(changes[changes.size() / 2]);
-  report.changed_p99_m = static_cast<double>(changes[changes.size() * 99 / 100]);
-  report.changed_max_m = static_cast<double>(changes.back());
+  const auto value = [&](std::size_t place) {
+    const auto at = changes.begin() + static_cast<std::ptrdiff_t>(place);
+    std::nth_element(changes.begin(), at, changes.end());
+    return static_cast<double>(*at);
+  };
+  report.changed_p50_m = value(changes.size() / 2);
+  report.changed_p99_m = value(changes.size() * 99 / 100);
+  report.changed_max_m = static_cast<double>(*std::max_element(changes.begin(), changes.end()));
 }
 
 /// A point of a chunk where it goes to.

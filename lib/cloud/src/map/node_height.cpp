@@ -176,6 +176,7 @@ NodeHeight between_neighbours(const NodeSums& sums, std::size_t row, std::size_t
   const auto columns = static_cast<std::ptrdiff_t>(frame.columns()),
              rows = static_cast<std::ptrdiff_t>(frame.rows() - (frame.closed() ? 1 : 0));
   std::vector<Neighbour> nodes;
+  nodes.reserve(8);
   for (std::ptrdiff_t di = -1; di <= 1; ++di)
     for (std::ptrdiff_t dj = -1; dj <= 1; ++dj) {
       const std::ptrdiff_t jj = static_cast<std::ptrdiff_t>(column) + dj;

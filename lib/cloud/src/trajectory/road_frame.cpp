@@ -69,7 +69,7 @@ Eigen::Vector2d RoadFrame::ahead(double row) const {
 
 double RoadFrame::wrapped(double row) const {
   const auto period = static_cast<double>(rows() - 1);
-  if (!closed_) return row;
+  if (!closed_ || (row >= 0.0 && row < period)) return row;
   row = std::fmod(row, period);
   return row < 0.0 ? row + period : row;
 }
@@ -99,7 +99,8 @@ std::optional<GridPlace> RoadFrame::project(double x_m, double y_m, double hint)
     if (jump == 0) jump = a < 0.0 ? -1 : 1;
     i += jump;
     if (closed_) {
-      i %= last + 1;
+      // A division takes as long as all else here, and is hardly ever wanted.
+      if (i < 0 || i > last) i %= last + 1;
       if (i < 0) i += last + 1;
     } else if (i < 0 || i > last) {
       if ((i < 0 && k == 0) || (i > last && static_cast<std::ptrdiff_t>(k) == last))
@@ -120,39 +121,38 @@ double RoadFrame::nearest_row(double x_m, double y_m) const {
   return static_cast<double>(row);
 }
 
-bool RoadFrame::column_of(double v_m, std::size_t& column, double& share) const {
-  if (!(v_m >= v_m_.front() && v_m <= v_m_.back())) return false;
-  column = column_table_[std::min(column_table_.size() - 1,
-                                  static_cast<std::size_t>((v_m - v_m_.front()) / table_step_m_))];
-  while (column + 2 < v_m_.size() && v_m_[column + 1] < v_m) ++column;
-  share = (v_m - v_m_[column]) / (v_m_[column + 1] - v_m_[column]);
-  return true;
-}
-
-double RoadFrame::height(const GridPlace& place) const {
-  std::size_t j = 0;
-  double g = 0.0;
-  if (!(place.row >= 0.0) || place.row > static_cast<double>(rows() - 1) ||
-      !column_of(place.v_m, j, g))
+double RoadFrame::height_in(double row, std::size_t column, double share) const {
+  if (!(row >= 0.0) || row > static_cast<double>(rows() - 1))
     return std::numeric_limits<double>::quiet_NaN();
-  const std::size_t i = std::min(static_cast<std::size_t>(place.row), rows() - 2);
-  const double f = place.row - static_cast<double>(i);
-  const float* const z = z_m_.data() + i * v_m_.size() + j;
+  const auto i =
+      std::min(static_cast<std::ptrdiff_t>(row), static_cast<std::ptrdiff_t>(rows()) - 2);
+  const double f = row - static_cast<double>(i), g = share;
+  const float* const z = z_m_.data() + static_cast<std::size_t>(i) * v_m_.size() + column;
   const float* const next = z + v_m_.size();
   return (1.0 - f) * ((1.0 - g) * static_cast<double>(z[0]) + g * static_cast<double>(z[1])) +
          f * ((1.0 - g) * static_cast<double>(next[0]) + g * static_cast<double>(next[1]));
 }
 
+double RoadFrame::height(const GridPlace& place) const {
+  std::size_t column = 0;
+  double share = 0.0;
+  return column_of(place.v_m, column, share) ? height_in(place.row, column, share)
+                                             : std::numeric_limits<double>::quiet_NaN();
+}
+
 Eigen::Vector2d RoadFrame::gradient(const GridPlace& place, double reach_m) const {
   const double reach_rows = reach_m / u_step_m_;
-  const GridPlace back{wrapped(place.row - reach_rows), place.v_m},
-      forth{wrapped(place.row + reach_rows), place.v_m};
   const auto k = static_cast<std::size_t>(place.row);
   // Rows are nearer to each other on the inside of a bend.
   const std::size_t k1 = std::min(k + 1, rows() - 1);
   const Eigen::Vector2d step = node_position(k1, place.v_m) - node_position(k1 - 1, place.v_m);
   const double shrink = std::max(0.05, step.norm() / u_step_m_);
-  const double along = (height(forth) - height(back)) / (2.0 * reach_m * shrink);
+  std::size_t column = 0;
+  double share = 0.0, along = std::numeric_limits<double>::quiet_NaN();
+  if (column_of(place.v_m, column, share))
+    along = (height_in(wrapped(place.row + reach_rows), column, share) -
+             height_in(wrapped(place.row - reach_rows), column, share)) /
+            (2.0 * reach_m * shrink);
   const double across =
       (height({place.row, place.v_m + reach_m}) - height({place.row, place.v_m - reach_m})) /
       (2.0 * reach_m);
