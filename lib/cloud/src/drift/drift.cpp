@@ -25,8 +25,10 @@ constexpr int kSchedule = std::size(kBaseScales_m);
 /// part of what it may be. (The stated deviations know that it may.)
 constexpr double kTilted = 0.03;
 /// Poses that move by less in a round are nearly right. Where a part of the base is tilted what is
-/// believed of it moves on by metres a round, and the poses by millimetres, until it may be tilted.
-constexpr double kNearly_m = 0.005;
+/// believed of it moves on by metres a round, and the poses by millimetres, until it may be tilted:
+/// that is enough once what errors have in common was measured. (At once it leads ten passes
+/// astray.)
+constexpr double kNearly_m = 0.001, kNearlyMeasured_m = 0.005;
 constexpr double kStillAside_m = 0.01;  // along a road without grade nothing holds them
 /// Where the first look moves all poses aside by more, another one begins with poses that lie where
 /// they are said to: a kerb that the base has too low moved them to where the other kerb was not
@@ -300,7 +302,8 @@ Estimate estimate(const Sections& sections, const RoadFrame& frame, const MapOpt
     ++report.iterations;
     report.last_move_m = move.height_m;
     const bool fine = problem.is_fine() || !options.trust_base || !again;
-    if (again && !fine && round >= kSchedule && move.height_m < kNearly_m)
+    const double nearly_m = round > kSchedule ? kNearlyMeasured_m : kNearly_m;
+    if (again && !fine && round >= kSchedule && move.height_m < nearly_m)
       problem.refine(), end = std::max(end, round + kRoundsRefined);
     report.converged = fine && round > (options.trust_base ? kSchedule : kLeastWithoutBase) &&
                        is_still(move, registered, options);
