@@ -145,6 +145,9 @@ std::vector<Cause> try_mirrors(const Bench& bench) {
                                   "ahead, y to the left, z up)",
                                   name)});
   }
+  Trial exchanged;
+  exchanged.turn << 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
+  causes.push_back({bench.best_of({exchanged}), "the points with x and y exchanged"});
   return causes;
 }
 
@@ -162,6 +165,38 @@ void turn_back(Trajectory& poses) {
 void begin_with_w(Trajectory& poses) {
   for (Eigen::Quaterniond& q : poses.orientation)
     q = Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w());
+}
+
+void exchange_places(Trajectory& poses) {
+  for (Eigen::Vector3d& p : poses.position_m) std::swap(p.x(), p.y());
+}
+
+/// Yaw to the left of east, pitch, roll from what was written for them.
+template <typename Of>
+void from_angles(Trajectory& poses, const Of& of) {
+  for (Eigen::Quaterniond& q : poses.orientation) {
+    const Eigen::Matrix3d R = q.toRotationMatrix();
+    const Eigen::Vector3d angles =
+        of(Eigen::Vector3d(std::atan2(R(1, 0), R(0, 0)), std::asin(std::clamp(-R(2, 0), -1.0, 1.0)),
+                           std::atan2(R(2, 1), R(2, 2))));
+    q = Eigen::AngleAxisd(angles[0], Eigen::Vector3d::UnitZ()) *
+        Eigen::AngleAxisd(angles[1], Eigen::Vector3d::UnitY()) *
+        Eigen::AngleAxisd(angles[2], Eigen::Vector3d::UnitX());
+  }
+}
+
+void from_clockwise(Trajectory& poses) {
+  from_angles(poses, [](const Eigen::Vector3d& a) { return Eigen::Vector3d(-a[0], a[1], a[2]); });
+}
+
+void from_north(Trajectory& poses) {
+  from_angles(poses, [](const Eigen::Vector3d& a) {
+    return Eigen::Vector3d(0.5 * std::numbers::pi - a[0], a[1], a[2]);
+  });
+}
+
+void exchange_tilts(Trajectory& poses) {
+  from_angles(poses, [](const Eigen::Vector3d& a) { return Eigen::Vector3d(a[0], a[2], a[1]); });
 }
 
 /// Into another frame of the map. A mirrored one has sensors that look the same way as before.
@@ -191,6 +226,10 @@ std::vector<Cause> try_poses(const Bench& bench) {
       {invert, "the poses are the map in the sensor's frame: their inverses are wanted"},
       {turn_back, "the orientations are the map's in the sensor's frame: inverses are wanted"},
       {begin_with_w, "the quaternions begin with w: name their columns qw,qx,qy,qz"},
+      {from_clockwise, "the headings count to the right: to the left is wanted"},
+      {from_north, "the headings count from north to the right: from east to the left is wanted"},
+      {exchange_tilts, "roll and pitch of the poses are exchanged"},
+      {exchange_places, "x and y of the positions are exchanged, and not those of the attitudes"},
       {from_axes<2, 1, -3>, down},
       {from_north_east_down, down},
       {from_axes<2, -1, 3>, "the frame of the poses is turned by 90 deg"},
