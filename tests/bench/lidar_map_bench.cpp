@@ -70,10 +70,9 @@ int main(int argc, char** argv) {
   const cloud::MapResult result = cloud::map_clouds(
       [&](const cloud::ChunkSink& sink) {
         for (const std::string& path : cloud::cloud_files(folder))
-          cloud::read_chunks(path, per_chunk,
-                             [&](cloud::Cloud&& chunk) {
-                               sink(times > 1 ? repeated(chunk, times) : std::move(chunk));
-                             });
+          cloud::read_chunks(path, per_chunk, [&](cloud::Cloud&& chunk) {
+            sink(times > 1 ? repeated(chunk, times) : std::move(chunk));
+          });
       },
       roads.base, &trajectory, options);
   const double took = seconds() - before, processor = processor_seconds() - processor_before,
