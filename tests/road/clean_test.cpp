@@ -233,6 +233,17 @@ TEST(Clean, BridgesAGapOfTheRoadUpToTheLimitOnly) {
   EXPECT_EQ(report.boundary_loops, 1u);
 }
 
+TEST(Clean, BridgesAGapInABendAlongTheBend) {
+  Ring ring;
+  ring.road_from = 4;  // 31 m; a plane over it is 2.7 m2 smaller and 0.8 m beside the road
+  CleanOptions options;
+  options.max_gap_m = 35.0;
+  CleanReport report;
+  const RoadMesh bridged = road::clean(make_circuit(ring), options, &report);
+  EXPECT_GT(report.bridging_triangles, 50u);
+  EXPECT_NEAR(area_m2(bridged, SurfaceClass::road), ring_area_m2(144, 156, 120), 0.5);
+}
+
 TEST(Clean, TakesAStartStripUnderAnotherNameAsRoad) {
   Ring ring;
   ring.road_from = 2;

@@ -84,7 +84,7 @@ std::optional<std::string> doubt_about_ends(const Centreline& line, const Mesh& 
                       piece->length_m, piece->middle_m.x(), piece->middle_m.y())
                 : "goes on over a gap: ";
   text += longer ? fmt::format(
-                       "with --bridge-gap-m {:.0f} it is {} road of {:.0f} m, plane over "
+                       "with --bridge-gap-m {:.0f} it is {} road of {:.0f} m, drawn on over "
                        "the gap",
                        longer->bridge_m, longer->closed ? "a closed" : "an open", longer->length_m)
                  : "put it into the mesh";

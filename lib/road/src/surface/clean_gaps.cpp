@@ -185,6 +185,72 @@ std::vector<std::uint32_t> of_objects_at(const std::vector<End>& ends, const Mes
   return found;
 }
 
+using EdgeTriangles = std::unordered_map<std::uint64_t, std::uint32_t>;
+
+/// The rows of a bridge from one end of a gap, `a`, to the other, `b`, both included, each from the
+/// same side. The edges of new rows take the triangle across the edge of `a`.
+std::vector<std::vector<std::uint32_t>> bridge_rows(const Gap& gap, std::vector<std::uint32_t> a,
+                                                    std::vector<std::uint32_t> b, Soup& soup,
+                                                    EdgeTriangles& triangle_of_edge) {
+  const auto like_at = [&](const std::vector<std::uint32_t>& end, std::size_t k) {
+    return triangle_of_edge.find(undirected(end[k], end[k + 1]));
+  };
+  const auto points = [&](const std::vector<std::uint32_t>& end, const Eigen::Vector2d& way) {
+    std::vector<EndPoint> found;
+    for (std::size_t k = 0; k < end.size(); ++k) {
+      const auto like = like_at(end, std::min(k, end.size() - 2));
+      const Eigen::Vector3d n = like == triangle_of_edge.end() ? Eigen::Vector3d::UnitZ()
+                                                               : soup.area_vector_of(like->second);
+      found.push_back(
+          {soup.vertices_m[end[k]], n.z() == 0.0 ? 0.0 : -n.head<2>().dot(way) / n.z()});
+    }
+    return found;
+  };
+  std::vector<std::vector<std::uint32_t>> rows{a};
+  for (const auto& row : rows_over(gap, points(a, gap.a.outward), points(b, -gap.b.outward))) {
+    std::vector<std::uint32_t>& next = rows.emplace_back();
+    for (const Eigen::Vector3d& at_m : row) {
+      next.push_back(static_cast<std::uint32_t>(soup.vertices_m.size()));
+      soup.vertices_m.push_back(at_m);
+    }
+    for (std::size_t k = 0; k + 1 < a.size(); ++k)
+      if (const auto like = like_at(a, k); like != triangle_of_edge.end())
+        triangle_of_edge[undirected(next[k], next[k + 1])] = std::uint32_t{like->second};
+  }
+  rows.push_back(std::move(b));
+  return rows;
+}
+
+/// Triangles between two rows of a bridge; how many. Steps on the row whose next vertex lies less
+/// far across. They take class and object from the triangle across the edge that they share with a
+/// row.
+std::size_t stitch(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b,
+                   Soup& soup, const EdgeTriangles& triangle_of_edge) {
+  const std::size_t before = soup.triangles.size();
+  const Eigen::Vector3d first = soup.vertices_m[a.front()];
+  const Eigen::Vector2d across = (soup.vertices_m[a.back()] - first).head<2>().normalized();
+  const auto offset = [&](std::uint32_t vertex) {
+    return across.dot((soup.vertices_m[vertex] - first).head<2>());
+  };
+  std::size_t i = 0, j = 0;
+  while (i + 1 < a.size() || j + 1 < b.size()) {
+    const bool step_a =
+        j + 1 >= b.size() || (i + 1 < a.size() && offset(a[i + 1]) <= offset(b[j + 1]));
+    const auto like =
+        triangle_of_edge.find(step_a ? undirected(a[i], a[i + 1]) : undirected(b[j], b[j + 1]));
+    Triangle t = step_a ? Triangle{a[i + 1], a[i], b[j]} : Triangle{b[j], b[j + 1], a[i]};
+    (step_a ? i : j) += 1;
+    if (like == triangle_of_edge.end() || t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+    const Eigen::Vector3d area =
+        area_vector(soup.vertices_m[t[0]], soup.vertices_m[t[1]], soup.vertices_m[t[2]]);
+    if (area.z() < 0.0) std::swap(t[1], t[2]);
+    soup.triangles.push_back(t);
+    soup.source.push_back(soup.source[like->second]);
+    soup.surface_class.push_back(soup.surface_class[like->second]);
+  }
+  return soup.triangles.size() - before;
+}
+
 }  // namespace
 
 bool fill_gaps_from_end_to_end(const Mesh& mesh, const Soup& soup,
@@ -303,7 +369,7 @@ void bridge_gaps(Soup& soup, const std::function<bool(std::size_t)>& of,
   const std::vector<Gap> gaps =
       facing_ends(open_ends(strip, soup.vertices_m, 250.0), options.max_gap_m);
   if (gaps.empty()) return;
-  std::unordered_map<std::uint64_t, std::uint32_t> triangle_of_edge;
+  EdgeTriangles triangle_of_edge;
   for (const EdgeUse& use : edge_uses(strip)) triangle_of_edge.try_emplace(use.key, index[use.t]);
   for (const Gap& gap : gaps) {
     // Ends at one place in plan are the foot and the top of a step, not a gap.
@@ -316,31 +382,11 @@ void bridge_gaps(Soup& soup, const std::function<bool(std::size_t)>& of,
                             soup.surface_class[like->second] == SurfaceClass::road);
     }
     if (!of_road) continue;
-    // Walk both ends from the same side; step on the one whose next vertex lies less far across.
-    const std::vector<std::uint32_t>& a = gap.a.vertices;
-    const std::vector<std::uint32_t> b(gap.b.vertices.rbegin(), gap.b.vertices.rend());
-    const Eigen::Vector2d across = (gap.a.last - gap.a.first).head<2>().normalized();
-    const auto offset = [&](std::uint32_t vertex) {
-      return across.dot((soup.vertices_m[vertex] - gap.a.first).head<2>());
-    };
-    std::size_t i = 0, j = 0;
-    while (i + 1 < a.size() || j + 1 < b.size()) {
-      const bool step_a =
-          j + 1 >= b.size() || (i + 1 < a.size() && offset(a[i + 1]) <= offset(b[j + 1]));
-      // The new triangle takes class and object from the one across the edge it shares with an end.
-      const auto like =
-          triangle_of_edge.find(step_a ? undirected(a[i], a[i + 1]) : undirected(b[j], b[j + 1]));
-      Triangle t = step_a ? Triangle{a[i + 1], a[i], b[j]} : Triangle{b[j], b[j + 1], a[i]};
-      (step_a ? i : j) += 1;
-      if (like == triangle_of_edge.end() || t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
-      const Eigen::Vector3d area =
-          area_vector(soup.vertices_m[t[0]], soup.vertices_m[t[1]], soup.vertices_m[t[2]]);
-      if (area.z() < 0.0) std::swap(t[1], t[2]);
-      soup.triangles.push_back(t);
-      soup.source.push_back(soup.source[like->second]);
-      soup.surface_class.push_back(soup.surface_class[like->second]);
-      ++facts.bridging_triangles;
-    }
+    const std::vector<std::vector<std::uint32_t>> rows =
+        bridge_rows(gap, gap.a.vertices, {gap.b.vertices.rbegin(), gap.b.vertices.rend()}, soup,
+                    triangle_of_edge);
+    for (std::size_t r = 0; r + 1 < rows.size(); ++r)
+      facts.bridging_triangles += stitch(rows[r], rows[r + 1], soup, triangle_of_edge);
     facts.bridged_m += gap.length_m;
     const Eigen::Vector3d place = origin_m + (gap.a.middle + gap.b.middle) / 2.0;
     const std::string length = gap.length_m < 1.0 ? fmt::format("{:.1f} mm", 1000.0 * gap.length_m)

@@ -1,5 +1,6 @@
 #include "strip_ends.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -70,6 +71,50 @@ std::vector<Gap> facing_ends(const std::vector<End>& ends, double longest_m) {
     gaps.push_back({ends[i], ends[j], distance_m});
   }
   return gaps;
+}
+
+std::vector<std::vector<Eigen::Vector3d>> rows_over(const Gap& gap, const std::vector<EndPoint>& a,
+                                                    const std::vector<EndPoint>& b) {
+  constexpr double kRow_m = 1.0, kMostTurn = 0.6, kMostKink = 0.1;
+  const int rows = static_cast<int>(gap.length_m / kRow_m) - 1;
+  if (rows < 3) return {};
+  const Eigen::Vector2d over = (gap.b.middle - gap.a.middle).head<2>().normalized();
+  const auto angle = [](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+    return std::atan2(from.x() * to.y() - from.y() * to.x(), from.dot(to));
+  };
+  // Ends that are cut askew turn against each other, those of a bend alike.
+  const double turn = std::clamp(0.5 * (angle(gap.a.outward, over) + angle(over, -gap.b.outward)),
+                                 -kMostTurn, kMostTurn);
+  const double longer = std::abs(turn) > 1e-6 ? turn / std::sin(turn) : 1.0;
+  const auto share = [](const std::vector<EndPoint>& end, const EndPoint& point) {
+    const Eigen::Vector2d along = (end.back().at_m - end.front().at_m).head<2>();
+    return along.dot((point.at_m - end.front().at_m).head<2>()) / along.squaredNorm();
+  };
+  std::vector<std::vector<Eigen::Vector3d>> out(static_cast<std::size_t>(rows));
+  for (const EndPoint& from : a) {
+    const double f = share(a, from);
+    std::size_t k = 1;
+    while (k + 1 < b.size() && share(b, b[k]) < f) ++k;
+    const double f0 = share(b, b[k - 1]), f1 = share(b, b[k]);
+    const double w = f1 > f0 ? std::clamp((f - f0) / (f1 - f0), 0.0, 1.0) : 0.0;
+    const Eigen::Vector3d to = b[k - 1].at_m + w * (b[k].at_m - b[k - 1].at_m);
+    const double to_slope = b[k - 1].slope + w * (b[k].slope - b[k - 1].slope);
+    const Eigen::Vector3d way = to - from.at_m;
+    const double length_m = longer * way.head<2>().norm(), straight = way.z() / length_m;
+    const auto tangent = [&](double by, double slope) {
+      const Eigen::Vector2d d = longer * (Eigen::Rotation2Dd(by) * way.head<2>());
+      const double z = std::clamp(slope, straight - kMostKink, straight + kMostKink) * length_m;
+      return Eigen::Vector3d(d.x(), d.y(), z);
+    };
+    const Eigen::Vector3d begins = tangent(-turn, from.slope), ends = tangent(turn, to_slope);
+    for (int r = 0; r < rows; ++r) {
+      const double t = (r + 1.0) / (rows + 1.0);
+      out[static_cast<std::size_t>(r)].push_back(from.at_m + t * t * (3.0 - 2.0 * t) * way +
+                                                 t * (1.0 - t) * (1.0 - t) * begins -
+                                                 t * t * (1.0 - t) * ends);
+    }
+  }
+  return out;
 }
 
 }  // namespace road

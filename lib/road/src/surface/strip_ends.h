@@ -31,4 +31,16 @@ struct Gap {
 /// Pairs of ends that face each other, nearest first; every end once.
 std::vector<Gap> facing_ends(const std::vector<End>& ends, double longest_m);
 
+/// A point of an end, and the slope (m/m) of the surface there along the way over the gap.
+struct EndPoint {
+  Eigen::Vector3d at_m;
+  double slope = 0.0;
+};
+
+/// Rows of points between the two ends of a gap, without the ends, from a to b: every column goes
+/// on from `a` to the point of `b` across as an arc in plan, and in height without a kink. Both
+/// ends from the same side, two points or more. Empty for gaps shorter than a few rows.
+std::vector<std::vector<Eigen::Vector3d>> rows_over(const Gap& gap, const std::vector<EndPoint>& a,
+                                                    const std::vector<EndPoint>& b);
+
 }  // namespace road
