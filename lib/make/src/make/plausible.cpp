@@ -30,9 +30,10 @@ constexpr double kMainMaterialShare = 0.6;
 constexpr double kMuchWider = 1.6, kWideShare = 0.01;
 
 constexpr const char* kWayOut =
-    "look at the picture of the classes (.classes.png); tell what is road by a rough line along "
-    "its middle (--guide FILE, with --guide-width-m W where nothing on the mesh shows its width) "
-    "or by name_rules in a recipe, or, if the line is right all the same, say so with "
+    "look at the picture of the classes (.classes.png); tell what is road by name_rules in a "
+    "recipe where objects have names ('crgbuild objects MESH' lists them and shows a rule), else "
+    "by a rough line along its middle (--guide FILE, with --guide-width-m W where nothing on the "
+    "mesh shows its width), or, if the line is right all the same, say so with "
     "--line-is-right";
 
 double flat_area_m2(const Mesh& mesh, std::size_t t) {
