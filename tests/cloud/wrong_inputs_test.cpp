@@ -70,14 +70,14 @@ Wrong mirrored(const char* axis, std::vector<double> Cloud::*of) {
 
 Wrong timed(std::string name, std::function<double(double)> time_s) {
   return {std::move(name), [](Trajectory&) {}, 1.0,
-          [time_s](Cloud& chunk) {
+          [time_s = std::move(time_s)](Cloud& chunk) {
             for (double& value : chunk.time_s) value = time_s(value);
           }};
 }
 
 Wrong posed(std::string name,
             std::function<void(Eigen::Vector3d& at_m, Eigen::Quaterniond& turn)> change) {
-  return {std::move(name), [change](Trajectory& t) {
+  return {std::move(name), [change = std::move(change)](Trajectory& t) {
             for (std::size_t i = 0; i < t.size(); ++i) change(t.position_m[i], t.orientation[i]);
           }};
 }
@@ -334,7 +334,7 @@ Wrong attitude(std::string name,
 /// Only the points for which `keep` holds.
 Wrong some_points(std::string name, std::function<bool(const Cloud&, std::size_t)> keep) {
   return {std::move(name), [](Trajectory&) {}, 1.0,
-          [keep](Cloud& chunk) {
+          [keep = std::move(keep)](Cloud& chunk) {
             std::size_t kept = 0;
             for (std::size_t k = 0; k < chunk.size(); ++k) {
               if (!keep(chunk, k)) continue;
@@ -414,7 +414,7 @@ std::vector<Wrong> others() {
                     for (std::size_t i = 0; i < t.size(); ++i)
                       for (int k = 0; k < 3; ++k)
                         t.position_m[i][k] +=
-                            5e-4 * std::sin(static_cast<double>(7919 * i + 131 * k));
+                            5e-4 * std::sin(7919.0 * static_cast<double>(i) + 131.0 * k);
                   }});
   list.push_back(rated("right: thirty-three poses a second", 0.03));
   return list;

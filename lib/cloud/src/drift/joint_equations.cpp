@@ -32,9 +32,10 @@ struct JointProblem::Gone {
 
 void JointProblem::add(const Stretch& stretch) {
   std::vector<std::pair<std::size_t, Eigen::Index>> groups;  // first unknown, count
-  for (const std::uint32_t section : stretch.sections) groups.emplace_back(6 * section, 6);
+  for (const std::uint32_t section : stretch.sections)
+    groups.emplace_back(6 * std::size_t{section}, 6);
   for (const std::uint32_t node : stretch.nodes)
-    groups.emplace_back(6 * sections_.list.size() + 2 * node, 2);
+    groups.emplace_back(6 * sections_.list.size() + 2 * std::size_t{node}, 2);
   Eigen::Index row = 0;
   for (std::size_t a = 0; a < groups.size(); row += groups[a++].second) {
     right_.segment(static_cast<Eigen::Index>(groups[a].first), groups[a].second) +=

@@ -185,17 +185,17 @@ std::vector<std::uint32_t> of_objects_at(const std::vector<End>& ends, const Mes
   return found;
 }
 
+using Row = std::vector<std::uint32_t>;
 using EdgeTriangles = std::unordered_map<std::uint64_t, std::uint32_t>;
 
 /// The rows of a bridge from one end of a gap, `a`, to the other, `b`, both included, each from the
 /// same side. The edges of new rows take the triangle across the edge of `a`.
-std::vector<std::vector<std::uint32_t>> bridge_rows(const Gap& gap, std::vector<std::uint32_t> a,
-                                                    std::vector<std::uint32_t> b, Soup& soup,
-                                                    EdgeTriangles& triangle_of_edge) {
-  const auto like_at = [&](const std::vector<std::uint32_t>& end, std::size_t k) {
+std::vector<Row> bridge_rows(const Gap& gap, const Row& a, Row b, Soup& soup,
+                             EdgeTriangles& triangle_of_edge) {
+  const auto like_at = [&](const Row& end, std::size_t k) {
     return triangle_of_edge.find(undirected(end[k], end[k + 1]));
   };
-  const auto points = [&](const std::vector<std::uint32_t>& end, const Eigen::Vector2d& way) {
+  const auto points = [&](const Row& end, const Eigen::Vector2d& way) {
     std::vector<EndPoint> found;
     for (std::size_t k = 0; k < end.size(); ++k) {
       const auto like = like_at(end, std::min(k, end.size() - 2));
@@ -206,9 +206,9 @@ std::vector<std::vector<std::uint32_t>> bridge_rows(const Gap& gap, std::vector<
     }
     return found;
   };
-  std::vector<std::vector<std::uint32_t>> rows{a};
+  std::vector<Row> rows{a};
   for (const auto& row : rows_over(gap, points(a, gap.a.outward), points(b, -gap.b.outward))) {
-    std::vector<std::uint32_t>& next = rows.emplace_back();
+    Row& next = rows.emplace_back();
     for (const Eigen::Vector3d& at_m : row) {
       next.push_back(static_cast<std::uint32_t>(soup.vertices_m.size()));
       soup.vertices_m.push_back(at_m);
@@ -224,8 +224,7 @@ std::vector<std::vector<std::uint32_t>> bridge_rows(const Gap& gap, std::vector<
 /// Triangles between two rows of a bridge; how many. Steps on the row whose next vertex lies less
 /// far across. They take class and object from the triangle across the edge that they share with a
 /// row.
-std::size_t stitch(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b,
-                   Soup& soup, const EdgeTriangles& triangle_of_edge) {
+std::size_t stitch(const Row& a, const Row& b, Soup& soup, const EdgeTriangles& triangle_of_edge) {
   const std::size_t before = soup.triangles.size();
   const Eigen::Vector3d first = soup.vertices_m[a.front()];
   const Eigen::Vector2d across = (soup.vertices_m[a.back()] - first).head<2>().normalized();
